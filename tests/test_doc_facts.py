@@ -26,6 +26,7 @@ from fieldrig.settings import Settings
 from fieldrig.system.exits import ABOUT, Exit
 from fieldrig_bus.can.faults import CanFault
 from fieldrig_bus.can.member import Controller
+from fieldrig_bus.dualport import faults as dualport_faults
 from fieldrig_bus.ip import faults as ip_faults
 from fieldrig_bus.modbus import faults as modbus_faults
 from fieldrig_bus.modbus.identification import Identification, ServerId
@@ -121,6 +122,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a Modbus fault": modbus_faults.MODELS,
     "Keys of a serial fault": serial_faults.MODELS,
     "Keys of a fault of wires": wire_faults.MODELS,
+    "Keys of a DualPort fault": dualport_faults.MODELS,
     "Keys of a ring fault": faults.models_of(RingFault),
     "Keys of a PAM ring fault": faults.models_of(PamRingFault),
     "Keys of a telephone fault": faults.models_of(TelephoneFault),

@@ -14,12 +14,6 @@ from fieldrig.faults.faults import Timed
 BUSES: Final = sorted(point.name for point in entry_points(group="fieldrig.buses"))
 DEVICES: Final = sorted(point.name for point in entry_points(group="fieldrig.devices"))
 
-NOT_YET: Final = {
-    "dualport.shm",
-    "wires.zenoh",
-}  # fmt: skip
-"""Kinds without faults of their own so far; a device among them can only lose its power.  The list only shrinks."""
-
 
 def found(kind: str) -> Any:
     return kinds.find_bus(kind) if kind in BUSES else kinds.find_device(kind)
@@ -29,7 +23,7 @@ def found(kind: str) -> Any:
 def test_each_kind_takes_faults_or_says_why_nothing_can_fail(kind: str) -> None:
     cls = found(kind)
     assert not (cls.fault_models and cls.no_faults)
-    assert bool(cls.fault_models or cls.no_faults) is (kind not in NOT_YET)
+    assert cls.fault_models or cls.no_faults
 
 
 @pytest.mark.parametrize("kind", [*BUSES, *DEVICES])

@@ -2,23 +2,27 @@
 
 Each signal is published at `fieldrig/<rig>/wires/<bus>/<name>` over the sessions that carry the rig's control messages.
 The driver of a wire keeps its value and answers queries with it, so a device that listens later gets the present one.
-A driver does not receive its own signals.
+A driver does not receive its own signals.  Faults act at the end of the driver, on all that it publishes.
 Left out: the value of a wire whose driver's process is gone.
 """
 
 import asyncio
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, ClassVar
 from urllib.parse import quote
 
 import zenoh
 from pydantic import Field
 
-from fieldrig.bus import Attachment, DirectBus, Time
+from fieldrig.bus import Attachment, Delivery, DirectBus, Time
+from fieldrig.faults.disturbed_end import DisturbedEnd
+from fieldrig.faults.faults import Fault
+from fieldrig.faults.note import FaultNote
 from fieldrig.settings import Settings
 from fieldrig_bus.signals.codec import decode, encode
-from fieldrig_bus.wires import ALARMS, MOST_WIRES, Alarm, Signal, WiresFamily, raised
+from fieldrig_bus.signals.faults import MODELS, Swapped, WireEffects, WireFault
+from fieldrig_bus.wires import ALARMS, FAULTS, MOST_WIRES, Alarm, Signal, WiresFamily, WiresModel
 
 log = logging.getLogger(__name__)
 
@@ -26,27 +30,57 @@ ALL = "*"
 Handler = Callable[[Signal], None]
 
 
+class EndEffects(WireEffects):
+    """The faults of wires at the end of one driver."""
+
+    def __init__(self, given: Iterable[WireFault], forget: Callable[[str], None]) -> None:
+        """`forget` is called with the name of a wire whose value does not stand any more."""
+        super().__init__(given)
+        self._forget = forget
+
+    def turn(self, fault: Fault[Any], now_ns: int, is_on: bool) -> list[Delivery[Signal]]:
+        if isinstance(fault.settings, Swapped):  # a value stood, or will stand, under the name of the other wire
+            self._forget(fault.settings.wire)
+            self._forget(fault.settings.other)
+        return super().turn(fault, now_ns, is_on)
+
+
 class WiresEnd:
     """One device's end."""
 
-    def __init__(self, at: Attachment, bus: str, alarms: Mapping[str, Alarm]) -> None:
-        self._at, self._alarms = at, alarms
+    def __init__(self, at: Attachment, bus: str, settings: "WiresZenohSettings") -> None:
+        self._at = at
         self._session: zenoh.Session = at.session()
         self._loop = asyncio.get_running_loop()
         self._place = f"fieldrig/{at.rig}/wires/{bus}"
         self._member = at.member.encode()
         self._present: dict[str, bytes] = {}
-        """Signals that this end drives, by key."""
+        """Signals that this end has published, by key."""
         self._subscribers: list[zenoh.Subscriber[None]] = []
         self._turn = 0  # of the interest; answers for an earlier one are late
         self._queryable = self._session.declare_queryable(f"{self._place}/{ALL}", _directly(self._on_query))
+        self._driven = WiresModel(settings.alarms)
+        """The signals of the device, before the faults."""
+        effects = EndEffects(settings.faults, self._forget_value)
+        seed = f"{at.seed}/{bus}/{at.member}"
+        self.injected = DisturbedEnd(at.clock, at.member, self._driven, effects, seed, self._publish)
+        """The faults of this end."""
 
     def send(self, message: Signal) -> None:
-        key, data = self._key(message.name), encode(message)
-        self._present[key] = data
-        self._session.put(
-            key, data, attachment=self._member, express=True, congestion_control=zenoh.CongestionControl.BLOCK
-        )
+        self.injected.send(message)
+
+    def switch(self, is_on: bool) -> None:
+        """Tell this end that its device has no power, or has it again: without it, digital outputs are off."""
+        self.injected.switch(is_on)
+
+    def _publish(self, delivery: Delivery[Signal | FaultNote]) -> None:
+        message = delivery.message
+        if isinstance(message, Signal):
+            key, data = self._key(message.name), encode(message)
+            self._present[key] = data
+            self._session.put(
+                key, data, attachment=self._member, express=True, congestion_control=zenoh.CongestionControl.BLOCK
+            )
         self._at.heard(self._at.member, message)
 
     def on_receive(self, handler: Handler, interest: Sequence[object] | None = None) -> None:
@@ -78,13 +112,15 @@ class WiresEnd:
 
     def conditions(self, now_ns: int) -> Mapping[str, str]:
         """Return the alarms of the wires that this end drives, so one process reports each."""
-        keys = {name: self._key(name) for name in self._alarms}
-        signals = {name: decode(self._present[key]) for name, key in keys.items() if key in self._present}
-        return raised(self._alarms, signals, now_ns)
+        return self._driven.conditions(now_ns)
 
     def close(self) -> None:
+        self.injected.close()
         self._forget_interest()
         _undeclare(self._queryable)
+
+    def _forget_value(self, name: str) -> None:
+        self._present.pop(self._key(name), None)
 
     def _forget_interest(self) -> None:
         self._turn += 1
@@ -122,6 +158,7 @@ class WiresEnd:
 
 
 class WiresZenohSettings(Settings):
+    faults: list[WireFault] = Field(default_factory=list, description=FAULTS)
     alarms: dict[str, Alarm] = Field(default_factory=dict, description=ALARMS)
 
 
@@ -129,13 +166,14 @@ class WiresZenoh(WiresFamily, DirectBus[Signal]):
     about: ClassVar[str] = "signals between devices and plants, in real time over Zenoh, without a hub"
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
     virtual_kind: ClassVar[str | None] = "wires.virtual"
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(self, name: str, settings: WiresZenohSettings) -> None:
         super().__init__(name, settings)
         self._ends: dict[str, WiresEnd] = {}
 
     async def open(self, at: Attachment) -> WiresEnd:
-        end = self._ends[at.member] = WiresEnd(at, self.name, self.settings.alarms)
+        end = self._ends[at.member] = WiresEnd(at, self.name, self.settings)
         return end
 
     async def close(self, member: str) -> None:

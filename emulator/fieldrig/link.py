@@ -38,6 +38,13 @@ def patience_of(link: object) -> int:
     return link.patience_ns if isinstance(link, PatientLink) else 0
 
 
+@runtime_checkable
+class PoweredLink(Protocol):
+    """A link that can tell its bus that its device has no power."""
+
+    def switch(self, is_on: bool) -> None: ...
+
+
 class SharedWords(Protocol):
     """Words of a memory that other processes share; each is read and written as a whole."""
 

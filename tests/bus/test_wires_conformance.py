@@ -3,16 +3,14 @@
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import pytest
-from direct_bench import At
-from hub_bench import LoopBench, Where, hub_bench
+from hub_bench import Where, hub_bench
+from zenoh_bench import ZenohAt, ZenohBench, zenoh_bench
 
 from fieldrig.config.rig_file import from_dict
-from fieldrig.control import endpoint
 from fieldrig.link import Link
-from fieldrig.loop.real_clock import RealClock
 from fieldrig.testing import free_port
 from fieldrig.virtual.rig import Rig
 from fieldrig_bus.wires import Signal, WiresHub, WiresHubSettings
@@ -37,43 +35,6 @@ class VirtualBench:
             assert self._rig.step(), "nothing is under way any more"
 
 
-class ZenohAt(At):
-    def __init__(self, member: str, clock: RealClock, session: Any) -> None:
-        super().__init__(member, clock)
-        self._session = session
-
-    def session(self) -> Any:
-        return self._session
-
-
-class ZenohBench(LoopBench):
-    """Each member is a process of its own as far as Zenoh can tell, or all members are in one."""
-
-    def __init__(self, is_one: bool) -> None:
-        super().__init__()
-        self._is_one = is_one
-        self._place = f"tcp/127.0.0.1:{free_port()}"
-        self.sessions = [endpoint.listen(self._place)]
-        self._ends: list[tuple[WiresZenoh, str]] = []
-        self._bus = WiresZenoh("w", WiresZenohSettings())
-
-    def join(self, member: str) -> Link[Signal]:
-        if self._is_one:
-            session, bus = self.sessions[0], self._bus
-        else:
-            session, bus = endpoint.connect(self._place), WiresZenoh("w", WiresZenohSettings())
-            self.sessions.append(session)
-        self._ends.append((bus, member))
-        return self.loop.run_until_complete(bus.open(ZenohAt(member, self.clock, session)))
-
-    def close(self) -> None:
-        for bus, member in self._ends:
-            self.loop.run_until_complete(bus.close(member))
-        while self.sessions:
-            endpoint.close(self.sessions.pop())
-        super().close()
-
-
 @contextmanager
 def virtual() -> Iterator[Bench]:
     with Rig(from_dict({"time": "virtual", "buses": {"w": {"kind": "wires.virtual"}}}, Path())) as rig:
@@ -86,22 +47,13 @@ def hub(where: Where) -> Iterator[Bench]:
         yield bench
 
 
-@contextmanager
-def zenoh(is_one: bool) -> Iterator[Bench]:
-    bench = ZenohBench(is_one)
-    try:
-        yield bench
-    finally:
-        bench.close()
-
-
 BACKENDS: dict[str, Callable[[], AbstractContextManager[Bench]]] = {
     "virtual": virtual,
     "hub, here": lambda: hub("here"),
     "hub, unix": lambda: hub("unix"),
     "hub, tcp": lambda: hub("tcp"),
-    "zenoh, one session": lambda: zenoh(True),
-    "zenoh, a session each": lambda: zenoh(False),
+    "zenoh, one session": lambda: zenoh_bench(True),
+    "zenoh, a session each": lambda: zenoh_bench(False),
 }
 
 

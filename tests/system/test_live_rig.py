@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from running_rig import until
 
 from fieldrig.errors import ControlError, RigError
 from fieldrig.real import live_rig
@@ -57,9 +58,35 @@ def test_faults_are_given_and_cleared_and_a_device_is_restarted(file: Path) -> N
         assert (rig.get("tank/level"), rig.faults("tank")) == (0.5, {})
         with pytest.raises(ControlError, match="no bus or device 'tonk'"):
             rig.faults("tonk")
-        with pytest.raises(ControlError, match="only in virtual time"):
-            rig.add_fault("wires", {"what": "drop_out", "wire": "tank.level", "when": "tank/level > 1"})
         rig.restart("tank")
+
+
+def test_a_fault_waits_for_a_point_of_its_process(file: Path) -> None:
+    with LiveRig(file) as rig:
+        fault = {"what": "drop_out", "wire": "tank.level", "when": "tank/level > 1"}
+        given = rig.add_fault("wires", fault)
+        cleared = rig.add_fault("wires", {**fault, "wire": "tank.empty"})
+        rig.clear_fault("wires", cleared)
+        off = rig.add_fault("tank", {"what": "power_off", "when": "tank/level > 1.5"})
+        assert rig.faults("wires")[given]["state"] == rig.faults("tank")[off]["state"] == "waiting"
+        rig.set("tank/level", 1.25)
+        until(lambda: rig.faults("wires")[given]["state"] == "on")
+        assert rig.faults("tank")[off]["state"] == "waiting"
+        rig.set("tank/level", 1.75)
+        until(lambda: rig.faults("tank")[off]["state"] == "on")
+        with pytest.raises(ControlError, match="tonk is no device of the process tank"):
+            rig.add_fault("wires", {**fault, "when": "tonk/level > 1"})
+        assert list(rig.faults("wires")) == [given]
+
+
+def test_a_rig_does_not_start_with_a_fault_that_waits_for_another_process(file: Path) -> None:
+    file.write_text(
+        RIG.replace("{kind: wires.hub}", "{kind: wires.hub, process: hub, faults: [FAULT]}").replace(
+            "FAULT", "{what: drop_out, wire: tank.level, when: tank/level > 1}"
+        )
+    )
+    with pytest.raises(RigError, match="wires: fault 1: tank is no device of the process hub"):
+        LiveRig(file)
 
 
 def test_a_rig_that_ends_at_its_start_says_why(file: Path) -> None:

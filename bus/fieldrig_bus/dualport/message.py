@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from fieldrig.bus import words_of
+from fieldrig.faults import note
+from fieldrig.faults.note import FaultNote
 
 WORDS: Final = 2048
 _HEAD: Final = struct.Struct(">H")
@@ -19,12 +21,20 @@ class Words:
     values: tuple[int, ...]
 
 
-def encode(message: Words) -> bytes:
+OnMemory = Words | FaultNote
+"""The lines of a trace of the memory."""
+
+
+def encode(message: OnMemory) -> bytes:
+    if isinstance(message, FaultNote):
+        return note.encode(message)
     return _HEAD.pack(message.first) + struct.pack(f">{len(message.values)}H", *message.values)
 
 
-def decode(data: bytes) -> Words:
+def decode(data: bytes) -> Any:
     """Return the message of `encode`'s bytes.  ValueError for anything else."""
+    if data.startswith(note.LEAD):
+        return note.decode(data)
     if len(data) < _HEAD.size or len(data) % 2:
         raise ValueError(f"not words of a memory: {data[:40].hex(' ')}")
     first, *values = struct.unpack(f">{len(data) // 2}H", data)
@@ -33,7 +43,9 @@ def decode(data: bytes) -> Words:
     return words
 
 
-def show(message: Words) -> str:
+def show(message: OnMemory) -> str:
+    if isinstance(message, FaultNote):
+        return note.show(message)
     return f"word {message.first}: {' '.join(f'{value:04X}' for value in message.values)}"
 
 

@@ -2,13 +2,16 @@
 
 The file is `dualport/NAME` with 4096 bytes.  Word n is at byte 2 n in the byte order of the host, and an access to it
 is atomic, because the processor reads and writes an aligned word as a whole.  The file keeps its contents when the rig
-ends, as the memory on a card does.  Nothing announces a change: each side looks as often as it wants.
+ends, as the memory on a card does.  Nothing announces a change: each side looks as often as it wants.  Faults act at
+the end of each device.
 """
 
 import mmap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
+
+from pydantic import Field
 
 from fieldrig.bus import Attachment, DirectBus, Time
 from fieldrig.device import Tool, WayIn
@@ -16,6 +19,7 @@ from fieldrig.errors import BusError
 from fieldrig.link import SharedWords
 from fieldrig.settings import Settings
 from fieldrig.system.own_files import open_file
+from fieldrig_bus.dualport.faults import MODELS, FaultyWords, MemoryFault
 from fieldrig_bus.dualport.message import WORDS, Words, check_interest, check_sent, decode, encode, show
 
 SIZE: Final = 2 * WORDS
@@ -48,12 +52,17 @@ class SharedMemory:
 class MemoryEnd:
     """One device's end; it implements `MemoryLink`."""
 
-    def __init__(self, at: Attachment, memory: SharedMemory) -> None:
+    def __init__(self, at: Attachment, memory: SharedMemory, faults: Iterable[MemoryFault] = ()) -> None:
         self._at, self.memory = at, memory
-        self.words: SharedWords | None = memory.words
+        words = FaultyWords(at, memory.words, faults)
+        self.words: SharedWords | None = words
+        self.injected = words.injected
+        """The faults of this end."""
+        self._words = words
 
     def send(self, message: Words) -> None:
-        self.memory.write(message.first, message.values)
+        for word, value in enumerate(message.values, message.first):
+            self._words[word] = value
         self._at.heard(self._at.member, message)
 
     def on_receive(self, handler: Callable[[Words], None], interest: Sequence[object] | None = None) -> None:
@@ -61,7 +70,7 @@ class MemoryEnd:
 
 
 class DualPortSettings(Settings):
-    pass
+    faults: list[MemoryFault] = Field(default=[], description="faults at each device's own end, from the start")
 
 
 class DualPortShm(DirectBus[Words]):
@@ -69,6 +78,7 @@ class DualPortShm(DirectBus[Words]):
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
     family: ClassVar[str] = "dualport"
     messages: ClassVar[tuple[type, ...]] = (Words,)
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     encode = staticmethod(encode)
     decode = staticmethod(decode)
@@ -86,7 +96,7 @@ class DualPortShm(DirectBus[Words]):
             memory = SharedMemory(path)
         except OSError as cause:
             raise BusError(f"{path} cannot be mapped: {cause}", "check the permissions and the space there") from cause
-        end = self._ends[at.member] = MemoryEnd(at, memory)
+        end = self._ends[at.member] = MemoryEnd(at, memory, self.settings.faults)
         return end
 
     async def close(self, member: str) -> None:

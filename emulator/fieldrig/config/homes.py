@@ -33,6 +33,17 @@ def homes(rules: Rules, buses: Collection[Any], devices: Mapping[Any, Any]) -> d
     return {name: _own(entry) or _by_rule(rules, buses, str(name), entry) for name, entry in devices.items()}
 
 
+def home_of_hub(bus: str, own: str | None, members: Collection[str], has_own_process: bool) -> str:
+    """Return the process that runs the hub of a model bus: `own`, else that of all its members, else one of its name.
+
+    `members` are the processes of the devices that are linked to the bus.
+    """
+    if own is not None:
+        return own
+    used = set(members)
+    return used.pop() if len(used) == 1 and not has_own_process else bus
+
+
 def unmatched(rules: Rules, buses: Collection[Any], devices: Mapping[Any, Any]) -> Iterator[WrongKey]:
     """Yield the words of the rules that no device matches."""
     for process, words in rules.items():

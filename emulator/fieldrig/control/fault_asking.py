@@ -2,8 +2,8 @@
 of a bus whose medium is outside the rig.
 
 `about_faults` is a generator, so that a command without an event loop and a process with one ask in the same way: it
-yields questions, is sent their answers, and returns the whole answer.  NoAnswerError is thrown into it for a question
-that nothing has answered.
+yields questions, is sent their answers, and returns the whole answer.  A ControlError is thrown into it for a question
+that was refused, and its NoAnswerError for one that nothing has answered.
 """
 
 from collections.abc import Generator, Iterable, Mapping
@@ -35,8 +35,8 @@ def ask(client: Client, asking: Asking) -> Any:
             try:
                 asked = client.ask_all if question.of_all else client.ask
                 answer = asked(question.path, question.message)
-            except NoAnswerError as none:
-                question = asking.throw(none)
+            except ControlError as refusal:
+                question = asking.throw(refusal)
             else:
                 question = asking.send(answer)
     except StopIteration as end:
@@ -92,8 +92,15 @@ def _of_ends(bus: str, ends: Mapping[str, Any], verb: str, message: Any) -> Aski
     if verb == "add_fault":
         given = yield Question(f"end/{bus}/*/given", of_all=True)
         number = 1 + max(given.values())
-        for device in ends:
-            yield Question(f"end/{bus}/{device}/add_fault", {**message, "number": number})
+        having = []
+        try:
+            for device in ends:
+                yield Question(f"end/{bus}/{device}/add_fault", {**message, "number": number})
+                having.append(device)
+        except ControlError:
+            for device in having:  # an end that cannot know the condition of the fault: none has it
+                yield Question(f"end/{bus}/{device}/clear_fault", {"number": number})
+            raise
         return {"number": number}
     numbers = [int(number) for number in there] if message["number"] is None else [message["number"]]
     for number in numbers:

@@ -16,7 +16,8 @@ OPERATORS: Final[dict[str, Callable[[Any, Any], bool]]] = {
     "<": operator.lt,
     ">": operator.gt,
 }
-VIRTUAL_ONLY: Final = "when: a fault waits for a point only in virtual time\nadd the fault at the milestone instead"
+REMEDY: Final = "in real time a fault waits for points of its own process: give both the same `process`"
+"""The remedy for a condition on a device that runs in another process."""
 LONGEST: Final = 1_000
 FORM: Final = "expected DEVICE/POINT, or DEVICE/POINT with ==, !=, <, >, <= or >= and a value"
 _PARTS: Final = re.compile(

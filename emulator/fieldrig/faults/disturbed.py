@@ -145,10 +145,16 @@ class Disturbed(BusModel[M]):
     def conditions(self, now_ns: int) -> Mapping[str, str]:
         return self.model.conditions(now_ns)
 
-    def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
+    @property
+    def given(self) -> int:
+        """The highest number of a fault so far."""
+        return self._faults.given
+
+    def add_fault(self, now_ns: int, fault: Mapping[str, Any], number: int | None = None) -> int:
+        """Add a fault, under `number` if the caller adds it in several places."""
         settings = fault_of(fault, self.effects.models)
         self.effects.check(settings, self._members)
-        return self._add(now_ns, settings)
+        return self._add(now_ns, settings, number)
 
     def begin_fault(self, now_ns: int, number: int) -> None:
         fault = self._faults.release(now_ns, number)
@@ -166,8 +172,8 @@ class Disturbed(BusModel[M]):
     def all_faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
         return self._faults.about(now_ns)
 
-    def _add(self, now_ns: int, settings: Timed) -> int:
-        fault = self._faults.add(now_ns, settings)
+    def _add(self, now_ns: int, settings: Timed, number: int | None = None) -> int:
+        fault = self._faults.add(now_ns, settings, number)
         if not self._faults.is_held(fault.number):
             self._plan(fault)
         self._choose_way(now_ns)

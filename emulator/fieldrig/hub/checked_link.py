@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from fieldrig.bus import Bus
-from fieldrig.link import SharedWords, patience_of, words_behind
+from fieldrig.link import PoweredLink, SharedWords, patience_of, words_behind
 from fieldrig.outside.untrusted import shown
 
 
@@ -43,6 +43,11 @@ class CheckedLink:
         except (TypeError, ValueError) as cause:
             raise uninteresting(cause, self._member, self._bus.name, interest) from cause
         self._link.on_receive(handler, interest)
+
+    def switch(self, is_on: bool) -> None:
+        """Tell the bus's own end whether its device has power, if it wants to know (`PoweredLink`)."""
+        if isinstance(self._link, PoweredLink):
+            self._link.switch(is_on)
 
     @property
     def patience_ns(self) -> int:

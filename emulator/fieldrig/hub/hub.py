@@ -13,9 +13,9 @@ from typing import Any
 
 from fieldrig.bus import Delivery, ModelBus
 from fieldrig.clock import MS, Alarm
-from fieldrig.errors import BusError, refusals
-from fieldrig.faults.condition import VIRTUAL_ONLY
+from fieldrig.errors import refusals
 from fieldrig.faults.disturbed import medium_of
+from fieldrig.faults.waiting import WaitingFaults
 from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.hub.server import HubServer
 from fieldrig.link import Link
@@ -73,14 +73,15 @@ class LocalHub:
         on_delivery: Callable[[Delivery[Any]], None] | None = None,
         seed: int = 0,
         pace: Pace | None = None,
+        waiting: WaitingFaults | None = None,
     ) -> None:
-        """`pace` is that of this process for what outsiders send."""
+        """`pace` is that of this process for what outsiders send; `waiting` holds its faults that wait for a point."""
         self.bus, self.clock, self.on_delivery = bus, clock, on_delivery
         self.model = medium_of(bus)
         self.model.begin(clock.now_ns(), Random(f"{seed}/{bus.name}"))
-        if any("when" in fault for fault in self.model.all_faults(clock.now_ns()).values()):
-            what, remedy = VIRTUAL_ONLY.splitlines()
-            raise BusError(f"{bus.name}: {what}", remedy)
+        self._waiting = waiting
+        if waiting is not None:
+            waiting.know(bus.name, self)
         self._run = run
         self._unpowered: set[str] = set()
         self._members: dict[str, Callable[[Delivery[Any]], None]] = {}
@@ -195,13 +196,20 @@ class LocalHub:
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         """Add a fault of the bus from now on, and return its number.  ControlError for a fault that it refuses."""
         with refusals(self.bus.name):
-            if fault.get("when") is not None:
-                raise ValueError(VIRTUAL_ONLY)
             number = self.model.add_fault(self.clock.now_ns(), fault)
+        if self._waiting is not None:
+            self._waiting.arm(self.bus.name, number)
         self.carry()
         return number
 
+    def begin_fault(self, number: int) -> None:
+        """Begin a fault that waits for its condition, which is met now."""
+        self.model.begin_fault(self.clock.now_ns(), number)
+        self.carry()
+
     def clear_fault(self, number: int) -> None:
+        if self._waiting is not None:
+            self._waiting.forget(self.bus.name, number)
         with refusals(self.bus.name):
             self.model.clear_fault(self.clock.now_ns(), number)
         self.carry()

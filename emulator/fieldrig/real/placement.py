@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from fieldrig.bus import ModelBus
 from fieldrig.config.entries import BusEntry, DeviceEntry
+from fieldrig.config.homes import home_of_hub
 from fieldrig.config.keys import OnExit
 from fieldrig.config.rig_file import RigConfig, start_order
 from fieldrig.errors import RigError
@@ -50,13 +51,8 @@ def linked_buses(device: DeviceEntry) -> tuple[str, ...]:
 
 
 def _process_of(entry: BusEntry) -> str:
-    if entry.process is not None:
-        return entry.process
     assert isinstance(entry.bus, ModelBus)
-    homes = set(entry.members.values())
-    if len(homes) == 1 and not entry.bus.own_process:
-        return homes.pop()
-    return entry.name
+    return home_of_hub(entry.name, entry.process, list(entry.members.values()), entry.bus.own_process)
 
 
 def _plan(name: str, config: RigConfig, hubs: dict[str, str], homes: dict[str, str]) -> ProcessPlan:

@@ -16,13 +16,14 @@ from fieldrig.config.build import build_device
 from fieldrig.config.entries import DeviceEntry
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.bus_questions import answers_of_bus
-from fieldrig.control.end_questions import FaultyEnd, TellingEnd, answers_of_end
+from fieldrig.control.end_questions import FaultsOfOneEnd, FaultyEnd, TellingEnd, answers_of_end
 from fieldrig.control.messages import Control
 from fieldrig.control.notices import Watched
 from fieldrig.control.subject import Subject
 from fieldrig.device import Device
 from fieldrig.errors import BusError
 from fieldrig.faults.power import loses_power
+from fieldrig.faults.waiting import WaitingFaults
 from fieldrig.hub.attach import OutsidersLink, RemoteLink
 from fieldrig.hub.bus_stream import OnDelivery
 from fieldrig.hub.checked_link import CheckedLink
@@ -32,6 +33,7 @@ from fieldrig.loop.pace import Pace, beside_a_cycle
 from fieldrig.loop.real_clock import DeviceClock, RealClock
 from fieldrig.real.background_process import BackgroundProcesses
 from fieldrig.real.placement import ProcessPlan, linked_buses
+from fieldrig.real.process_points import ProcessPoints
 from fieldrig.real.progress import step
 from fieldrig.real.switched import Switched
 from fieldrig.storage.store import FileStore
@@ -98,6 +100,9 @@ class DeviceProcess:
         self._direct: list[tuple[DirectBus[Any], str]] = []
         self._waits: set[asyncio.Task[None]] = set()
         self.background = BackgroundProcesses(clock)
+        points = ProcessPoints(plan.name, self.devices)
+        self.waiting = WaitingFaults(clock, points, points.tell)
+        """The faults that wait until a point of one of its devices has a value."""
         self.pace = beside_a_cycle(clock) if self._serves_a_cycle() else Pace(clock)
 
     def path(self, name: str) -> Path:
@@ -135,7 +140,7 @@ class DeviceProcess:
             bus = self.config.buses[name].bus
             assert isinstance(bus, ModelBus)
             step(f"opening {name}")
-            hub = LocalHub(bus, self.clock, self._run, seed=self.config.seed, pace=self.pace)
+            hub = LocalHub(bus, self.clock, self._run, seed=self.config.seed, pace=self.pace, waiting=self.waiting)
             await hub.open()
             self.hubs[name] = hub
             self.serve(name, hub)
@@ -178,12 +183,14 @@ class DeviceProcess:
                     partial(self._built, entry, ends, store),
                     tuple(ends.values()),
                     partial(self.clock.cancel_timers_of, entry.name),
+                    self.waiting,
                 )
         for name, device in self.devices.items():
             step(f"starting {name}")
             with blamed(name, self.clock.now_ns()):
                 self.clock.handle(device.start)
                 self.clock.handle(partial(self._lose_power, name))
+        self.clock.handle(self.waiting.arm_all)
 
     def _lose_power(self, name: str) -> None:
         """Take the power from a device that has none from the start."""
@@ -240,7 +247,8 @@ class DeviceProcess:
             link = await bus.open(End(device, bus, self))
             self._direct.append((bus, device))
             if isinstance(link, FaultyEnd):
-                self.control.serve(f"end/{name}/{device}/*", answers_of_end(name, link, self.clock))
+                end = FaultsOfOneEnd(f"{name} of {device}", link.injected, self.waiting)
+                self.control.serve(f"end/{name}/{device}/*", answers_of_end(name, end, self.clock))
                 self._faulty_ends.append((name, link))
             if isinstance(link, TellingEnd):
                 self._telling_ends.append((name, link))

@@ -5,23 +5,17 @@ Work that it has given to the background before that still ends, and its result 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 from fieldrig.clock import Clock
 from fieldrig.device import Device, Point, Value
 from fieldrig.errors import ControlError
-from fieldrig.faults.condition import VIRTUAL_ONLY
 from fieldrig.faults.faults import fault_of
 from fieldrig.faults.mains import Mains
 from fieldrig.faults.power import MODELS, loses_power
-from fieldrig.link import Link
-
-
-@runtime_checkable
-class Powered(Protocol):
-    """An end of a bus that can tell its hub that its device has no power."""
-
-    def switch(self, is_on: bool) -> None: ...
+from fieldrig.faults.waiting import WaitingFaults
+from fieldrig.link import Link, PoweredLink
+from fieldrig.points.watched_points import Change, WatchedPoints
 
 
 def _deaf(_: Any) -> None:
@@ -38,13 +32,21 @@ class Switched(Device):
         build: Callable[[], Device],
         links: Sequence[Link[Any]],
         cancel: Callable[[], None],
+        waiting: WaitingFaults | None = None,
     ) -> None:
-        """`build` returns a new device on these links, and `cancel` ends all timers of the former one."""
+        """`build` returns a new device on these links, and `cancel` ends all timers of the former one.
+
+        `waiting` holds the faults of the process that wait for a point.
+        """
         self._name, self._clock, self._build, self._links, self._cancel = name, clock, build, links, cancel
         self._mains = Mains(clock, self._switch)
         self.present = build()
         """The device as it was built last."""
-        self._is_on = True
+        self.watched = WatchedPoints(self.present)
+        """The points whose changes are watched."""
+        self._is_on, self._waiting = True, waiting
+        if waiting is not None:
+            waiting.know(name, self)
 
     def start(self) -> None:
         self.present.start()
@@ -69,9 +71,13 @@ class Switched(Device):
         return self.present.answer(question, message)
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
+        number = self._add_fault(fault)
+        if self._waiting is not None:
+            self._waiting.arm(self._name, number)
+        return number
+
+    def _add_fault(self, fault: Mapping[str, Any]) -> int:
         own = self.present.injected
-        if fault.get("when") is not None:
-            raise ValueError(VIRTUAL_ONLY)
         if loses_power(type(self.present), fault):
             above = 0 if own is None else own.given
             return self._mains.add(self._clock.now_ns(), self._name, fault_of(fault, MODELS), above)
@@ -79,7 +85,16 @@ class Switched(Device):
             own.records.reserve(self._mains.given(self._name))
         return self.present.add_fault(fault)
 
+    def begin_fault(self, number: int) -> None:
+        """Begin a fault that waits for its condition, which is met now."""
+        if self._mains.has(self._name, number):
+            self._mains.begin(self._clock.now_ns(), self._name, number)
+        elif self.present.injected is not None:
+            self.present.injected.begin(number)
+
     def clear_fault(self, number: int) -> None:
+        if self._waiting is not None:
+            self._waiting.forget(self._name, number)
         if self._mains.has(self._name, number):
             self._mains.clear(self._clock.now_ns(), self._name, number)
         else:
@@ -88,6 +103,10 @@ class Switched(Device):
     def faults(self) -> Mapping[int, Mapping[str, Any]]:
         power = self._mains.about(self._clock.now_ns(), self._name)
         return dict(sorted({**self.present.faults(), **power}.items()))
+
+    def changes(self) -> list[Change]:
+        """Return the changes of watched points since the last call; without power there are none."""
+        return self.watched.take() if self._is_on else []
 
     def _check_on(self) -> None:
         if not self._is_on:
@@ -100,10 +119,11 @@ class Switched(Device):
             for link in self._links:
                 link.on_receive(_deaf, ())
         for link in self._links:
-            if isinstance(link, Powered):
+            if isinstance(link, PoweredLink):
                 link.switch(is_on)
         if is_on:
             former, self.present = self.present, self._build()
             if former.injected is not None and self.present.injected is not None:
                 self.present.injected.adopt(former.injected)
+            self.watched.move_to(self.present)
             self.present.start()

@@ -17,10 +17,10 @@ from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.link import Link
 from fieldrig.points.access import read_point, read_points, write_point
 from fieldrig.points.facts import facts_of
+from fieldrig.points.watched_points import Change, WatchedPoints
 from fieldrig.storage.store import Store
 from fieldrig.text.exception_notes import blame, blamed
 from fieldrig.text.nearest import closest
-from fieldrig.virtual.watched_points import Change, WatchedPoints
 
 BusName = str
 Deliveries = Sequence[tuple[BusName, Any]]

@@ -13,9 +13,9 @@ from fieldrig.bus import Bus
 from fieldrig.config.entries import DeviceEntry
 from fieldrig.device import Value
 from fieldrig.errors import RigError
+from fieldrig.points.watched_points import Change
 from fieldrig.storage.store import Store
 from fieldrig.virtual.node import BusName, Deliveries, LocalNode, Outbox, Stepped
-from fieldrig.virtual.watched_points import Change
 
 
 class RemoteNode:

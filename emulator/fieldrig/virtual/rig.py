@@ -22,6 +22,7 @@ from fieldrig.faults.disturbed import medium_of
 from fieldrig.faults.faults import Timed, fault_of
 from fieldrig.faults.mains import Mains
 from fieldrig.faults.power import MODELS, loses_power
+from fieldrig.faults.triggers import Triggers
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
 from fieldrig.shortcuts import Shortcut
@@ -30,7 +31,6 @@ from fieldrig.text.nearest import closest
 from fieldrig.virtual.node import Deliveries, EventNode, LocalNode, Node, Outbox
 from fieldrig.virtual.readings import Readings, seconds
 from fieldrig.virtual.remote_node import RemoteNode
-from fieldrig.virtual.triggers import Triggers
 
 LONGEST_INSTANT = 10_000
 """Rounds of reactions at one instant after which the rig reports an endless exchange between devices."""

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fieldrig.clock import VirtualClock
 from fieldrig.errors import BusError
 from fieldrig.link import words_behind
 from fieldrig_bus.dualport.message import Words, check_sent, decode, encode, show
@@ -19,7 +20,7 @@ class At:
     """The surroundings of an end, in a run folder."""
 
     def __init__(self, run: Path, member: str) -> None:
-        self.run, self.member = run, member
+        self.run, self.member, self.clock = run, member, VirtualClock()
         self.traced: list[tuple[str, Any]] = []
 
     def path(self, name: str) -> Path:

@@ -1,9 +1,9 @@
-"""The faults of a rig in virtual time that wait until a point has a value."""
+"""The faults that wait until a point has a value, in virtual time and in a process of a rig in real time."""
 
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-from fieldrig.clock import MS, VirtualClock
+from fieldrig.clock import MS, Clock
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.faults.condition import Condition
@@ -18,6 +18,10 @@ class Points(Protocol):
     def on_change(self, point: str, call: Callable[[Value], None]) -> Callable[[], None]: ...
 
 
+def _nothing() -> None:
+    """Do nothing."""
+
+
 class _Waiting(NamedTuple):
     condition: Condition
     end: Callable[[], None]
@@ -28,13 +32,19 @@ class Triggers:
     """Looks at each change of the points of conditions, and once in a millisecond, and begins the faults."""
 
     def __init__(
-        self, clock: VirtualClock, points: Points, begin: Callable[[str, int], None], wake: Callable[[], None]
+        self,
+        clock: Clock,
+        points: Points,
+        begin: Callable[[str, int], None],
+        wake: Callable[[], None] = _nothing,
+        tell: Callable[[], None] = _nothing,
     ) -> None:
         """`begin` is called by the clock with the bus or device, and the number of its fault.
 
-        `wake` is called when the clock has something to do now.
+        `wake` is called when the clock has something to do now, and `tell` before each look, where changes of points
+        are not reported at their instants.
         """
-        self._clock, self._points, self._begin, self._wake = clock, points, begin, wake
+        self._clock, self._points, self._begin, self._wake, self._tell = clock, points, begin, wake, tell
         self._waiting: dict[tuple[str, int], _Waiting] = {}
 
     def add(self, now_ns: int, where: str, number: int, condition: Condition) -> None:
@@ -60,6 +70,7 @@ class Triggers:
             waiting.end()
 
     def _look(self) -> None:
+        self._tell()
         for (where, number), waiting in list(self._waiting.items()):
             try:
                 value = self._points.get(waiting.condition.point)

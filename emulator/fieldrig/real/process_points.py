@@ -1,0 +1,54 @@
+"""The points of the devices of one process in real time, as faults wait for their values."""
+
+from collections.abc import Callable, Mapping
+
+from fieldrig.device import Value
+from fieldrig.errors import ControlError
+from fieldrig.faults.condition import REMEDY
+from fieldrig.points.access import read_point
+from fieldrig.points.names import split_point
+from fieldrig.real.switched import Switched
+
+OnChange = Callable[[Value], None]
+
+
+class ProcessPoints:
+    """It implements `triggers.Points`.  `tell` reports every change, in order."""
+
+    def __init__(self, process: str, devices: Mapping[str, Switched]) -> None:
+        self._process, self._devices = process, devices
+        self._calls: dict[str, dict[str, list[OnChange]]] = {}
+        """The calls for changes of points, by device and key."""
+
+    def get(self, point: str, key: str | None = None) -> Value:
+        """Return the present value.  ControlError for a point that this process does not have."""
+        device, key = split_point(point, key)
+        return read_point(device, self._device(device).points(), key)
+
+    def on_change(self, point: str, call: OnChange) -> Callable[[], None]:
+        """Call `call(value)` for each change from now on.  Returns a function that ends the watch."""
+        name, key = split_point(point)
+        device = self._device(name)
+        calls = self._calls.setdefault(name, {}).setdefault(key, [])
+        if not calls:
+            device.watched.watch(key)
+        calls.append(call)
+
+        def end() -> None:
+            calls.remove(call)
+            if not calls:
+                device.watched.unwatch(key)
+
+        return end
+
+    def tell(self) -> None:
+        """Tell the changes since the last call."""
+        for name, keys in self._calls.items():
+            for change in self._devices[name].changes():
+                for call in list(keys.get(change.key, ())):
+                    call(change.value)
+
+    def _device(self, name: str) -> Switched:
+        if name not in self._devices:
+            raise ControlError(f"{name} is no device of the process {self._process}", REMEDY)
+        return self._devices[name]
