@@ -24,17 +24,22 @@ from starlette.types import ASGIApp
 
 from fieldrig.errors import RigError
 from fieldrig.outside.page_seat import Seat
-from fieldrig_page import api, points_api, rig_api
+from fieldrig_page import api, picture_api, points_api, rig_api
 from fieldrig_page.api import Operation
 from fieldrig_page.guard import Guard, Hosts
+from fieldrig_page.life import Life
 from fieldrig_page.live import Live, Topic
 from fieldrig_page.rig_link import RigLink
 from fieldrig_page.rig_state import RigState
 
 STATIC: Final = Path(__file__).parent / "static"
 
-TOPICS: Final[tuple[Callable[[RigLink], Topic], ...]] = (RigState,)
-OPERATIONS: Final[tuple[Callable[[RigLink], Iterable[Operation]], ...]] = (rig_api.operations, points_api.operations)
+TOPICS: Final[tuple[Callable[[RigLink], Topic], ...]] = (RigState, Life)
+OPERATIONS: Final[tuple[Callable[[RigLink], Iterable[Operation]], ...]] = (
+    rig_api.operations,
+    picture_api.operations,
+    points_api.operations,
+)
 
 # Whatever the system says that these are: a browser runs no module of another type.
 for ending in (".js", ".mjs"):

@@ -140,6 +140,11 @@ def texts_of(settings: Settings) -> Iterator[str]:
     yield from _texts(settings.model_dump())
 
 
+def wired_keys(settings: Settings) -> Iterator[str]:
+    """Yield the keys in settings that lead to a text, such as the object in `{"6000:01.0": "tank.high"}`."""
+    yield from _keys(settings.model_dump())
+
+
 def _texts(value: Any) -> Iterator[str]:
     if isinstance(value, str):
         yield value
@@ -150,3 +155,11 @@ def _texts(value: Any) -> Iterator[str]:
     elif isinstance(value, list | tuple | set | frozenset):
         for item in value:
             yield from _texts(item)
+
+
+def _keys(value: Any) -> Iterator[str]:
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            if isinstance(key, str) and any(True for _ in _texts(item)):
+                yield key
+            yield from _keys(item)

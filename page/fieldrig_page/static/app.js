@@ -6,6 +6,7 @@ import { live, role, useLive, useWish } from './live.js';
 // Each view is a module with `export function View({rig, path, role})`; `path` is what follows its hash.  One that needs
 // a name, such as `#/device/NAME`, is hidden from the navigation.
 const VIEWS = [
+  { title: 'Picture', hash: 'picture', load: () => import('./picture.js') },
   { title: 'Processes', hash: 'processes', load: () => import('./processes.js') },
 ];
 // What `#/` shows.

@@ -1,0 +1,86 @@
+"""The state of each part of a rig in one word, and why: the rule behind the colours of the picture."""
+
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from typing import Any, Final, NamedTuple
+
+from fieldrig.control.fault_questions import in_words
+from fieldrig.device import POWER_OFF
+from fieldrig.text.digits import show_value
+
+READY: Final = "ready"
+ENDED: Final = ("dead", "gone")
+"""States of a process that does not run; in any other it runs, or is on its way."""
+
+
+class Level(StrEnum):
+    """The meaning of the colour of a part.  Each level has a word beside it."""
+
+    OK = "ok"
+    LATE = "late"
+    FAULT = "fault"
+    DOWN = "down"
+
+
+class PartState(NamedTuple):
+    level: Level
+    word: str
+    why: tuple[str, ...] = ()
+    """A line for each fault, trouble or condition."""
+
+
+class Process(NamedTuple):
+    """The process that runs a part, as far as it is known."""
+
+    state: str = READY
+    late: str = ""
+    """Words for how late the host is for it; "" if it is not."""
+    restarts: int = 0
+
+
+Faults = Mapping[Any, Mapping[str, Any]]
+
+
+def state_of_device(process: Process, faults: Faults, troubles: Mapping[str, Any]) -> PartState:
+    """Return the state of a device: of its process, its power, its faults, and what it reports itself."""
+    active = _active(faults)
+    why = (*_in_lines(active), *(f"{key} {show_value(value)}" for key, value in troubles.items() if value))
+    if process.state in ENDED:
+        return PartState(Level.DOWN, "down", why)
+    if any(fault.get("what") == POWER_OFF for fault in active):
+        return PartState(Level.DOWN, "power off", why)
+    return _of_running(process, active, why, "trouble")
+
+
+def state_of_bus(
+    process: Process, faults: Faults, conditions: Mapping[str, str], figures: Mapping[str, float]
+) -> PartState:
+    """Return the state of a bus: of the process that runs it, its faults and its conditions, such as an open ring."""
+    active = _active(faults)
+    why = (*_in_lines(active), *conditions.values())
+    if process.state in ENDED:
+        return PartState(Level.DOWN, "down", why)
+    if figures.get("ring_closed") == 0 and figures.get("cycles"):
+        return PartState(Level.FAULT, "open", why)
+    return _of_running(process, active, why, "alarm")
+
+
+def _of_running(process: Process, active: Sequence[Mapping[str, Any]], why: tuple[str, ...], word: str) -> PartState:
+    """Return the state of a part whose process runs; `word` is for something wrong without a fault that was added."""
+    if active:
+        return PartState(Level.FAULT, str(active[0].get("what", "fault")).replace("_", " "), why)
+    if why:
+        return PartState(Level.FAULT, word, why)
+    if process.state != READY:
+        return PartState(Level.LATE, process.state, why)
+    if process.late:
+        return PartState(Level.LATE, "late", (f"the host is late: {process.late}",))
+    return PartState(Level.OK, READY)
+
+
+def _active(faults: Faults) -> list[Mapping[str, Any]]:
+    return [fault for fault in faults.values() if fault.get("state") == "on"]
+
+
+def _in_lines(faults: Sequence[Mapping[str, Any]]) -> list[str]:
+    return [f"fault: {in_words(fault)}" for fault in faults]

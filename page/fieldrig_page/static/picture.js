@@ -1,0 +1,96 @@
+// The rig as a picture: cards in a grid, placed by the rule of the server (layout.py), and alive by the topic `life`.
+import { html } from 'htm/preact';
+import { useEffect, useLayoutEffect, useMemo, useRef, useState } from 'preact/hooks';
+import { api, useLive, useWish } from './live.js';
+import { Card, familyOf } from './picture/card.js';
+import { Chosen } from './picture/chosen.js';
+import { EMPTY, reduce } from './picture/life.js';
+import { Ring } from './picture/ring.js';
+
+const SMALL = 8;  // devices of a rig that leaves room for the scope beside its picture
+const NOTHING = {};
+
+export function View({ role }) {
+  const [graph, setGraph] = useState(null), [refusal, setRefusal] = useState(null);
+  const life = useLive('life', reduce, EMPTY);
+  useWish('life', true);
+  useEffect(() => { api('GET', 'rig').then(setGraph, setRefusal); }, []);
+  if (refusal) return html`<p class="refusal" role="alert">${refusal.what} ${refusal.remedy}</p>`;
+  if (!graph) return html`<p class="quiet">The picture is loading.</p>`;
+  const isSmall = Object.keys(graph.devices).length <= SMALL;
+  return html`<div class=${isSmall ? 'beside' : ''}><${Picture} graph=${graph} life=${life} mayOperate=${role === 'operate'} isSmall=${isSmall} />
+    ${isSmall && html`<${Beside} role=${role} />`}</div>`;
+}
+
+// The scope beside the picture of a small rig, if this installation has it.
+function Beside(props) {
+  const [scope, setScope] = useState(null);
+  useEffect(() => { import('./scope/scope.js').then(module => setScope(() => module.View), () => undefined); }, []);
+  return scope && html`<${scope} ...${props} path=${[]} isBeside=${true} />`;
+}
+
+function usePlaces(host) {
+  const [width, setWidth] = useState(0), [places, setPlaces] = useState(null);
+  useLayoutEffect(() => {
+    const sizes = new ResizeObserver(() => setWidth(Math.floor(host.current.clientWidth)));
+    sizes.observe(host.current);
+    return () => sizes.disconnect();
+  }, []);
+  useEffect(() => {
+    if (!width) return undefined;
+    let isLate = false;
+    api('GET', `rig/layout?width=${width}`).then(found => { if (!isLate) setPlaces(found); });
+    return () => { isLate = true; };
+  }, [width]);
+  return places;
+}
+
+function Picture({ graph, life, mayOperate, isSmall }) {
+  const host = useRef(null), places = usePlaces(host);
+  const [chosen, setChosen] = useState(null), [refusal, setRefusal] = useState(null);
+  const partners = useMemo(() => new Set(chosen ? graph.partners[chosen] : []), [chosen]);
+  const act = (method, path, body) => api(method, path, body).then(() => setRefusal(null), setRefusal);
+  const counts = `${Object.keys(graph.devices).length} devices, ${Object.keys(graph.buses).length} buses`;
+  const rings = Object.values(graph.buses).filter(bus => bus.shape === 'ring');
+  return html`<section class="picture" aria-labelledby="picture-title"><h2 id="picture-title">Rig <small>${counts}</small><${Legend} /></h2>
+    ${refusal && html`<p class="refusal" role="alert"><b>${refusal.what}</b> ${refusal.remedy}</p>`}
+    <div class=${`grid ${isSmall ? 'large' : ''}`} ref=${host} style=${places ? gridOf(places) : {}}>
+      ${places && html`${rings.map(bus => html`<${Ring} key=${bus.name} bus=${bus} host=${host} cuts=${life.parts[bus.name]?.cuts || NOTHING} mayOperate=${mayOperate} stamp=${places}
+          onCut=${after => act('POST', 'faults', { part: bus.name, what: 'break', after })} onHeal=${number => act('DELETE', `faults/${bus.name}/${number}`)} />`)}
+        ${places.strips.map(strip => html`<${Strip} key=${`${strip.bus} ${strip.row} ${strip.first}`} strip=${strip} bus=${graph.buses[strip.bus]} part=${life.parts[strip.bus] || NOTHING} places=${places} />`)}
+        ${Object.entries(places.cards).map(([name, cell]) => html`<${Card} key=${name} device=${graph.devices[name]} part=${life.parts[name] || NOTHING}
+          keys=${life.values[name] || []} samples=${life.samples[name] || []} buses=${graph.buses} ports=${portsOf(graph, places, name)} ring=${graph.devices[name].buses.find(bus => graph.buses[bus].shape === 'ring')}
+          place=${{ gridRow: rowOf(places, cell.row) + places.levels[cell.row], gridColumn: cell.column + 1 }}
+          isChosen=${chosen === name} isPartner=${partners.has(name)} onChoose=${() => setChosen(chosen === name ? null : name)} />`)}`}
+    </div>
+    ${chosen && html`<${Chosen} name=${chosen} graph=${graph} part=${life.parts[chosen] || NOTHING} mayOperate=${mayOperate} onChoose=${setChosen} onClose=${() => setChosen(null)} />`}
+    <${Cables} graph=${graph} life=${life} places=${places} /></section>`;
+}
+
+const Legend = () => html`<small class="legend"><span class="pill ok">ready</span> <span class="pill late">late</span> <span class="pill fault">fault</span> <span class="pill down">down</span></small>`;
+
+// The first row of the grid that belongs to a row of cards: its strips come before the cards.
+const rowOf = (places, row) => 1 + places.levels.slice(0, row).reduce((sum, levels) => sum + levels + 1, 0);
+const gridOf = places => ({
+  gridTemplateColumns: `repeat(${places.columns}, minmax(0, 1fr))`,
+  gridTemplateRows: places.levels.map(levels => `${'20px '.repeat(levels)}auto`).join(' '),
+});
+
+const isOver = (strip, cell) => strip.row === cell.row && strip.first <= cell.column && cell.column <= strip.last;
+const portsOf = (graph, places, name) => graph.devices[name].buses.filter(bus =>
+  graph.buses[bus].shape !== 'wires' && !places.strips.some(strip => strip.bus === bus && isOver(strip, places.cards[name])));
+
+function Strip({ strip, bus, part, places }) {
+  const place = { gridRow: rowOf(places, strip.row) + places.levels[strip.row] - 1 - strip.level, gridColumn: `${strip.first + 1} / ${strip.last + 2}` };
+  const level = part.level || 'unknown';
+  return html`<div class=${`strip ${familyOf(bus)}`} style=${place} data-part=${strip.is_again ? null : bus.name}><a href=${`#/bus/${bus.name}`}>${bus.name}</a>
+    ${!strip.is_again && html`<span class="load">${part.load || bus.kind}</span>${level !== 'ok' && html`<span class="pill ${level}">${part.word || '…'}</span>`}`}</div>`;
+}
+
+// Cables and wires have no strip: they are listed below the cards with their loads.
+function Cables({ graph, life, places }) {
+  const listed = Object.values(graph.buses).filter(bus => !places?.strips.some(strip => strip.bus === bus.name));
+  return listed.length > 0 && html`<ul class="cables" aria-label="cables and wires">${listed.map(bus => { const part = life.parts[bus.name] || NOTHING, level = part.level || 'unknown';
+    return html`<li key=${bus.name} data-part=${bus.name}><a class="port ${familyOf(bus)}" href=${`#/bus/${bus.name}`}>${bus.name}</a> <span class="load">${part.load || bus.kind}</span>${level !== 'ok' && level !== 'unknown' && html` <span class="pill ${level}">${part.word}</span>`}</li>`; })}</ul>`;
+}
+

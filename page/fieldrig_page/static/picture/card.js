@@ -1,0 +1,24 @@
+// A device as a card: its name, kind and state, two values, a spark line, and the buses that no strip over it names.
+import { html } from 'htm/preact';
+import { show } from './life.js';
+import { Spark } from './spark.js';
+
+export const familyOf = bus => `f-${['can', 'modbus', 'serial', 'ring', 'pamring', 'wires'].includes(bus.family) ? bus.family : 'other'}`;
+const shortKind = kind => kind.replace(/^.*:/, '');
+
+export function Card({ device, part, keys, samples, ports, buses, place, ring, isChosen, isPartner, onChoose }) {
+  const now = samples[samples.length - 1] || [];
+  const drawn = keys.findIndex((_, at) => typeof now[at] === 'number');
+  const level = part.level || 'unknown';
+  const classes = ['card', level, isChosen && 'chosen', isPartner && 'partner'].filter(Boolean).join(' ');
+  return html`<article class=${classes} style=${place} data-part=${device.name} data-ring=${ring || null}>
+    <header><h3><a href=${`#/device/${device.name}`}>${device.name}</a></h3>
+      <span class="pill ${level}">${part.word || '…'}</span></header>
+    <p class="kind" title=${device.about}>${shortKind(device.kind)}</p>
+    <dl class="values">${keys.map((point, at) => html`<div key=${point.key}><dt title=${point.key}>${point.label}</dt>
+      <dd>${show(now[at])}${point.unit && html` <span class="unit">${point.unit}</span>`}</dd></div>`)}</dl>
+    ${drawn >= 0 ? html`<${Spark} values=${samples.map(row => row[drawn])} name=${`${device.name} ${keys[drawn].label}`} />` : html`<span class="spark" aria-hidden="true"></span>`}
+    <footer><span class="ports">${ports.map(bus => html`<a class="port ${familyOf(buses[bus])}" href=${`#/bus/${bus}`}>${bus}</a>`)}</span>
+      <button class="more" aria-pressed=${isChosen} aria-label=${`wires and partners of ${device.name}`} title="wires and partners" onClick=${onChoose}>⋯</button></footer>
+  </article>`;
+}

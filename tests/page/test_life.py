@@ -1,0 +1,105 @@
+"""The topic `life` and the picture's part of the API, on a rig in virtual time."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from in_loop import in_loop
+from page_bench import Socket, page_of
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+LAB = CONFIGS / "lab-virtual.yaml"
+RING: dict[str, Any] = {
+    "time": "virtual",
+    "buses": {"ring": {"kind": "ring.virtual"}},
+    "devices": {
+        name: {"kind": "mc4", "ring_address": address, "links": {"ring": "ring"}}
+        for address, name in enumerate(("first", "second"), 1)
+    },
+}
+"""A ring whose master is not there yet."""
+
+pytestmark = pytest.mark.long
+
+
+async def until(socket: Socket, holds: Any) -> dict[str, Any]:
+    """Merge frames of `life` as the page does until it holds, and return what is known then."""
+    known: dict[str, Any] = {"parts": {}, "values": {}, "samples": [], "events": []}
+    while not holds(known):
+        frame = await socket.until("life")
+        if frame["whole"]:
+            known = {"parts": {}, "values": {}, "samples": [], "events": []}
+        for key in ("parts", "values"):
+            known[key] |= frame.get(key, {})
+        for key in ("samples", "events"):
+            known[key] += frame.get(key, [])
+    return known
+
+
+@in_loop
+async def test_life_has_every_part_with_its_state_and_two_values() -> None:
+    async with page_of(LAB) as page:
+        socket = await page.socket("look")
+        await socket.send({"t": "want", "topic": "life", "wish": True})
+        known = await until(socket, lambda known: known["samples"])
+        assert set(known["parts"]) == {"tank", "io", "sensor", "drive", "can0", "mb_tcp", "mb_rtu", "wires"}
+        assert {part["word"] for part in known["parts"].values()} == {"ready"}
+        assert [point["key"] for point in known["values"]["tank"]] == ["level", "volume"]
+        assert known["samples"][0]["tank"] == [0.5, 0.125]
+        await socket.close()
+
+
+@in_loop
+async def test_a_fault_is_seen_while_it_lasts_with_its_event() -> None:
+    async with page_of(LAB) as page:
+        socket = await page.socket("look")
+        await socket.send({"t": "want", "topic": "life", "wish": True})
+        number = (await page.ask("device/tank/add_fault", {"fault": {"what": "power_off"}}))["number"]
+        known = await until(socket, lambda known: known["parts"].get("tank", {}).get("word") == "power off")
+        assert known["parts"]["tank"]["off"] == number
+        await page.ask("device/tank/clear_fault", {"number": number})
+        known = await until(socket, lambda known: known["parts"].get("tank", {}).get("word") == "ready")
+        assert "off" not in known["parts"]["tank"]
+        await socket.close()
+
+
+@in_loop
+async def test_a_page_that_comes_later_gets_the_whole() -> None:
+    async with page_of(LAB) as page:
+        first, second = await page.socket("look"), await page.socket("look")
+        await first.send({"t": "want", "topic": "life", "wish": True})
+        await until(first, lambda known: known["samples"])
+        await second.send({"t": "want", "topic": "life", "wish": True})
+        known = await until(second, lambda known: known["parts"])
+        assert len(known["parts"]) == 8
+        assert known["samples"][0].keys() == {"tank", "io", "sensor", "drive"}
+        for socket in (first, second):
+            await socket.close()
+
+
+@in_loop
+async def test_a_cut_of_a_ring_is_known_by_its_station() -> None:
+    async with page_of(RING) as page:
+        socket = await page.socket("look")
+        await socket.send({"t": "want", "topic": "life", "wish": True})
+        number = (await page.ask("bus/ring/add_fault", {"fault": {"what": "break", "after": "first"}}))["number"]
+        known = await until(socket, lambda known: known["parts"].get("ring", {}).get("cuts"))
+        assert known["parts"]["ring"]["cuts"] == {"first": number}
+        assert (known["parts"]["ring"]["level"], known["parts"]["ring"]["word"]) == ("fault", "break")
+        await page.ask("bus/ring/clear_fault", {"number": number})
+        await until(socket, lambda known: known["parts"].get("ring", {}).get("word") == "ready")
+        await socket.close()
+
+
+@in_loop
+async def test_the_picture_as_data() -> None:
+    async with page_of(LAB) as page:
+        rig = (await page.get("rig")).json
+        assert rig["devices"]["tank"]["kind"] == "plant.tank"
+        assert rig["buses"]["can0"]["members"] == ["io", "sensor"]
+        assert rig["partners"]["sensor"] == ["io", "tank"]
+        places = (await page.get("rig/layout?width=1200")).json
+        assert places["columns"] == 4
+        assert places["cards"].keys() == rig["devices"].keys()
+        assert (await page.get("rig/layout?width=0")).status == 422
+        assert (await page.get("rig/layout?width=wide")).status == 422
