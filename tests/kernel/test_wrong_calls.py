@@ -72,6 +72,13 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
         (("can0",), A_BUS),
         ((["dice"],), (r"has no device \['dice'\]", "there are|did you")),
     ],
+    "facts": [(("dise",), NO_DEVICE), (("can0",), A_BUS)],
+    "front": [(("dise",), NO_DEVICE), (("can0",), A_BUS)],
+    "values": [
+        (("dise",), NO_DEVICE),
+        (("can0",), A_BUS),
+        (("dice", ["throw"]), ("dice has no value 'throw'", "did you mean throws")),
+    ],
     "get": [
         (("dise/throws",), NO_DEVICE),
         (("dise", "throws"), NO_DEVICE),
@@ -144,6 +151,7 @@ def test_a_closed_rig_does_nothing_any_more(call: str) -> None:
         pass
     right: dict[str, tuple[Any, ...]] = {
         "run_until": (S,), "run_for": (S,), "until": (lambda: False, S), "attach": ("bench",), "keys": ("dice",),
+        "facts": ("dice",), "front": ("dice",), "values": ("dice",),
         "on_change": ("dice/throws", print), "detach": ("bench",),
         "get": ("dice/throws",), "set": ("dice/throws", 1), "answer": ("dice", "rethrow", {"times": 1}),
         "statistics": ("can0",), "conditions": ("can0",), "add_fault": ("can0", {"what": "drop"}),
