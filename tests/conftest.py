@@ -2,6 +2,8 @@ import gc
 import logging
 import signal
 from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
 
 import hypothesis
 import pytest
@@ -55,6 +57,18 @@ def pytest_collection() -> Iterator[None]:
         gc.freeze()
         gc.set_threshold(*SEARCHES)
         gc.enable()
+
+
+@cache
+def text_of(file: Path) -> str:
+    return file.read_text(encoding="utf-8")
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Refuse a mark that its stage would not find, as it looks into the files (`marked` in tests/driver/stages.py)."""
+    for mark in ("system", "vcan", "ppp"):
+        if item.get_closest_marker(mark) is not None and f"mark.{mark}" not in text_of(item.path):
+            raise pytest.UsageError(f"{item.nodeid}: expected pytest.mark.{mark} in the file itself")
 
 
 @pytest.fixture

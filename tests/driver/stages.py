@@ -62,6 +62,11 @@ def report_of(name: str) -> Path:
     return REPORTS / f"{name}.xml"
 
 
+def marked(mark: str, folder: str = "tests") -> list[str]:
+    """The files with tests that have a mark: a stage that names them need not collect all the others."""
+    return sorted(str(file) for file in Path(folder).rglob("test_*.py") if f"mark.{mark}" in file.read_text())
+
+
 def check_stage(name: str, about: str, command: Callable[[], list[str]]) -> Stage:
     return Stage(name, about, command, is_apart=True)
 
@@ -76,10 +81,21 @@ def pytest_stage(
     around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({}),
     in_real_time: bool = False,
     is_apart: bool = False,
+    files: Callable[[], list[str]] = list,
 ) -> Stage:
-    command = pytest_command(name, marks, *more)
-    again = (lambda: only_failed(name, marks, *PATIENT)) if in_real_time else None
-    return Stage(name, about, lambda: command, needs, wants, around, report_of(name), again, is_apart)
+    """A stage of the tests with these marks, in all files if `files` names none."""
+    again = (lambda: only_failed(name, marks, *PATIENT, *files())) if in_real_time else None
+    return Stage(
+        name,
+        about,
+        lambda: pytest_command(name, marks, *more, *files()),
+        needs,
+        wants,
+        around,
+        report_of(name),
+        again,
+        is_apart,
+    )
 
 
 @cache
@@ -88,7 +104,8 @@ def compile_foreign() -> None:
 
     A process in a guest can have some 65,000 pages, which is too little to compile them all.
     """
-    collect = [sys.executable, "-m", "pytest", FOREIGN, "--collect-only", "-p", "no:cacheprovider"]
+    files = {*marked("vcan", FOREIGN), *marked("ppp", FOREIGN)}
+    collect = [sys.executable, "-m", "pytest", *sorted(files), "--collect-only", "-p", "no:cacheprovider"]
     subprocess.run(collect, stdout=subprocess.DEVNULL, check=False)
 
 
@@ -102,7 +119,7 @@ def guest_stage(
     around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({}),
 ) -> Stage:
     """A stage in user-mode Linux; what it knows of failed tests is in its reports, which alone outlive the guest."""
-    where = (FOREIGN, "-o", f"cache_dir={REPORTS / f'{name}-cache'}")
+    where = (*marked(name, FOREIGN), "-o", f"cache_dir={REPORTS / f'{name}-cache'}")
     command, again = pytest_command(name, name, *where), only_failed(name, name, *where)
 
     @contextmanager
@@ -150,8 +167,9 @@ CHECKS = (
 )
 
 IN_MEMORY = "not system and not real and not docker"
+FORKED = ("-p", "tests.driver.forks", "--forks")
 # By default a signal ends a test that hangs, once: hypothesis then tries the same again, and hangs.
-ON_ALL_CORES = ("-n", "auto", "--dist=worksteal", "--timeout-method=thread")
+ON_ALL_CORES = (*FORKED, "--timeout-method=thread")
 UNIT = pytest_stage("unit", "in memory and in virtual time", IN_MEMORY, *ON_ALL_CORES)
 FEW_EXAMPLES = "--hypothesis-profile=quick"
 # What has become slow is named, so that it gets the mark `long`.
@@ -203,12 +221,11 @@ WHOLE = (
         "system",
         "processes, sockets, ptys",
         "system and not real and not docker",
-        "-n",
-        "auto",
-        "--dist=worksteal",
+        *FORKED,
         *PATIENT,
         wants=(needs.UML, needs.MBPOLL),
         in_real_time=True,
+        files=lambda: marked("system"),
     ),
 )
 
