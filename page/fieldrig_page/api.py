@@ -8,7 +8,7 @@ import json
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import version
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, Protocol, runtime_checkable
 
 from pydantic import TypeAdapter, ValidationError
 from starlette.requests import Request
@@ -82,6 +82,14 @@ class Operation:
             return await _answer(self, request)
 
         return Route(f"{BASE}/{self.path}", answer, methods=[self.method])
+
+
+@runtime_checkable
+class HasOperations(Protocol):
+    """A topic whose own state has operations too."""
+
+    def operations(self) -> Iterable[Operation]:
+        """Return its operations."""
 
 
 def document(operations: Iterable[Operation], rig: str) -> dict[str, Any]:

@@ -26,15 +26,19 @@ from fieldrig.errors import RigError
 from fieldrig.outside.page_seat import Seat
 from fieldrig_page import api, picture_api, points_api, rig_api
 from fieldrig_page.api import Operation
+from fieldrig_page.faults import Faults
 from fieldrig_page.guard import Guard, Hosts
 from fieldrig_page.life import Life
 from fieldrig_page.live import Live, Topic
+from fieldrig_page.programs import Programs
 from fieldrig_page.rig_link import RigLink
 from fieldrig_page.rig_state import RigState
+from fieldrig_page.traffic import Traffic
+from fieldrig_page.values import Values
 
 STATIC: Final = Path(__file__).parent / "static"
 
-TOPICS: Final[tuple[Callable[[RigLink], Topic], ...]] = (RigState, Life)
+TOPICS: Final[tuple[Callable[[RigLink], Topic], ...]] = (RigState, Life, Values, Traffic, Faults, Programs)
 OPERATIONS: Final[tuple[Callable[[RigLink], Iterable[Operation]], ...]] = (
     rig_api.operations,
     picture_api.operations,
@@ -53,6 +57,9 @@ class Site:
         self.link = link
         self.topics = [make(link) for make in TOPICS]
         self.operations = [operation for group in OPERATIONS for operation in group(link)]
+        for topic in self.topics:
+            if isinstance(topic, api.HasOperations):
+                self.operations += topic.operations()
         greeting = {"rig": link.config.name, "time": link.config.time, "version": version("fieldrig"), "build": build()}
         self.live = Live(self.topics, greeting)
         self.app: ASGIApp = Guard(

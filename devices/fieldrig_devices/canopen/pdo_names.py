@@ -13,7 +13,7 @@ from fieldrig_devices.canopen.sdo_names import value_words
 
 RPDO, TPDO = 0x1400, 0x1800
 TO_MAPPING: Final = 0x200
-"""From the index of the communication parameter to that of the mapping parameter."""
+"""Distance of the index of the mapping parameter from that of the communication parameter."""
 MOST: Final = 512
 MOST_MAPPED: Final = 64
 PARAMETERS: Final = range(0x1400, 0x1C00)

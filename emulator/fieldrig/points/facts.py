@@ -1,4 +1,4 @@
-"""What tools may know of the points of a device beside their values, in values that JSON has."""
+"""Facts of the points of a device, for tools, in values that JSON has."""
 
 from collections.abc import Mapping
 from typing import Any

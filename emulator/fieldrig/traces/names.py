@@ -26,7 +26,7 @@ class Named(NamedTuple):
     node: str
     """The device that it comes from or goes to, by its name in the rig; empty if there is none, or several."""
     text: str
-    """What it says, in one line."""
+    """Its content, in one line."""
 
 
 def in_words(named: Named) -> str:

@@ -1,0 +1,95 @@
+"""The last messages of one bus, in constant memory, with the gaps in what arrived counted."""
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from itertools import islice
+from typing import Any, Final, NamedTuple
+
+from fieldrig.bus import Bus
+from fieldrig.traces.names import Named, Namer
+from fieldrig.traces.trace import TraceEntry
+
+MOST_MESSAGES: Final = 20_000
+MOST_SORTS: Final = 4_096
+"""Sorts of messages, such as identifiers, whose last instants are remembered."""
+
+
+class Message(NamedTuple):
+    number: int
+    """Counts the messages of the bus since a page has looked at it."""
+    time_ns: int
+    """Time of day, or of the rig in virtual time."""
+    sender: str
+    data: bytes
+
+
+class Row(NamedTuple):
+    """A message as the page shows it."""
+
+    message: Message
+    named: Named
+    since_ns: int | None
+    """Time since the last message of the same sort; None for the first one."""
+
+
+class BusRecord:
+    """The last messages of one bus."""
+
+    def __init__(self, bus: Bus[Any], make_namer: Callable[[], Namer]) -> None:
+        self.bus = bus
+        self._make_namer = make_namer
+        self._namer: Namer | None = None
+        self._rows: deque[Row] = deque(maxlen=MOST_MESSAGES)
+        self._expected: dict[str, int] = {}
+        self._last_ns: dict[tuple[str, str, int], int] = {}
+        self.next = 0
+        """The number of the next message."""
+        self.lost = 0
+        """Messages that the bus published and that did not arrive here."""
+
+    @property
+    def first(self) -> int:
+        """The number of the oldest message that is still there."""
+        return self.next - len(self._rows)
+
+    def take(self, batch: dict[str, Any]) -> None:
+        """Take a batch of `hub/bus_stream.py`.  ValueError for messages that are not of this bus."""
+        process = batch["process"]
+        expected = self._expected.get(process, batch["first"])
+        self.lost += max(batch["first"] - expected, 0)  # a process that was restarted counts from 0 again
+        self._expected[process] = batch["first"] + len(batch["entries"])
+        for time_ns, sender, data in batch["entries"]:
+            message = Message(self.next, time_ns + batch["epoch_ns"], sender, bytes.fromhex(data))
+            self._rows.append(self._row(message))
+            self.next += 1
+
+    def rows(self, start: int, most: int) -> Iterator[Row]:
+        """Yield up to `most` messages from number `start` on, or from the oldest one that is still there."""
+        skipped = max(start - self.first, 0)
+        yield from islice(self._rows, skipped, skipped + most)
+
+    def entries(self) -> Iterator[TraceEntry]:
+        """Yield the messages as entries of a trace."""
+        for row in self._rows:
+            message = row.message
+            yield TraceEntry(message.time_ns, self.bus.name, self.bus.family, message.sender, message.data)
+
+    def _row(self, message: Message) -> Row:
+        named, sort = self._named(message)
+        key = (named.kind, named.node, sort)
+        before_ns = self._last_ns.pop(key, None)
+        self._last_ns[key] = message.time_ns
+        if len(self._last_ns) > MOST_SORTS:
+            del self._last_ns[next(iter(self._last_ns))]
+        return Row(message, named, None if before_ns is None else message.time_ns - before_ns)
+
+    def _named(self, message: Message) -> tuple[Named, int]:
+        """Return the name of a message, and its identifier if messages of its family have one."""
+        if self._namer is None:
+            self._namer = self._make_namer()
+        try:
+            decoded = self.bus.decode(message.data)
+        except ValueError:
+            return Named("", "", message.data.hex(" ").upper()), 0
+        identifier = getattr(decoded, "identifier", 0)
+        return self._namer(decoded), identifier if isinstance(identifier, int) else 0

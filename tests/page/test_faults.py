@@ -1,0 +1,105 @@
+"""Faults by the page: forms from schemas, what is active, what it did, and the time line."""
+
+from pathlib import Path
+
+import pytest
+from in_loop import in_loop
+from page_bench import page_of
+
+LAB = Path(__file__).parents[2] / "configs" / "lab-virtual.yaml"
+BELT = {
+    "name": "belt",
+    "time": "virtual",
+    "buses": {"can0": {"kind": "can.virtual"}},
+    "devices": {"belt": {"kind": "cia402.drive", "node_id": 8, "links": {"can": "can0"}}},
+}
+
+pytestmark = pytest.mark.long
+
+
+@in_loop
+async def test_every_part_says_what_it_can_suffer() -> None:
+    async with page_of(LAB) as page:
+        kinds = (await page.get("faults/kinds")).json
+        assert set(kinds) == {"can0", "mb_tcp", "mb_rtu", "wires", "tank", "io", "sensor", "drive"}
+        drop = kinds["can0"]["faults"]["drop"]
+        assert drop["properties"]["node"]["examples"] == ["io", "sensor"]
+        assert list(drop["properties"])[-3:] == ["start_ms", "duration_ms", "when"]
+        assert "what" not in drop["properties"]
+        assert drop["properties"]["probability"]["maximum"] == 1
+        assert "power_off" in kinds["tank"]["faults"]
+
+
+@in_loop
+async def test_a_fault_is_added_counted_and_cleared() -> None:
+    async with page_of(BELT) as page:
+        await page.call("POST", "rig/step", {"for": "1 s"})
+        added = await page.call("POST", "faults", {"part": "can0", "what": "drop", "identifier": "0x708", "count": "1"})
+        assert (added.status, added.json) == (200, {"number": 1})
+        (fault,) = (await page.get("faults")).json
+        assert fault == {
+            "part": "can0", "number": 1, "what": "drop", "identifier": 0x708, "count": 1, "state": "on", "applied": 0,
+        }  # fmt: skip
+        cleared = await page.call("DELETE", "faults/can0/1")
+        assert cleared.json == {"cleared": [1]}
+        assert (await page.get("faults")).json == []
+
+
+@pytest.mark.parametrize(
+    ("fault", "what"),
+    [
+        ({"part": "can0", "what": "explode"}, "there is no fault 'explode'"),
+        ({"part": "can0", "what": "drop", "node": "wagon"}, "node: there is no device 'wagon'"),
+        ({"part": "can0", "what": "drop", "probability": "2"}, "probability"),
+        ({"part": "moon", "what": "drop"}, "belt has no bus or device 'moon'"),
+        ({"part": "belt", "what": "power_off", "duration_ms": "soon"}, "duration_ms"),
+    ],
+)
+@in_loop
+async def test_a_wrong_fault_is_refused_with_its_reason(fault: dict[str, str], what: str) -> None:
+    async with page_of(BELT) as page:
+        refused = await page.call("POST", "faults", fault)
+        assert refused.status == 409
+        assert what in refused.json["what"]
+
+
+@in_loop
+async def test_who_may_only_look_adds_no_fault() -> None:
+    async with page_of(BELT) as page:
+        refused = await page.call("POST", "faults", {"part": "belt", "what": "power_off"}, "look")
+        assert refused.status == 403
+
+
+@in_loop
+async def test_a_page_that_looks_sees_a_fault_begin_and_end() -> None:
+    async with page_of(BELT) as page:
+        socket = await page.socket()
+        await socket.send({"t": "want", "topic": "faults", "wish": True})
+        first = await socket.until("faults")
+        assert (first["whole"], first["faults"], first["lines"]) == (True, [], [])
+        await page.call("POST", "faults", {"part": "belt", "what": "power_off", "duration_ms": 100})
+        seen = await socket.until("faults", lambda frame: bool(frame.get("faults")))
+        assert seen["faults"][0]["state"] == "on"
+        begun = await socket.until("faults", lambda frame: bool(frame["lines"]))
+        assert begun["lines"][0]["part"] == "belt"
+        assert begun["lines"][0]["text"] == "power_off duration_ms=100"
+        await page.call("POST", "rig/step", {"for": "200 ms"})
+        ended = await socket.until("faults", lambda frame: any(line["is_over"] for line in frame["lines"]))
+        assert ended["lines"][0]["key"] == "fault 1"
+        await socket.close()
+
+
+@in_loop
+async def test_a_page_that_comes_later_gets_the_lines_before() -> None:
+    async with page_of(BELT) as page:
+        early = await page.socket()
+        await early.send({"t": "want", "topic": "faults", "wish": True})
+        await page.call("POST", "faults", {"part": "belt", "what": "power_off"})
+        await early.until("faults", lambda frame: bool(frame["lines"]))
+        late = await page.socket()
+        await late.send({"t": "want", "topic": "faults", "wish": True})
+        whole = await late.until("faults")
+        assert [line["text"] for line in whole["lines"]] == ["power_off"]
+        assert whole["faults"][0]["what"] == "power_off"
+        await early.close()
+        await late.close()

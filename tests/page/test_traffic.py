@@ -1,0 +1,86 @@
+"""The topic `traffic`: messages by name, gaps that are said, and downloads."""
+
+from pathlib import Path
+
+import pytest
+from in_loop import in_loop
+from page_bench import PageBench, Socket, page_of
+
+from fieldrig.config.rig_file import load
+from fieldrig.traces.names import namer_of
+from fieldrig_page.bus_record import MOST_MESSAGES, MOST_SORTS, BusRecord
+
+LAB = Path(__file__).parents[2] / "configs" / "lab-virtual.yaml"
+
+
+async def looking(page: PageBench, **wish: object) -> Socket:
+    socket = await page.socket()
+    await socket.send({"t": "want", "topic": "traffic", "wish": {"buses": ["can0"], **wish}})
+    assert (await socket.until("traffic"))["whole"]
+    return socket
+
+
+@pytest.mark.long
+@in_loop
+async def test_messages_come_by_name_with_the_time_since_the_last_of_their_sort() -> None:
+    async with page_of(LAB) as page:
+        socket = await looking(page, kind="heartbeat", node="io")
+        await page.call("POST", "rig/step", {"for": "3500 ms"})
+        rows: list[list[object]] = []
+        while len(rows) < 3:
+            rows += (await socket.until("traffic", lambda frame: "rows" in frame))["rows"]
+        assert rows[-1][2:7] == ["can0", "io", "io", "heartbeat", "pre-operational"]
+        assert rows[-1][8] == 1_000_000_000  # 1017:00 of the rig file
+        await socket.close()
+
+
+@pytest.mark.long
+@in_loop
+async def test_what_was_recorded_is_read_and_downloaded() -> None:
+    async with page_of(LAB) as page:
+        refused = await page.get("buses/can0/messages")
+        assert refused.status == 409
+        socket = await looking(page)
+        await page.call("POST", "rig/step", {"for": "2 s"})
+        await socket.until("traffic", lambda frame: "rows" in frame)
+        listed = (await page.get("buses/can0/messages?kind=boot-up")).json
+        assert [message["node"] for message in listed] == ["io", "sensor"]
+        log = await page.get("traces/can0.log")
+        assert log.status == 200
+        assert b"can0 705#00" in log.body
+        assert (await page.get("traces/can0.pcapng")).body[:4] == bytes.fromhex("0a0d0d0a")
+        assert (await page.get("traces/can0.xls")).status == 404
+        assert (await page.get("traces/can9.log")).status == 404
+        await socket.close()
+
+
+@pytest.fixture
+def record() -> BusRecord:
+    config = load(LAB)
+    return BusRecord(config.buses["can0"].bus, lambda: namer_of(config, "can0"))
+
+
+def batch(first: int, *data: str) -> dict[str, object]:
+    entries = [[first + number, "io", text] for number, text in enumerate(data)]
+    return {"family": "can", "process": "can0", "first": first, "epoch_ns": 0, "entries": entries}
+
+
+HEARTBEAT = "050700000105"
+"""705h with one byte, as the bus encodes it."""
+
+
+def test_a_gap_in_the_batches_is_counted(record: BusRecord) -> None:
+    record.take(batch(0, HEARTBEAT))
+    record.take(batch(41, HEARTBEAT))
+    assert (record.next, record.lost) == (2, 40)
+    record.take(batch(0, HEARTBEAT))  # the process was restarted
+    assert record.lost == 40
+
+
+def test_memory_stays_the_same_however_much_comes(record: BusRecord) -> None:
+    for number in range(0, MOST_MESSAGES + 2_000, 1_000):
+        identifiers = range(number, number + 1_000)
+        record.take(batch(number, *(f"{i % 0x7FF:04x}"[2:] + f"{i % 0x7FF:04x}"[:2] + "000000" for i in identifiers)))
+    assert record.next - record.first == MOST_MESSAGES
+    assert len(record._last_ns) <= MOST_SORTS
+    assert [row.message.number for row in record.rows(0, 2)] == [2_000, 2_001]
