@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Final
 
 from pydantic import Field
 
-from fieldrig.bus import Bus, BusModel, Delivery, ModelBus, Time, words_of
+from fieldrig.bus import Bus, BusModel, Delivery, ModelBus, Reading, Time, words_of
 from fieldrig.settings import Settings
 from fieldrig_bus.net import HubSettings
 from fieldrig_bus.signals import traced
@@ -48,6 +48,7 @@ class WiresModel(BusModel[Signal]):
         self._alarms = dict(alarms or {})
         self._interests: dict[str, frozenset[str] | None] = {}  # None: every name
         self._present: dict[str, tuple[str, Signal]] = {}  # name: driver and value
+        self._standing: dict[str, Signal] = {}
         self._driven: dict[
             str, dict[str, None]
         ] = {}  # the wires of each driver that is there, in the order of appearance
@@ -83,6 +84,7 @@ class WiresModel(BusModel[Signal]):
         if (driven is None or message.name not in driven) and not self._is_taken_on(message.name, member):
             return
         self._present[message.name] = (member, message)
+        self._standing[message.name] = message
         self._due.append(Delivery(now_ns, member, message, self.receivers_of(message.name, member)))
 
     def receivers_of(self, wire: str, driver: str) -> list[str]:
@@ -101,7 +103,7 @@ class WiresModel(BusModel[Signal]):
         driven, present = self._driven.setdefault(member, {}), self._present.get(name)
         if present is None and len(self._present) >= MOST_WIRES and self._orphans:
             oldest = next(iter(self._orphans))
-            del self._orphans[oldest], self._present[oldest]
+            del self._orphans[oldest], self._present[oldest], self._standing[oldest]
         is_full = present is None and len(self._present) >= MOST_WIRES
         if is_full or len(driven) >= MOST_OF_A_MEMBER or len(name) > LONGEST_NAME:
             if member not in self._told_full:
@@ -124,6 +126,9 @@ class WiresModel(BusModel[Signal]):
     def conditions(self, now_ns: int) -> dict[str, str]:
         signals = {name: self._present[name][1] for name in self._alarms if name in self._present}
         return raised(self._alarms, signals, now_ns)
+
+    def standing(self) -> Mapping[str, Signal]:
+        return self._standing
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         return {"wires": float(len(self._present))}
@@ -170,6 +175,11 @@ class WiresFamily(Bus[Signal]):
     show = staticmethod(traced.show)
     check = staticmethod(check_sent)
     check_interest = staticmethod(check_interest)
+
+    def reading(self, message: Any, now_ns: int) -> Reading | None:
+        if not isinstance(message, Signal):
+            return None
+        return Reading(message.name, message.at(now_ns), message.unit)
 
 
 class _Wires(WiresFamily, ModelBus[Signal]):

@@ -35,6 +35,7 @@ __all__ = [
     "Mistake",
     "ModelBus",
     "Point",
+    "Recording",
     "Rig",
     "RigConfig",
     "RigError",
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
     from fieldrig.master_time.errors import VirtualTimeError
     from fieldrig.pytest_plugin import LiveRigMaker, MasterRigMaker, RigMaker
     from fieldrig.real.live_rig import LiveRig
+    from fieldrig.recording.recording import Recording
     from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey
     from fieldrig.storage.store import MemoryStore, Store, StoreError, restore
     from fieldrig.virtual.node import EventNode
@@ -87,6 +89,7 @@ else:
             "fieldrig.master_time.block": "virtual_time",
             "fieldrig.master_time.errors": "VirtualTimeError",
             "fieldrig.real.live_rig": "LiveRig",
+            "fieldrig.recording.recording": "Recording",
             "fieldrig.virtual.node": "EventNode",
             "fieldrig.pytest_plugin": "LiveRigMaker MasterRigMaker RigMaker",
             "fieldrig.virtual.rig": "Rig",

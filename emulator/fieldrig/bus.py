@@ -39,6 +39,14 @@ class Delivery(NamedTuple, Generic[M]):
     """The members whose interest matched, in the order of joining.  It may be empty."""
 
 
+class Reading(NamedTuple):
+    """The value of a signal that a message carries, such as that of a wire."""
+
+    name: str
+    value: bool | int | float | str
+    unit: str
+
+
 class BusModel(ABC, Generic[M]):
     """The medium as a function of time.  It reads no clock, and the same calls give the same deliveries.
 
@@ -107,6 +115,10 @@ class BusModel(ABC, Generic[M]):
 
     def conditions(self, now_ns: int) -> Mapping[str, str]:
         """Return the states that are reported to a person, such as an open ring: a text for each, by name."""
+        return {}
+
+    def standing(self) -> Mapping[str, M]:
+        """Return the messages that stand until the next one of the same signal, as those on wires do, by its name."""
         return {}
 
 
@@ -283,6 +295,15 @@ class Bus(ABC, Generic[M]):
     @abstractmethod
     def show(self, message: M) -> str:
         """Return the message as one short line for a user."""
+
+    def reading(self, message: Any, now_ns: int) -> Reading | None:
+        """Return the value of the signal that a message carries at `now_ns`; None for a message that carries none."""
+        return None
+
+    def signals(self, standing: Mapping[str, Any], now_ns: int) -> dict[str, dict[str, str]]:
+        """Return the facts of the signals that these standing messages carry, by name."""
+        readings = (self.reading(message, now_ns) for message in standing.values())
+        return {found.name: {"unit": found.unit} for found in readings if found is not None}
 
     def check(self, message: Any) -> None:
         """Check a message before a member sends it.

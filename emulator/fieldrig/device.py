@@ -94,6 +94,11 @@ class Device:
     """Why nothing but its power can fail, for a kind without further faults."""
     trouble_keys: ClassVar[Collection[str]] = ()
     """Keys of points by which the device itself reports that something is wrong; 0, False and "" are no trouble."""
+    has_cycle: ClassVar[bool] = False
+    """True if the device works in cycles, and calls `end_of_cycle` in each of them."""
+    end_of_cycle: Callable[[], None] | None = None
+    """Set while the device is recorded.  A device with a cycle calls it last in each of its cycles, at the instant of
+    the cycle; it reads points, and changes nothing."""
     injected: "InjectedFaults[Any] | None" = None
     """The faults of this device.  A device with `fault_models` sets it in its constructor."""
     look: Callable[[], None] | None = None

@@ -95,6 +95,15 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
         (("dice/throws", -1), (r"throws cannot be -1", "throws are counted from 0")),
         (("dice/throws",), (r"'dice/throws' cannot be set to nothing", "expected a value")),
     ],
+    "record": [
+        (("dise/throws",), (r"the rig has no device or bus 'dise'", r"did you mean dice\?")),
+        (("dice/throw",), ("dice has no value 'throw'", "did you mean throws")),
+        (("dice",), ("'dice' is not a signal", "expected DEVICE/KEY")),
+        (("wires/x",), ("nothing drives 'x' on wires", "")),
+        ((5,), ("record cannot take 5", "expected names")),
+        (("dice/throws", "often"), ("record cannot have the rhythm 'often'", 'expected "cycle"')),
+    ],
+    "signals": [(("can",), NO_BUS), (("dice",), A_DEVICE)],
     "answer": [
         (("dise", "rethrow", None), NO_DEVICE),
         (("can0", "rethrow", None), A_BUS),
@@ -153,6 +162,7 @@ def test_a_closed_rig_does_nothing_any_more(call: str) -> None:
         "run_until": (S,), "run_for": (S,), "until": (lambda: False, S), "attach": ("bench",), "keys": ("dice",),
         "facts": ("dice",), "front": ("dice",), "values": ("dice",),
         "on_change": ("dice/throws", print), "detach": ("bench",),
+        "record": ("dice/throws",), "signals": ("can0",),
         "get": ("dice/throws",), "set": ("dice/throws", 1), "answer": ("dice", "rethrow", {"times": 1}),
         "statistics": ("can0",), "conditions": ("can0",), "add_fault": ("can0", {"what": "drop"}),
         "clear_fault": ("can0", 1), "faults": ("can0",), "restart": ("dice",),

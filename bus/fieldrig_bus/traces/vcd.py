@@ -9,8 +9,6 @@ The file begins with the list of its variables, so it is written after the last 
 buses, so it cannot be read back as a trace.
 """
 
-import json
-import re
 from collections.abc import Iterable, Iterator
 from heapq import merge
 from math import nan
@@ -22,39 +20,9 @@ from vcd.writer import Variable, VCDWriter
 from fieldrig.clock import NEVER_NS
 from fieldrig.errors import UsageError
 from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.vcd_text import Ascii, Exact, Path, legal_paths, quoted
 from fieldrig_bus.traces.waves import FAMILIES as FAMILIES
 from fieldrig_bus.traces.waves import Value, Wave, Waves, check_size, waves_of
-
-Path = tuple[str, ...]
-"""Scopes from the outermost one, then the name of the variable."""
-
-_FOREIGN = re.compile(r"[^A-Za-z0-9_]")
-
-
-def legal_paths(names: Iterable[tuple[str, str]]) -> list[Path]:
-    """Return a path of hierarchical names for each (bus, wire), in their order.
-
-    The bus is the outermost scope, and each dot of a name begins another one: `cell.valve` on the bus `wires` is
-    `valve` in the scope `cell` in the scope `wires`.  Each character that a simple identifier cannot have (IEEE
-    1364-2005, 18.2.3) becomes an underscore.  A path that another wire has already gets a number.
-    """
-    used: set[Path] = set()
-    paths: list[Path] = []
-    for bus, wire in names:
-        first = path = (_identifier(bus), *map(_identifier, wire.split(".")))
-        number = 2
-        while path in used:
-            path = (*first[:-1], f"{first[-1]}_{number}")
-            number += 1
-        used.add(path)
-        paths.append(path)
-    return paths
-
-
-def _identifier(word: str) -> str:
-    name = _FOREIGN.sub("_", word)
-    return name if name[:1].isalpha() or name[:1] == "_" else f"_{name}"
-
 
 SUFFIX = ".vcd"
 _SIZES = (32, 64)
@@ -66,7 +34,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> 
     waves = waves_of(entries)
     check_size(waves.waves, waves.origin_ns, waves.end_ns)
     paths = legal_paths((wave.bus, wave.name) for wave in waves.waves)
-    output = cast(IO[str], _Ascii(file))
+    output = cast(IO[str], Ascii(file))
     comment = _comment(waves, paths, start_unix_ns)
     with VCDWriter(output, "1 ns", date="", comment=comment, version="fieldrig") as writer:
         variables = [_declare(writer, wave, path) for wave, path in zip(waves.waves, paths, strict=True)]
@@ -111,37 +79,13 @@ def _in_order(waves: Waves) -> Iterator[tuple[int, int, Value]]:
 def _numbered(number: int, wave: Wave, waves: Waves) -> Iterator[tuple[int, int, Value]]:
     is_whole = wave.is_digital or wave.is_whole
     for time_ns, value in wave.values(waves.origin_ns - 1, waves.end_ns):
-        yield time_ns, number, int(value) if is_whole else _Exact(value)
-
-
-class _Exact(float):
-    """A number that pyvcd writes with all its digits; its own format, "%.16g", is one too short for some."""
-
-    def __format__(self, spec: str) -> str:
-        return repr(float(self))
+        yield time_ns, number, int(value) if is_whole else Exact(value)
 
 
 def _comment(waves: Waves, paths: Iterable[Path], start_unix_ns: int) -> str:
     """The lines of the comment.  Names are in JSON without a dollar sign, so that none can end the comment."""
     lines = [f"fieldrig: instant 0 is {start_unix_ns + waves.origin_ns} ns"]
     for wave, path in zip(waves.waves, paths, strict=True):
-        unit = f" in {_quoted(wave.unit)}" if wave.unit else ""
-        lines.append(f"{'.'.join(path)} is {_quoted(wave.name)} of {_quoted(wave.bus)}{unit}")
+        unit = f" in {quoted(wave.unit)}" if wave.unit else ""
+        lines.append(f"{'.'.join(path)} is {quoted(wave.name)} of {quoted(wave.bus)}{unit}")
     return "\n".join(lines)
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text).replace("$", "\\u0024")
-
-
-class _Ascii:
-    """Text for a file of bytes that need not be able to do more than write."""
-
-    def __init__(self, file: BinaryIO) -> None:
-        self._file = file
-
-    def write(self, text: str) -> int:
-        return self._file.write(text.encode("ascii"))
-
-    def flush(self) -> None:
-        """Bytes wait in the file."""

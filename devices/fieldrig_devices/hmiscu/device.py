@@ -44,6 +44,7 @@ from fieldrig_devices.registers.table import load_table
 
 class Hmiscu(Device):
     about: ClassVar[str] = "an HMISCU: panel and controller with pulse and PWM outputs"
+    has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("plc/problem", "can/emcy.code", "can/emcy.heard")
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
@@ -195,6 +196,8 @@ class Hmiscu(Device):
         self._masters.give()
         if self._can is not None:
             self._can.wires.sample()  # a write has its effect in the next cycle
+        if self.end_of_cycle is not None:
+            self.end_of_cycle()
 
     def on_state(self, state: PlcState) -> None:
         if state is not PlcState.RUN:

@@ -3,7 +3,7 @@
 Source: PacDrive system manual 17130061, edition 2003-10 (digest PD-001 to PD-004).
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from fieldrig.clock import Clock
@@ -40,6 +40,7 @@ class Max4(Device):
     """The controller, which connects its firmware with its links."""
 
     about = "MAx-4 PacController: object tree, messages and diagnosis, master of the SERCOS ring of MC-4 drives"
+    has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("DiagCode", "plc/fault")
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
@@ -95,6 +96,15 @@ class Max4(Device):
 
     def front(self) -> Front:
         return front_of(self._points, self._settings)
+
+    @property
+    def end_of_cycle(self) -> Callable[[], None] | None:
+        """What is called at the end of each cycle of the real-time process (`Device.end_of_cycle`)."""
+        return self.firmware.cycles.end_of_cycle
+
+    @end_of_cycle.setter
+    def end_of_cycle(self, action: Callable[[], None] | None) -> None:
+        self.firmware.cycles.end_of_cycle = action
 
     def points(self) -> Mapping[str, Point]:
         return self._points

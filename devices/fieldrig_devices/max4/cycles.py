@@ -32,6 +32,8 @@ class Cycles:
         self._system: System | None = None
         """The system of the last boot."""
         self._is_on = self._is_ticking = False
+        self.end_of_cycle: Callable[[], None] | None = None
+        """Called after each cycle of the real-time process, if it is set."""
         self.bus: RealTimeBus | None = None
         """The ring, or None if the controller has no ring or no drives."""
 
@@ -89,7 +91,7 @@ class Cycles:
         is_ring_there = self.bus is not None and self.bus.state in (RingState.READING, RingState.UP)
         if self._is_on and self._system is not None and not is_ring_there:
             self._tick_if_idle()
-            self._system.process.run()
+            self._run(self._system)
 
     # ---- for the ring (`real_time_bus.Host`)
 
@@ -109,7 +111,12 @@ class Cycles:
         process = system.process
         if process.drives is not bus.present:
             process.lay_out(bus.present)
-        process.run()
+        self._run(system)
+
+    def _run(self, system: System) -> None:
+        system.process.run()
+        if self.end_of_cycle is not None:
+            self.end_of_cycle()
 
     def on_ring_lost(self) -> None:
         if self._system is not None:

@@ -52,6 +52,7 @@ class Mc4(Device):
     """An MC-4 drive as a device of a rig."""
 
     about = "ELAU MC-4: a servo drive with motor and load, on a fibre ring"
+    has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("diag_code",)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
@@ -90,6 +91,11 @@ class Mc4(Device):
             handlers += [partial(probes.put, probe) for probe in PROBES]
             inputs = {self._names[what]: handler for what, handler in zip(INPUTS, handlers, strict=True)}
             wires.on_receive(lambda signal: inputs[signal.name](signal.value), tuple(inputs))
+
+    @property
+    def _ring_side(self) -> RingSide:
+        assert self._side is not None, "only while the drive is built"
+        return self._side
 
     def _encoder_at(self, link: Link[SerialMessage] | None, plate: NamePlate | None) -> EncoderEnd:
         settings, machine = self._settings, self.machine
@@ -190,14 +196,22 @@ class Mc4(Device):
     def front(self) -> Front:
         return front_of(self.machine)
 
+    @property
+    def end_of_cycle(self) -> Callable[[], None] | None:
+        """What is called at the end of each cycle of the ring (`Device.end_of_cycle`)."""
+        return self._ring_side.slave.end_of_cycle
+
+    @end_of_cycle.setter
+    def end_of_cycle(self, action: Callable[[], None] | None) -> None:
+        self._ring_side.slave.end_of_cycle = action
+
     def points(self) -> Mapping[str, Point]:
         return self._points
 
     @cached_property
     def _points(self) -> Mapping[str, Point]:
-        assert self._side is not None
         return points_of(
-            self.machine, self._side, self._settings.load.gear_ratio, self._plate_text, self._on_inverter_enable
+            self.machine, self._ring_side, self._settings.load.gear_ratio, self._plate_text, self._on_inverter_enable
         )
 
     def _plate_text(self) -> str:

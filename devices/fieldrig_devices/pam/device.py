@@ -61,6 +61,7 @@ class Pam(Device):
     about: ClassVar[str] = (
         "a PAM axes manager: applications in its language, a ring of ST1 and Smart-IO nodes, PLC ports"
     )
+    has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("fault",)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
@@ -180,6 +181,8 @@ class Pam(Device):
             self._debuggee.attach(cycle.runtime)
         if cycle.state is not PowerState.FATAL:
             self._wait()
+        if self.end_of_cycle is not None:
+            self.end_of_cycle()
 
     # ---- for the debugger
 

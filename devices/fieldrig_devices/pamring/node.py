@@ -7,7 +7,7 @@ the nodes.
 """
 
 import logging
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from enum import Enum, auto
 from typing import Final, get_args
 
@@ -71,6 +71,8 @@ class RingNode:
         self._reports: list[bytes] = []
         """Reports of the present cycle."""
         self._is_in_cycle = False
+        self.end_of_cycle: Callable[[], None] | None = None
+        """Called after each cycle of the ring, if it is set."""
         self._inactive_ns = inactive_ns + patience_of(link)
         self._watchdog = clock.watch(self._on_silence)
         link.on_receive(self._on_message, [["node", address]])
@@ -109,6 +111,8 @@ class RingNode:
         self._is_in_cycle = False
         if self._reports:
             self._lay_reports()
+        if self.end_of_cycle is not None:
+            self.end_of_cycle()
 
     def _mine(self, cycle: Cycle) -> Iterable[bytes]:
         """The frames of a cycle that are for this node, in the order in which they were sent."""

@@ -79,8 +79,8 @@ class SercosSlave:
     __slots__ = (
         "_application", "_at_head", "_change_bit", "_clock", "_commands", "_control_seen", "_data", "_failed_in",
         "_forgiven", "_is_checked", "_is_fast", "_leave", "_may_be_fast", "_mdt_length", "_missed_mdts",
-        "_missed_msts", "_offset", "_patience_ns", "_service", "_status", "_waits_for_0", "address", "failures",
-        "heard", "layout", "phase", "places", "table", "values", "values_of", "watchdog", "window_ns",
+        "_missed_msts", "_offset", "_patience_ns", "_service", "_status", "_waits_for_0", "address", "end_of_cycle",
+        "failures", "heard", "layout", "phase", "places", "table", "values", "values_of", "watchdog", "window_ns",
     )  # fmt: skip
 
     def __init__(
@@ -89,6 +89,8 @@ class SercosSlave:
         """The slave adds the communication's own data to `table`; `address` is 1 to 254."""
         self._clock, self._leave, self.address, self.table = clock, link.send, address, table
         self._application = application
+        self.end_of_cycle: Callable[[], None] | None = None
+        """Called after the answer to each cycle, if it is set."""
         self.phase = 0
         self.failures = 0
         """Failure bits of S-0-0014 until `clear_failures`; its phase is that of the first failure."""
@@ -148,6 +150,8 @@ class SercosSlave:
         mdt = message.mdt
         if not self._is_fast or message.mst != RUNNING_MST or len(mdt) != self._mdt_length or mdt[0] != BROADCAST:
             self._on_cycle(message)
+            if self.end_of_cycle is not None:
+                self.end_of_cycle()
             return
         self.heard += 1
         self.watchdog.due_ns = self._clock.now_ns() + self.window_ns
@@ -159,6 +163,8 @@ class SercosSlave:
         if status != self._status:
             self._lay_head(status)
         self._leave(self._at_head + feedback)
+        if self.end_of_cycle is not None:
+            self.end_of_cycle()
 
     def _on_cycle(self, cycle: Cycle) -> None:
         """Handle any cycle that is not an undisturbed cycle of CP4."""

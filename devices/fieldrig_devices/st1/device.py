@@ -36,6 +36,7 @@ class St1(Device):
     """An ST1 as a device of a rig."""
 
     about = "Socapel ST1: a servo node with motor and I/O boards, on the ring of a PAM"
+    has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("error",)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
@@ -89,6 +90,15 @@ class St1(Device):
 
     def front(self) -> Front:
         return front_of(self._settings)
+
+    @property
+    def end_of_cycle(self) -> Callable[[], None] | None:
+        """What is called at the end of each cycle of the ring (`Device.end_of_cycle`)."""
+        return self._end.end_of_cycle
+
+    @end_of_cycle.setter
+    def end_of_cycle(self, action: Callable[[], None] | None) -> None:
+        self._end.end_of_cycle = action
 
     def points(self) -> Mapping[str, Point]:
         return self._points

@@ -63,6 +63,18 @@ def watched(ctx: typer.Context, incomplete: str) -> Offers:
     return _offer(ctx, "patterns", incomplete, offer)
 
 
+def signal(ctx: typer.Context, incomplete: str) -> Offers:
+    """Offer points and wires for `record`: devices and buses, and the keys of one of them."""
+
+    def offer(rig: "Client", word: str, before: list[str]) -> Iterable[str]:
+        part, slash, _ = word.partition("/")
+        buses = [bus for bus in _status(rig)["buses"] if bus == part or (not slash and bus.startswith(part))]
+        wires = [f"{bus}/{wire}" for bus in buses if bus == part for wire in _wires(rig, bus)]
+        return [*([] if slash else buses), *wires, *_points(rig, word, is_to_write=False)]
+
+    return _offer(ctx, "signals", incomplete, offer)
+
+
 def bus(ctx: typer.Context, incomplete: str) -> Offers:
     return _offer(ctx, "buses", incomplete, lambda rig, word, _: _status(rig)["buses"])
 
@@ -165,6 +177,14 @@ def _points(rig: "Client", word: str, *, is_to_write: bool) -> list[str]:
     offered = [key for key, fact in facts.items() if fact.get("writable", True) or not is_to_write]
     keys = [f"{devices[0]}/{key}{ending}" for key in offered]
     return keys if slash or is_to_write else [devices[0], *keys]
+
+
+def _wires(rig: "Client", bus: str) -> list[str]:
+    from fieldrig.errors import ControlError
+
+    with suppress(ControlError):  # the bus has no signals, or nothing answers for it
+        return list(rig.ask(f"bus/{bus}/keys", timeout_s=PATIENCE_S))
+    return []
 
 
 def _parts(status: Mapping[str, Any]) -> list[str]:

@@ -50,7 +50,7 @@ COMMANDS: Final = "fieldrig.commands"
 
 SECTIONS: Final = {
     "Run a rig": ("up", "restart", "stop", "pause", "step", "run", "exec"),
-    "Look and change": ("help", "status", "watch", "get", "set", "fault", "trace"),
+    "Look and change": ("help", "status", "watch", "get", "set", "fault", "record", "trace"),
     "Files": ("check", "schema"),
     "Programs": (),
     "Devices": ("devices",),

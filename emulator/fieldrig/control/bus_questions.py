@@ -1,6 +1,7 @@
 """Answers to questions about a bus with a model, in real and virtual time.
 
-They are `status`, `conditions` (the states that are reported to a person), and those about its faults.
+They are `status`, `conditions` (the states that are reported to a person), `keys` (its signals), and those about its
+faults.
 """
 
 from typing import Any
@@ -8,7 +9,7 @@ from typing import Any
 from fieldrig.control.fault_questions import VERBS, answer_of_faults
 from fieldrig.control.messages import Answer
 from fieldrig.control.question_words import asked
-from fieldrig.control.subject import Subject
+from fieldrig.control.subject import SignalSubject, Subject
 from fieldrig.errors import ControlError
 
 
@@ -18,8 +19,11 @@ def answers_of_bus(bus: Subject) -> Answer:
             return bus.statistics()
         if verb == "conditions":
             return dict(bus.conditions())
+        if verb == "keys":
+            return dict(bus.signals()) if isinstance(bus, SignalSubject) else {}
         if verb in VERBS:
             return answer_of_faults(bus, verb, message)
-        raise ControlError(f"a bus cannot {asked(verb, message)}", f"it can: status, conditions, {', '.join(VERBS)}")
+        remedy = f"it can: status, conditions, keys, {', '.join(VERBS)}"
+        raise ControlError(f"a bus cannot {asked(verb, message)}", remedy)
 
     return answer

@@ -12,6 +12,8 @@ Keys, all under `fieldrig/<rig>/`:
     notice/<part>             published by a process: a fault or a condition of a bus or device begins or ends
     help/<name>               query to the rig: the connections of a bus or device, and lines that reach it
     event                     events of the rig
+    record/<process>/<id>     batches of recorded values, in binary (`fieldrig.recording`)
+    recorder/<owner>          liveliness token of a reader of recordings
     trace/<bus>, watch/<bus>  batches of messages, as data and as text; only while there is a listener
 
 Zenoh calls back on threads of its own; everything here is handed to the loop.
@@ -24,7 +26,7 @@ import time
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from queue import Empty, Full, Queue
-from typing import Any, Final, Self
+from typing import Any, Final, NoReturn, Self
 
 import zenoh
 
@@ -137,9 +139,20 @@ class Control:
 
         return end
 
-    def show_life(self, path: str) -> None:
-        """Announce presence at `path` for as long as this process lives."""
-        self._keep(self.session.liveliness().declare_token(key(self.rig, path)))
+    def outlet(self, path: str) -> "Outlet":
+        """Return a publisher of binary messages that gives way to all others, and drops what it cannot send at once."""
+        publisher = self.session.declare_publisher(
+            key(self.rig, path),
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.DATA_LOW,
+        )
+        return Outlet(publisher)
+
+    def show_life(self, path: str) -> Callable[[], None]:
+        """Announce presence at `path` for as long as this process lives, or until the returned function is called."""
+        token = self.session.liveliness().declare_token(key(self.rig, path))
+        self._keep(token)
+        return _ending(token)
 
     def watch_life(self, path: str, handler: Callable[[str, bool], None]) -> None:
         """Call `handler(last key part, is alive)` for everything that is present, appears or disappears."""
@@ -163,6 +176,12 @@ class Control:
         """Return the answer to one query.  ControlError if it is negative, or if there is none in time."""
         for reply in await self._replies(path, message, timeout_s):
             return _message_of(reply, path)
+        raise NoAnswerError(f"there is no answer to {path}", "the rig may have been stopped")
+
+    async def ask_bytes(self, path: str, message: Any, timeout_s: float) -> bytes:
+        """Return the answer to a query that is answered in binary.  ControlError as for `ask`."""
+        for reply in await self._replies(path, message, timeout_s):
+            return reply.ok.payload.to_bytes() if reply.ok is not None else _refusal(reply, path)
         raise NoAnswerError(f"there is no answer to {path}", "the rig may have been stopped")
 
     async def ask_all(self, path: str, timeout_s: float) -> dict[str, Any]:
@@ -227,6 +246,19 @@ class Control:
         task.add_done_callback(self._tasks.discard)
 
 
+class Outlet:
+    """A publisher of binary messages."""
+
+    def __init__(self, publisher: zenoh.Publisher) -> None:
+        self._publisher = publisher
+
+    def put(self, data: bytes) -> None:
+        self._publisher.put(data)
+
+    def end(self) -> None:
+        _ending(self._publisher)()
+
+
 class Stream:
     """A publisher that knows whether it has listeners."""
 
@@ -273,7 +305,7 @@ async def _reply(query: zenoh.Query, prefix: str, answer: Answer) -> None:
         except ValueError as cause:
             _refuse(query, f"not understood: {cause}")
         else:
-            query.reply(f"{prefix}/{verb}", json.dumps(reply))
+            query.reply(f"{prefix}/{verb}", reply if isinstance(reply, bytes) else json.dumps(reply))
 
 
 def _refuse(query: zenoh.Query, what: str, remedy: str = "") -> None:
@@ -337,8 +369,11 @@ def _answer_of(sample: zenoh.Sample) -> Any:
 
 
 def _message_of(reply: zenoh.Reply, path: str) -> Any:
-    if reply.ok is not None:
-        return _answer_of(reply.ok)
+    return _answer_of(reply.ok) if reply.ok is not None else _refusal(reply, path)
+
+
+def _refusal(reply: zenoh.Reply, path: str) -> NoReturn:
+    """Raise the ControlError that a negative answer holds."""
     error = reply.err
     body = error.payload.to_bytes() if error is not None else b""
     if body == TIMED_OUT:
@@ -351,6 +386,16 @@ def _message_of(reply: zenoh.Reply, path: str) -> Any:
     except MalformedError:
         what, remedy = shown(body.decode(errors="replace")), ""
     raise ControlError(what, remedy)
+
+
+def _ending(declared: Any) -> Callable[[], None]:
+    """Return a function that takes back a declaration, unless the session is closed already."""
+
+    def end() -> None:
+        with suppress(zenoh.ZError):
+            declared.undeclare()
+
+    return end
 
 
 def _directly(

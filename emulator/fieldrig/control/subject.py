@@ -1,7 +1,7 @@
 """The parts of a rig that answer questions about faults and about a bus: protocols, as `bus.py` knows them too."""
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 
 class Faulty(Protocol):
@@ -21,3 +21,11 @@ class Subject(Faulty, Protocol):
 
     def conditions(self) -> Mapping[str, str]:
         """Return the states that are reported to a person (`BusModel.conditions`)."""
+
+
+@runtime_checkable
+class SignalSubject(Protocol):
+    """A bus whose messages carry signals, such as wires."""
+
+    def signals(self) -> Mapping[str, Mapping[str, Any]]:
+        """Return the facts of each signal, by its name."""

@@ -145,6 +145,9 @@ class Disturbed(BusModel[M]):
     def conditions(self, now_ns: int) -> Mapping[str, str]:
         return self.model.conditions(now_ns)
 
+    def standing(self) -> Mapping[str, M]:
+        return self.model.standing()
+
     @property
     def given(self) -> int:
         """The highest number of a fault so far."""

@@ -77,6 +77,8 @@ class LocalHub:
     ) -> None:
         """`pace` is that of this process for what outsiders send; `waiting` holds its faults that wait for a point."""
         self.bus, self.clock, self.on_delivery = bus, clock, on_delivery
+        self.listeners: list[Callable[[Delivery[Any]], None]] = []
+        """Called with each delivery, as `on_delivery` is."""
         self.model = medium_of(bus)
         self.model.begin(clock.now_ns(), Random(f"{seed}/{bus.name}"))
         self._waiting = waiting
@@ -178,6 +180,8 @@ class LocalHub:
                             deliver(delivery)
                     if self.on_delivery is not None:
                         self.on_delivery(delivery)
+                    for listener in self.listeners:
+                        listener(delivery)
                 next_ns = model.next_ns()
                 if time.monotonic_ns() > give_up_ns:
                     break
@@ -192,6 +196,9 @@ class LocalHub:
         if self._server is not None:
             figures |= self._server.statistics()
         return figures | self.reached.figures()
+
+    def signals(self) -> dict[str, dict[str, str]]:
+        return self.bus.signals(self.model.standing(), self.clock.now_ns())
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         """Add a fault of the bus from now on, and return its number.  ControlError for a fault that it refuses."""

@@ -60,6 +60,8 @@ class RealClock:
         self._fired = 0
         self._late_ns = 0
         self._worst_ns = 0
+        self.on_event: Callable[[], None] | None = None
+        """Called after each event, if it is set."""
         self.host = Lateness()
         """How late the host has been lately."""
         self._fd: timerfd.TimerFd | None = None
@@ -111,6 +113,18 @@ class RealClock:
         self._instant_ns = self._latest_ns = instant_ns
         try:
             action(*arguments)
+        finally:
+            self._instant_ns = None
+        if self.on_event is not None:
+            self.on_event()
+
+    def look_at(self, instant_ns: int, read: Callable[..., T], *arguments: Any) -> T:
+        """Do the same as `look` at `instant_ns`, or at that of the latest event, whichever is later."""
+        if self._instant_ns is not None:
+            return read(*arguments)
+        self._instant_ns = max(instant_ns, self._latest_ns)
+        try:
+            return read(*arguments)
         finally:
             self._instant_ns = None
 
@@ -175,6 +189,8 @@ class RealClock:
                     self._instant_ns = self._latest_ns = max(instant_ns, self._latest_ns)
                     owner = timer.owner
                     action()
+                    if self.on_event is not None:
+                        self.on_event()
                     if time.monotonic_ns() > give_up_ns:
                         break  # what is still due is called after the loop has looked at its sockets
         except Exception as fault:

@@ -1,9 +1,10 @@
 """The points of a device that are watched, and their changes: all of them, as the device looks between its steps."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from fieldrig.device import Device, Point, Value
+from fieldrig.points.hooks import Hook
 
 
 class Change(NamedTuple):
@@ -18,24 +19,28 @@ class WatchedPoints:
 
     def __init__(self, device: Device) -> None:
         self._device = device
+        self.hook = Hook("look", device)
+        """What the device calls between its changes, here and in a recording."""
+        self._end: Callable[[], None] | None = None
         self._last: dict[str, Value] = {}
         self._changes: list[Change] = []
 
     def watch(self, key: str) -> None:
         """Watch a point from now on, beginning with its present value."""
         self._last[key] = self._device.points()[key].read()
-        self._device.look = self._look
+        if self._end is None:
+            self._end = self.hook.add(self._look)
 
     def unwatch(self, key: str) -> None:
         self._last.pop(key, None)
-        if not self._last:
-            self._device.look = None
+        if not self._last and self._end is not None:
+            self._end()
+            self._end = None
 
     def move_to(self, device: Device) -> None:
         """Watch the same points of the same device after it was switched on again."""
         self._device = device
-        if self._last:
-            device.look = self._look
+        self.hook.move_to(device)
 
     def take(self) -> list[Change]:
         """Return the changes since the last call."""

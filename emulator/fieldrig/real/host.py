@@ -34,6 +34,8 @@ from fieldrig.outside.untrusted import field
 from fieldrig.real.placement import ProcessPlan, linked_buses
 from fieldrig.real.process import DeviceProcess
 from fieldrig.real.progress import finish, step
+from fieldrig.real.recorded import ProcessSource
+from fieldrig.recording.recorders import Recorders
 from fieldrig.system import log_files
 from fieldrig.system.exits import Exit
 from fieldrig.system.host_lateness import WINDOW_NS, LateHost, Lateness, LateRecords
@@ -68,6 +70,7 @@ class Host:
         self._late_others: dict[str, str] = {}
         """The other processes of the rig for which the host is late, with the words for it."""
         self._points: dict[str, RealPoints] = {}
+        self._recorders: Recorders | None = None
         self._window: asyncio.TimerHandle | None = None
         self._looking: asyncio.Task[None] | None = None
 
@@ -91,6 +94,8 @@ class Host:
                 self._window.cancel()
             if self._looking is not None:
                 self._looking.cancel()
+            if self._recorders is not None:
+                self._recorders.close()
             await process.close()
             for stream in self._streams:
                 stream.flush()
@@ -128,6 +133,7 @@ class Host:
             stream.begin(field(terms, "epoch_ns", int))
         await process.attach(self._patience_s)
         process.start()
+        self._recorders = Recorders(control, name, ProcessSource(process), epoch_ns=field(terms, "epoch_ns", int))
         watched = [*process.watched]
         for device_name, device in process.devices.items():
             points = RealPoints(device_name, device, process.clock, partial(self._host_words, process.clock.host))

@@ -15,6 +15,7 @@ from fieldrig.faults.mains import Mains
 from fieldrig.faults.power import MODELS, loses_power
 from fieldrig.faults.waiting import WaitingFaults
 from fieldrig.link import Link, PoweredLink
+from fieldrig.points.hooks import Hook
 from fieldrig.points.watched_points import Change, WatchedPoints
 
 
@@ -44,7 +45,8 @@ class Switched(Device):
         """The device as it was built last."""
         self.watched = WatchedPoints(self.present)
         """The points whose changes are watched."""
-        self._is_on, self._waiting = True, waiting
+        self.cycle_hook = Hook("end_of_cycle", self.present)
+        self.is_on, self._waiting = True, waiting
         if waiting is not None:
             waiting.know(name, self)
 
@@ -52,7 +54,7 @@ class Switched(Device):
         self.present.start()
 
     def stop(self) -> None:
-        if self._is_on:
+        if self.is_on:
             self.present.stop()
 
     def points(self) -> Mapping[str, Point]:
@@ -64,7 +66,7 @@ class Switched(Device):
         return self.present.front_words()
 
     def troubles(self) -> Mapping[str, Value]:
-        return self.present.troubles() if self._is_on else {}
+        return self.present.troubles() if self.is_on else {}
 
     def answer(self, question: str, message: Any) -> Any:
         self._check_on()
@@ -106,14 +108,14 @@ class Switched(Device):
 
     def changes(self) -> list[Change]:
         """Return the changes of watched points since the last call; without power there are none."""
-        return self.watched.take() if self._is_on else []
+        return self.watched.take() if self.is_on else []
 
     def _check_on(self) -> None:
-        if not self._is_on:
+        if not self.is_on:
             raise ControlError(f"{self._name} is switched off", "it answers when the fault that did it ends")
 
     def _switch(self, _: str, is_on: bool) -> None:
-        self._is_on = is_on
+        self.is_on = is_on
         if not is_on:
             self._cancel()
             for link in self._links:
@@ -126,4 +128,5 @@ class Switched(Device):
             if former.injected is not None and self.present.injected is not None:
                 self.present.injected.adopt(former.injected)
             self.watched.move_to(self.present)
+            self.cycle_hook.move_to(self.present)
             self.present.start()

@@ -5,7 +5,7 @@ of its next action.  A node is local, or remote in a process of its own (`remote
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from fieldrig.bus import Bus
 from fieldrig.clock import VirtualClock
@@ -17,11 +17,13 @@ from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.link import Link
 from fieldrig.points.access import read_point, read_points, write_point
 from fieldrig.points.facts import facts_of
+from fieldrig.points.hooks import Hook
 from fieldrig.points.watched_points import Change, WatchedPoints
 from fieldrig.storage.store import Store
 from fieldrig.text.exception_notes import blame, blamed
 from fieldrig.text.nearest import closest
 
+T = TypeVar("T")
 BusName = str
 Deliveries = Sequence[tuple[BusName, Any]]
 Handler = Callable[[Any], None]
@@ -183,17 +185,18 @@ class LocalNode(EventNode):
     def __init__(self, entry: DeviceEntry, seed: int, store: Store, outbox: Outbox | None = None) -> None:
         super().__init__(entry.name, outbox=outbox)
         self._entry, self._seed, self._store = entry, seed, store
-        self._is_on = True
+        self.is_on = True
         with blamed(self.name, 0):
             self.device = self._built()
             self.device.start()
         self._watched = WatchedPoints(self.device)
+        self.cycle_hook = Hook("end_of_cycle", self.device)
 
     def switch(self, now_ns: int, is_on: bool) -> None:
         """Switch the power off or on.  A device without power has no timers, hears nothing, and keeps its store."""
         self.clock = VirtualClock(now_ns)
         self._handlers.clear()
-        self._is_on = is_on
+        self.is_on = is_on
         if not is_on:
             return
         with blamed(self.name, now_ns):
@@ -201,6 +204,7 @@ class LocalNode(EventNode):
             if former.injected is not None and self.device.injected is not None:
                 self.device.injected.adopt(former.injected)
             self._watched.move_to(self.device)
+            self.cycle_hook.move_to(self.device)
             self.device.start()
 
     def _built(self) -> Device:
@@ -212,31 +216,32 @@ class LocalNode(EventNode):
         return build_device(entry, clock=self.clock, links=links, store=self._store, seed=self._seed)
 
     def _check_on(self) -> None:
-        if not self._is_on:
+        if not self.is_on:
             raise ControlError(f"{self.name} is switched off", "it answers when the fault that did it ends")
 
     def keys(self) -> dict[str, str]:
         return {key: point.unit for key, point in self.device.points().items()}
 
+    def look(self, now_ns: int, read: Callable[[Device], T]) -> T:
+        """Return what `read` finds at the device at `now_ns`."""
+        self._check_on()
+        self.look_at(now_ns)
+        with blamed(self.name, now_ns):
+            return read(self.device)
+
     def facts(self) -> dict[str, dict[str, Any]]:
         return facts_of(self.device.points())
 
     def values(self, now_ns: int, keys: Iterable[str] | None = None) -> dict[str, Value]:
-        self._check_on()
-        self._look_at(now_ns)
-        with blamed(self.name, now_ns):
-            return read_points(self.name, self.device.points(), keys)
+        return self.look(now_ns, lambda device: read_points(self.name, device.points(), keys))
 
     def front(self, now_ns: int) -> dict[str, Any]:
-        self._look_at(now_ns)
+        self.look_at(now_ns)
         with blamed(self.name, now_ns):
             return self.device.front_words()
 
     def get(self, now_ns: int, key: str) -> Value:
-        self._check_on()
-        self._look_at(now_ns)
-        with blamed(self.name, now_ns):
-            return read_point(self.name, self.device.points(), key)
+        return self.look(now_ns, lambda device: read_point(self.name, device.points(), key))
 
     def set(self, key: str, value: Value) -> None:
         self._check_on()
@@ -263,7 +268,7 @@ class LocalNode(EventNode):
             self.device.clear_fault(number)
 
     def faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
-        self._look_at(now_ns)
+        self.look_at(now_ns)
         return self.device.faults()
 
     def watch(self, now_ns: int, key: str) -> None:
@@ -274,12 +279,12 @@ class LocalNode(EventNode):
         self._watched.unwatch(key)
 
     def changes(self) -> list[Change]:
-        if not self._is_on:
+        if not self.is_on:
             return []
         with blamed(self.name, self.clock.now_ns()):
             return self._watched.take()
 
-    def _look_at(self, now_ns: int) -> None:
+    def look_at(self, now_ns: int) -> None:
         """Show the device the present instant.  The clock of a node without events stays behind until it is needed."""
         self.clock.instant_ns = max(self.clock.instant_ns, now_ns)
 

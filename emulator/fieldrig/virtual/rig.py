@@ -6,11 +6,11 @@ until nothing is left at this instant.  The same seed gives the same bytes on ev
 or each in its own.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from random import Random
 from types import TracebackType
-from typing import Any, Final, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Final, Self, TypeVar, overload
 
 from fieldrig.bus import Bus, BusModel, Delivery, ModelBus
 from fieldrig.clock import MS, NEVER_NS, VirtualClock, whole_ns
@@ -25,12 +25,16 @@ from fieldrig.faults.power import MODELS, loses_power
 from fieldrig.faults.triggers import Triggers
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
+from fieldrig.recording.signals import Rhythm
 from fieldrig.shortcuts import Shortcut
 from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.text.nearest import closest
 from fieldrig.virtual.node import Deliveries, EventNode, LocalNode, Node, Outbox
 from fieldrig.virtual.readings import Readings, seconds
 from fieldrig.virtual.remote_node import RemoteNode
+
+if TYPE_CHECKING:
+    from fieldrig.recording.recording import Recording
 
 LONGEST_INSTANT = 10_000
 """Rounds of reactions at one instant after which the rig reports an endless exchange between devices."""
@@ -91,6 +95,10 @@ class Rig:
         self._triggers = Triggers(self._own_clock, self, self._begin_fault, self._plan)
         self._mains: Mains | None = None
         """The power of the devices, once it has been switched."""
+        self._listeners: list[OnDelivery] = []
+        """What recordings hear of the buses."""
+        self._ends: list[Callable[[], None]] = []
+        """What recordings do at the end of the present instant."""
         self._watches: dict[str, dict[str, list[OnChange]]] = {}
         """The calls for changes of points, by device and key."""
         self._is_telling = False
@@ -249,6 +257,28 @@ class Rig:
 
         return end
 
+    def record(self, signals: str | Sequence[str], rhythm: Rhythm = "cycle") -> "Recording":
+        """Record signals from now on: points of devices (`tank/level`) and wires of a bus (`wires/lamp.on`).
+
+        `rhythm` says when.  "cycle": at the end of each cycle of the device, once in a millisecond if it has none, and
+        wires at each change.  "change": each change of all signals, also of pulses shorter than any period.  A number:
+        once in so many nanoseconds, such as `10 * MS`.  Recording is no event, so the trace stays the same.
+        ControlError, with the nearest name, for a signal that does not exist.
+        """
+        from fieldrig.recording.recording import Recording  # only those who record need its formats
+        from fieldrig.virtual.recorded import RigSource
+
+        self._check_open()
+        names = [signals] if isinstance(signals, str) else list(signals) if isinstance(signals, Sequence) else []
+        if not names or not all(isinstance(name, str) for name in names):
+            raise ArgumentError(f"record cannot take {shown(signals)}", 'expected names, such as ["tank/level"]')
+        if rhythm not in ("cycle", "change") and (type(rhythm) is not int or rhythm <= 0):
+            raise ArgumentError(
+                f"record cannot have the rhythm {shown(rhythm)}",
+                'expected "cycle", "change" or a period, such as 10 * MS',
+            )
+        return Recording(RigSource(self), names, rhythm)
+
     def answer(self, device: str, question: str, message: Any) -> Any:
         """Return the answer of a device to a question of its kind.  ControlError if the device refuses."""
         with self._present(device) as node:
@@ -257,6 +287,11 @@ class Rig:
     def statistics(self, bus: str) -> dict[str, float]:
         """Return frames, load and other figures of a bus, by name.  ControlError if there is no such bus."""
         return self._model(bus).statistics(self.now_ns)
+
+    def signals(self, bus: str) -> dict[str, dict[str, str]]:
+        """Return the facts of each signal that stands on a bus, such as its wires, by name."""
+        standing = self._model(bus).standing()
+        return self.buses[bus].signals(standing, self.now_ns)
 
     def conditions(self, bus: str) -> Mapping[str, str]:
         """Return the states of a bus that are reported to a person, by a name of their own."""
@@ -451,6 +486,22 @@ class Rig:
             )
         return instant_ns
 
+    def _at_end_of(self, when_ns: int, action: Callable[[], None]) -> None:
+        """Call `action` when everything has happened that happens at `when_ns`; it changes nothing."""
+        self._own_clock.instant_ns = max(self._own_clock.instant_ns, self.now_ns)
+        self._own_clock.call_at(when_ns, lambda: self._ends.append(action))
+        self._plan()
+
+    def _listen(self, listener: OnDelivery) -> Callable[[], None]:
+        """Call `listener` too with every delivery, until the returned function is called."""
+        self._listeners.append(listener)
+
+        def end() -> None:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+
+        return end
+
     def _node(self, device: str) -> Node:
         self._check_open()
         if not isinstance(device, str) or device not in self._nodes:
@@ -515,6 +566,13 @@ class Rig:
         return True
 
     def _run_instant(self, now_ns: int) -> None:
+        self._play_instant(now_ns)
+        if self._ends:
+            ends, self._ends = self._ends, []
+            for end in ends:
+                end()
+
+    def _play_instant(self, now_ns: int) -> None:
         self.now_ns = now_ns
         inbox = self._arrivals(now_ns)
         active = self._active(now_ns, inbox)
@@ -550,6 +608,8 @@ class Rig:
             for delivery in model.collect(now_ns):
                 if self.on_delivery is not None:
                     self.on_delivery(self.buses[bus], delivery)
+                for listener in self._listeners:
+                    listener(self.buses[bus], delivery)
                 arrived = ((bus, delivery.message),)  # the same for all, for they may be many
                 if not inbox:
                     inbox = dict.fromkeys(delivery.receivers, arrived)
@@ -632,7 +692,8 @@ class Clients:
     def are_alone(self) -> bool:
         """True if whatever happens in the rig calls nothing outside but these clients."""
         rig = self._rig
-        return rig.on_delivery is None and not rig._watches and len(rig._outside) == len(self._buses)
+        is_heard = rig.on_delivery is not None or rig._listeners
+        return not is_heard and not rig._watches and len(rig._outside) == len(self._buses)
 
     def has(self, member: str, bus: str) -> bool:
         """True if no client of this name can join the bus."""

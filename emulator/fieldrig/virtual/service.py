@@ -23,8 +23,10 @@ from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.hub.bus_stream import BusStream, OnDelivery
 from fieldrig.real.roster import Event, ProcessState, Report
+from fieldrig.recording.recorders import Recorders
 from fieldrig.system.exits import Exit
 from fieldrig.system.this_process import facts
+from fieldrig.virtual.recorded import RigSource
 from fieldrig.virtual.rig import Rig
 
 SLICE_S = 0.01
@@ -75,6 +77,9 @@ class VirtualBus(_Part):
     def conditions(self) -> Mapping[str, str]:
         return self._rig.conditions(self._name)
 
+    def signals(self) -> Mapping[str, Mapping[str, Any]]:
+        return self._rig.signals(self._name)
+
 
 class VirtualService:
     def __init__(self, config: RigConfig, control: Control, report: Report) -> None:
@@ -107,6 +112,7 @@ class VirtualService:
                 await asyncio.wait({pacer})
             for stream in self._streams:
                 stream.flush()
+            self._recorders.close()
             if not pacer.cancelled():
                 pacer.result()
         return self._ended.result()
@@ -134,6 +140,7 @@ class VirtualService:
             points = VirtualPoints(rig, device)
             control.serve(f"device/{device}/*", answers(points))
             self._watched.append(Watched(device, points.faults))
+        self._recorders = Recorders(control, self._config.name, RigSource(rig), is_lossless=True)
         control.serve(f"process/{self._config.name}/status", self._process_status)
         control.serve("rig/*", self._answer)
 
@@ -167,6 +174,7 @@ class VirtualService:
             if not self._may_run.is_set():
                 await self._may_run.wait()
                 self._rebase()
+            await self._recorders.until_room()
             if self._speed is None:
                 await self._run_until_asked()
                 continue
@@ -191,13 +199,17 @@ class VirtualService:
     async def _run_until(self, until_ns: int) -> None:
         while not self._slice(until_ns):
             await asyncio.sleep(0)
+            await self._recorders.until_room()
 
     def _slice(self, until_ns: int | None) -> bool:
-        """Work for one slice of real time, and return whether `until_ns` is reached."""
+        """Work for one slice of real time, and return whether `until_ns` is reached.
+
+        A slice ends early if a reader of a recording has enough to read, so that nothing is lost at full speed.
+        """
         rig, give_up_s = self._rig, time.monotonic() + SLICE_S
         while (next_ns := rig.next_ns()) is not None and (until_ns is None or next_ns <= until_ns):
             rig.step()
-            if time.monotonic() > give_up_s:
+            if time.monotonic() > give_up_s or self._recorders.is_behind:
                 return False
         if until_ns is not None:
             rig.run_until(until_ns)

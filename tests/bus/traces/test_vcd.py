@@ -14,9 +14,9 @@ from vcd_reader import VCDVCD
 
 from fieldrig.errors import RigError
 from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.vcd_text import legal_paths
 from fieldrig_bus.signals.codec import encode
 from fieldrig_bus.traces import vcd
-from fieldrig_bus.traces.vcd import legal_paths
 from fieldrig_bus.wires import Motion, Signal
 
 DAY_NS = 1_700_000_000_123_456_789

@@ -47,6 +47,7 @@ from fieldrig_devices.languages.debugging.service import DebugService
 
 class ArpCard(Device):
     about = "ASA-RT ARP two-axis card: BASIC program, axes, electronic cam, tension control, CAN, USER port"
+    has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("error", "warning")
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
@@ -190,6 +191,8 @@ class ArpCard(Device):
         io.send_changes()
         if self._user_port is not None:
             self._user_port.tick()
+        if self.end_of_cycle is not None:
+            self.end_of_cycle()
 
     def _run_program(self) -> None:
         program = self.operation.program

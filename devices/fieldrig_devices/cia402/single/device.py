@@ -56,6 +56,7 @@ class Cia402Drive(Device):
     """A drive as a device of a rig."""
 
     about = "a servo drive on CAN (CiA 402), with motor and load, from its own EDS or any other one"
+    has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("error_code", "emcy.code")
     fault_models: ClassVar[Mapping[str, type[Any]]] = {**MODELS, **NODE_MODELS}
 
@@ -208,6 +209,8 @@ class Cia402Drive(Device):
         self._publish()
         if not motor.is_settled or axis.pace.is_awake:
             self._go_on()
+        if self.end_of_cycle is not None:
+            self.end_of_cycle()
 
     def _publish(self) -> None:
         motor, wires = self.motor, self._wires

@@ -1,0 +1,156 @@
+"""What recordings see of a process in real time.
+
+A row is taken as soon as the event of its instant has been handled, and read at that instant: the answer to a cycle has
+then left, and a value that moves by itself need not be computed for another instant.  A drive's position costs 2.4 us
+at the instant of its cycle and 66 us four milliseconds later.
+"""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import ClassVar
+
+from fieldrig.clock import NEVER_NS, Alarm
+from fieldrig.device import Device, Value
+from fieldrig.errors import ControlError
+from fieldrig.real.process import DeviceProcess
+from fieldrig.real.switched import Switched
+from fieldrig.recording.bus_signals import BusSignals, OnDelivery
+from fieldrig.recording.device_points import PointReads, describe
+from fieldrig.recording.signals import Described, End, RecordedPart
+from fieldrig.text.nearest import closest
+
+
+class ProcessSource:
+    """The devices and hubs of one process (`recording.signals.Source`)."""
+
+    def __init__(self, process: DeviceProcess) -> None:
+        self._process, self.clock = process, process.clock
+        self._loop = asyncio.get_running_loop()
+        self._due: list[tuple[int, Callable[[int], None]]] = []
+        self._looks: list[Callable[[], None]] = []
+        self._is_dirty = False
+
+    def now_ns(self) -> int:
+        """Return the instant up to which all rows have been taken."""
+        return min(self.clock.now_ns(), self._due[0][0] if self._due else NEVER_NS)
+
+    def part(self, name: str) -> RecordedPart:
+        process = self._process
+        if name in process.hubs:
+            hub = process.hubs[name]
+            return BusSignals(hub.bus, hub.model.standing, partial(_listen, hub.listeners), self.clock.now_ns)
+        if name in process.devices:
+            return DeviceSignals(self, name, process.devices[name])
+        raise ControlError(
+            f"{process.plan.name} has no device or bus {name!r}", closest(name, [*process.devices, *process.hubs])
+        )
+
+    def every(self, period_ns: int, action: Callable[[int, int], None]) -> End:
+        """Call `action` at each multiple of the period that the host is in time for; others are counted as missed.
+
+        Taking them later would record the present value for instants that have passed.
+        """
+        clock = self.clock
+        when_ns, missed = (clock.now_ns() // period_ns + 1) * period_ns, 0
+
+        def due() -> None:
+            nonlocal when_ns, missed
+            now_ns = clock.now_ns()
+            action(now_ns, missed)
+            missed = max(now_ns + clock.late_ns() - when_ns, 0) // period_ns
+            when_ns += (1 + missed) * period_ns
+            alarm.at(when_ns, due)
+
+        alarm = Alarm(clock)
+        alarm.at(when_ns, due)
+        return alarm.stop
+
+    def after_cycle(self, action: Callable[[int], None]) -> None:
+        """Call `action` with the present instant, at that instant, when the present event has been handled."""
+        self._due.append((self.clock.now_ns(), action))
+        if len(self._due) == 1:
+            self._loop.call_soon(self._take)
+
+    def _take(self) -> None:
+        due, self._due = self._due, []
+        for instant_ns, action in due:
+            self.clock.look_at(instant_ns, self._call, action)
+
+    def _call(self, action: Callable[[int], None]) -> None:
+        action(self.clock.now_ns())
+
+    def watch(self, look: Callable[[], None]) -> End:
+        """Call `look` after events of this process, once for those that are handled together."""
+        self._looks = [*self._looks, look]
+        self.clock.on_event = self._note_event
+
+        def end() -> None:
+            self._looks = [other for other in self._looks if other is not look]
+            if not self._looks:
+                self.clock.on_event = None
+
+        return end
+
+    def _note_event(self) -> None:
+        if not self._is_dirty:
+            self._is_dirty = True
+            self._loop.call_soon(self._look)
+
+    def _look(self) -> None:
+        self._is_dirty = False
+        for look in self._looks:
+            self.clock.look_at(0, look)  # at the latest instant of an event
+
+
+class DeviceSignals:
+    """The points of one device (`recording.signals.RecordedPart`)."""
+
+    is_bus: ClassVar[bool] = False
+
+    def __init__(self, source: ProcessSource, name: str, device: Switched) -> None:
+        self._source, self._name, self._switched = source, name, device
+
+    def _present(self) -> Device | None:
+        return self._switched.present if self._switched.is_on else None
+
+    def describe(self, keys: Sequence[str]) -> list[Described]:
+        return self._source.clock.look(lambda: describe(self._name, self._switched.present.points(), keys))
+
+    def reader(self, keys: Sequence[str]) -> Callable[[], Sequence[Value]]:
+        reads = PointReads(self._present, keys)
+        return lambda: self._source.clock.look(reads)
+
+    def on_cycle(self, action: Callable[[int], None]) -> End | None:
+        if not self._switched.present.has_cycle:
+            return None
+        return self._switched.cycle_hook.add(partial(self._source.after_cycle, action))
+
+    def on_change(self, keys: Sequence[str], action: Callable[[int, int, Value], None]) -> End:
+        reads, now_ns = PointReads(self._present, keys), self._source.clock.now_ns
+        last: list[Value] = self._source.clock.look(reads)
+
+        def look() -> None:
+            for place, value in enumerate(reads()):
+                before = last[place]
+                if value != before and not (value != value and before != before):  # two NaN are the same
+                    last[place] = value
+                    action(now_ns(), place, value)
+
+        ends = [self._source.watch(look), self._switched.watched.hook.add(look)]
+
+        def end() -> None:
+            for each in ends:
+                each()
+
+        return end
+
+
+def _listen(listeners: list[OnDelivery], on_delivery: OnDelivery) -> End:
+    listeners.append(on_delivery)
+
+    def end() -> None:
+        if on_delivery in listeners:
+            listeners.remove(on_delivery)
+
+    return end

@@ -1,0 +1,219 @@
+"""The recordings of one process: `process/NAME/record`, and batches on `record/NAME/ID`.
+
+A question is an object with a `command`:
+
+    begin        id, owner, signals, rhythm ("cycle", "change", or a period in ns) -> columns, tracks, epoch_ns, now_ns
+    again        id, first, end: the batches with these numbers, as a bundle of bytes; one that is not kept is missing
+    acknowledge  id, number: the reader has all batches before this one -> next, oldest
+    stop         id: nothing is sampled any more, and all that was is published -> next
+    end          id
+
+The owner of a recording shows its life at `recorder/OWNER`; all of its recordings end with it.  Several recordings run
+beside each other.  Batches are published with a low priority, and dropped rather than waited for: with a publisher that
+waits, a reader that stood still held the loop of a device for 1.3 s.
+"""
+
+import asyncio
+import logging
+import re
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import Any, Final, NamedTuple, Protocol
+
+from fieldrig.clock import S
+from fieldrig.control.question_words import asked
+from fieldrig.errors import ControlError
+from fieldrig.outside.untrusted import MalformedError, field, items, shown
+from fieldrig.recording.record_set import RecordSet
+from fieldrig.recording.signals import OWN_PERIOD_NS, Rhythm, Source, rhythm_of
+
+log = logging.getLogger(__name__)
+
+MOST_SETS: Final = 16
+MOST_SIGNALS: Final = 1_000
+MOST_VALUES_PER_S: Final = 2_000_000
+"""Values that one process samples in a second by a period or in cycles; at 0.16 us each, a third of a core."""
+SHORTEST_NS: Final = 100_000
+LONGEST_NS: Final = 3_600 * S
+LONGEST_NAME: Final = 500
+FLUSH_S: Final = 0.033
+"""Time between two batches, unless one is full before."""
+OWNER_S: Final = 10.0
+"""How long a recording waits for the first sign of life of its owner."""
+WAIT_S: Final = 0.1
+_IDENTIFIER: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,47}")
+
+
+class Outlet(Protocol):
+    """A publisher of bytes."""
+
+    def put(self, data: bytes) -> None: ...
+
+    def end(self) -> None: ...
+
+
+class Line(Protocol):
+    """The control messages of the process, as far as recordings need them."""
+
+    def serve(self, path: str, answer: Callable[[str, Any], Any]) -> None: ...
+
+    def outlet(self, path: str) -> Outlet: ...
+
+    def watch_life(self, path: str, handler: Callable[[str, bool], None]) -> None: ...
+
+
+class _Recording(NamedTuple):
+    owner: str
+    record_set: RecordSet
+    outlet: Outlet
+    values_per_s: float
+
+
+class Recorders:
+    """All recordings of one process."""
+
+    def __init__(
+        self, line: Line, process: str, source: Source, *, epoch_ns: int = 0, is_lossless: bool = False
+    ) -> None:
+        """Add `epoch_ns` to the instants for the time of day; it is 0 in virtual time."""
+        self._line, self._process, self._source = line, process, source
+        self._epoch_ns, self._is_lossless = epoch_ns, is_lossless
+        self._recordings: dict[str, _Recording] = {}
+        self._alive: set[str] | None = None
+        """The owners that show their life; None before the first recording."""
+        self._flusher: asyncio.Task[None] | None = None
+        self._room = asyncio.Event()
+        line.serve(f"process/{process}/record", self.answer)
+
+    async def answer(self, _verb: str, message: Any) -> Any:
+        command = field(message, "command", str)
+        if command == "begin":
+            return self._begin(message)
+        name = field(message, "id", str)
+        if command not in ("again", "acknowledge", "stop", "end"):
+            raise ControlError(
+                f"a recording cannot {asked(command, None)}", "it can: begin, again, acknowledge, stop, end"
+            )
+        recording = self._recordings.get(name)
+        if recording is None:
+            raise ControlError(f"{self._process} has no recording {shown(name)}", "begin it again")
+        record_set = recording.record_set
+        if command == "again":
+            return record_set.again(field(message, "first", int), field(message, "end", int))
+        if command == "acknowledge":
+            record_set.acknowledge(field(message, "number", int))
+            self._room.set()
+            return {"next": record_set.next, "oldest": record_set.oldest}
+        if command == "stop":
+            record_set.end()
+            record_set.flush()
+            return {"next": record_set.next}
+        self._end(name)
+        return {}
+
+    def _begin(self, message: Any) -> dict[str, Any]:
+        name, owner = _identifier(message, "id"), _identifier(message, "owner")
+        signals = items(field(message, "signals", list), str, MOST_SIGNALS, "signals")
+        if not signals or any(len(signal) > LONGEST_NAME for signal in signals):
+            raise MalformedError(f"signals: expected 1 to {MOST_SIGNALS} names of at most {LONGEST_NAME} characters")
+        rhythm = rhythm_of(message.get("rhythm"), SHORTEST_NS, LONGEST_NS)
+        self._end(name)
+        values_per_s = self._check_room(signals, rhythm)
+        outlet = self._line.outlet(f"record/{self._process}/{name}")
+        try:
+            record_set = RecordSet(self._source, signals, rhythm, outlet.put, is_lossless=self._is_lossless)
+        except BaseException:
+            outlet.end()
+            raise
+        self._recordings[name] = _Recording(owner, record_set, outlet, values_per_s)
+        self._watch_over(owner)
+        return {
+            "columns": [column._asdict() for column in record_set.columns],
+            "tracks": record_set.tracks,
+            "epoch_ns": self._epoch_ns,
+            "now_ns": self._source.now_ns(),
+        }
+
+    def _check_room(self, signals: Sequence[str], rhythm: Rhythm) -> float:
+        """Return the values per second of a new recording.  ControlError if they are too many."""
+        if len(self._recordings) >= MOST_SETS:
+            raise ControlError(f"{self._process} has {MOST_SETS} recordings already", "end one of them")
+        values_per_s = len(signals) * S / (rhythm if isinstance(rhythm, int) else OWN_PERIOD_NS)
+        present = sum(recording.values_per_s for recording in self._recordings.values())
+        if not self._is_lossless and present + values_per_s > MOST_VALUES_PER_S:
+            raise ControlError(
+                f"{len(signals)} signals are too many values in a second for {self._process}",
+                f"record fewer, or with a longer period; it samples {MOST_VALUES_PER_S:,} values in a second",
+            )
+        return values_per_s
+
+    def _watch_over(self, owner: str) -> None:
+        """Flush while there are recordings, and end those whose owner is gone."""
+        loop = asyncio.get_running_loop()
+        if self._alive is None:
+            self._alive = set()
+            self._line.watch_life("recorder/*", self._on_life)
+        if self._flusher is None or self._flusher.done():
+            self._flusher = loop.create_task(self._flush_on())
+        loop.call_later(OWNER_S, self._check_owner, owner)
+
+    def _check_owner(self, owner: str) -> None:
+        if self._alive is not None and owner not in self._alive:
+            self._end_of(owner)
+
+    def _on_life(self, owner: str, is_alive: bool) -> None:
+        assert self._alive is not None
+        if is_alive:
+            self._alive.add(owner)
+        else:
+            self._alive.discard(owner)
+            self._end_of(owner)
+
+    def _end_of(self, owner: str) -> None:
+        for name in [name for name, recording in self._recordings.items() if recording.owner == owner]:
+            log.info("the recording %s ends, because its reader is gone", name)
+            self._end(name)
+
+    def _end(self, name: str) -> None:
+        recording = self._recordings.pop(name, None)
+        if recording is not None:
+            recording.record_set.end()
+            recording.outlet.end()
+            self._room.set()
+
+    def close(self) -> None:
+        """End all recordings; what they have is published."""
+        self.flush()
+        for name in tuple(self._recordings):
+            self._end(name)
+        if self._flusher is not None:
+            self._flusher.cancel()
+
+    def flush(self) -> None:
+        for recording in self._recordings.values():
+            recording.record_set.flush()
+
+    async def _flush_on(self) -> None:
+        while self._recordings:
+            await asyncio.sleep(FLUSH_S)
+            self.flush()
+
+    @property
+    def is_behind(self) -> bool:
+        """True while a rig in virtual time has to wait for a reader."""
+        return any(recording.record_set.is_behind for recording in self._recordings.values())
+
+    async def until_room(self) -> None:
+        """Wait until no reader is behind."""
+        while self.is_behind:
+            self._room.clear()
+            with suppress(TimeoutError):
+                async with asyncio.timeout(WAIT_S):
+                    await self._room.wait()
+
+
+def _identifier(message: Any, key: str) -> str:
+    name = field(message, key, str)
+    if _IDENTIFIER.fullmatch(name) is None:
+        raise MalformedError(f"{key}: expected up to 48 small letters, digits and hyphens, found {shown(name)}")
+    return name

@@ -1,0 +1,209 @@
+"""`Rig.record`: what is sampled, when, and that the rig is the same with it and without."""
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from vcdvcd import VCDVCD
+
+from fieldrig import MS, US, ArgumentError, ControlError, Rig, S, from_dict
+from fieldrig.recording.recording import Recording
+
+HERE = Path(__file__).parent
+BEATS: dict[str, Any] = {
+    "time": "virtual",
+    "buses": {"wires": {"kind": "wires.virtual"}},
+    "devices": {
+        "beat": {"kind": "record_kinds:Beat", "links": {"wires": "wires"}},
+        "slow": {"kind": "record_kinds:Beat", "cycle_ms": 30, "links": {"wires": "wires"}},
+        "ramp": {"kind": "record_kinds:Ramp"},
+    },
+}
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    with Rig(from_dict(BEATS, HERE)) as rig:
+        yield rig
+
+
+def test_a_device_is_sampled_at_the_end_of_each_of_its_cycles(rig: Rig) -> None:
+    recording = rig.record(["beat/count", "slow/count"])
+    rig.run_for(95 * MS)
+    assert list(recording.times_ns["beat/count"]) == [number * 10 * MS for number in range(1, 10)]
+    assert list(recording.values["beat/count"]) == [1, 2, 3, 4, 5, 6, 7, 8, 9]
+    assert list(recording.times_ns["slow/count"]) == [30 * MS, 60 * MS, 90 * MS]
+    rig.run_for(10 * MS)
+    assert list(recording.values["beat/count"]) == [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
+
+
+def test_a_device_without_a_cycle_is_sampled_once_in_a_millisecond(rig: Rig) -> None:
+    rig.run_for(300 * US)
+    recording = rig.record("ramp/millis")
+    rig.run_for(3 * MS)
+    assert list(recording.values["ramp/millis"]) == [1.0, 2.0, 3.0]
+    assert list(recording.times_ns["ramp/millis"]) == [MS, 2 * MS, 3 * MS]
+
+
+def test_a_device_whose_cycle_rests_is_sampled_ten_times_a_second(rig: Rig) -> None:
+    fault = rig.add_fault("beat", {"what": "power_off"})
+    recording = rig.record("beat/count")
+    rig.run_for(S)
+    assert len(recording.values["beat/count"]) == 10
+    assert all(map(math.isnan, recording.values["beat/count"]))
+    rig.clear_fault("beat", fault)
+    rig.run_for(50 * MS)
+    assert list(recording.values["beat/count"])[10:] == [1, 2, 3, 4, 5]
+
+
+def test_a_period_samples_all_signals_at_the_same_instants_with_what_happened_at_them(rig: Rig) -> None:
+    recording = rig.record(["beat/count", "ramp/millis"], 25 * MS)
+    rig.run_for(100 * MS)
+    instants = [25 * MS, 50 * MS, 75 * MS, 100 * MS]
+    assert list(recording.times_ns["beat/count"]) == list(recording.times_ns["ramp/millis"]) == instants
+    assert list(recording.values["beat/count"]) == [2, 5, 7, 10]
+    assert list(recording.values["ramp/millis"]) == [25, 50, 75, 100]
+
+
+@pytest.mark.parametrize("processes", ["one", "each"])
+@pytest.mark.long
+def test_every_change_is_recorded_also_a_pulse_within_a_reaction(processes: str) -> None:
+    with Rig(from_dict({**BEATS, "processes": processes}, HERE)) as rig:
+        recording = rig.record(["beat/pulse", "slow/count"], "change")
+        rig.run_for(100 * MS)
+        pulses = zip(recording.times_ns["beat/pulse"], recording.values["beat/pulse"], strict=True)
+        assert list(pulses) == [(0, 0), (50 * MS, 1), (50 * MS, 0), (100 * MS, 1), (100 * MS, 0)]
+        assert list(recording.times_ns["slow/count"]) == [0, 30 * MS, 60 * MS, 90 * MS]
+
+
+def test_wires_are_recorded_at_their_changes(rig: Rig) -> None:
+    rig.run_for(30 * MS)
+    recording = rig.record(["wires/beat.count", "wires/slow.count", "beat/count"])
+    rig.run_for(30 * MS)
+    assert list(recording.times_ns["wires/beat.count"]) == [30 * MS, 40 * MS, 50 * MS, 60 * MS]
+    assert list(recording.values["wires/beat.count"]) == [3, 4, 5, 6]
+    assert list(recording.values["wires/slow.count"]) == [1, 2]
+    assert [column.unit for column in recording.columns] == ["1", "1", "1"]
+    sampled = rig.record("wires/beat.count", 20 * MS)
+    rig.run_for(40 * MS)
+    assert list(sampled.values["wires/beat.count"]) == [8, 10]
+
+
+def test_texts_are_recorded_as_their_places(rig: Rig) -> None:
+    recording = rig.record(["beat/word", "beat/level"])
+    rig.run_for(30 * MS)
+    words, levels = recording.columns
+    assert [words.states[int(value)] for value in recording.values["beat/word"]] == ["odd", "even", "odd"]
+    assert list(recording.values["beat/level"]) == [2, 0, 2]
+    assert levels.states == ["low", "mid", "high"]
+
+
+def test_a_number_that_becomes_a_text_or_too_large_has_no_value(rig: Rig) -> None:
+    recording = rig.record(["beat/offset", "beat/count"])
+    rig.set("beat/offset", "far")
+    rig.run_for(10 * MS)
+    rig.set("beat/offset", 10**400)
+    rig.run_for(10 * MS)
+    rig.set("beat/offset", True)
+    rig.run_for(10 * MS)
+    assert [math.isnan(value) or value for value in recording.values["beat/offset"]] == [True, True, 1.0]
+    assert list(recording.values["beat/count"]) == [1, 2, 3]
+
+
+def test_points_that_were_made_anew_are_read(rig: Rig) -> None:
+    recording = rig.record("beat/count")
+    rig.run_for(20 * MS)
+    rig.set("beat/offset", "new")
+    rig.run_for(10 * MS)
+    rig.restart("beat")
+    rig.run_for(20 * MS)
+    assert list(recording.values["beat/count"]) == [1, 2, -3, 1, 2]
+
+
+def test_two_recordings_run_beside_each_other_and_end_alone(rig: Rig) -> None:
+    first, second = rig.record("beat/count"), rig.record(["beat/count", "slow/count"])
+    rig.run_for(20 * MS)
+    first.end()
+    rig.run_for(20 * MS)
+    assert list(first.values["beat/count"]) == [1, 2]
+    assert list(second.values["beat/count"]) == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("rhythm", ["cycle", "change", 3 * MS])
+def test_the_trace_is_the_same_with_a_recording(rhythm: Any) -> None:
+    signals = ["beat/count", "slow/word", "ramp/millis", "wires/beat.count"]
+
+    def trace(begin: Callable[[Rig], object]) -> list[Any]:
+        heard: list[Any] = []
+        with Rig(from_dict(BEATS, HERE), on_delivery=lambda bus, delivery: heard.append((bus.name, delivery))) as rig:
+            rig.run_for(15 * MS)
+            begin(rig)
+            rig.run_for(300 * MS)
+        return heard
+
+    assert trace(lambda rig: rig.record(signals, rhythm)) == trace(lambda rig: None)
+
+
+@pytest.mark.parametrize(
+    ("signal", "said"),
+    [
+        ("beat/cont", "beat has no value 'cont'"),
+        ("bet/count", "the rig has no device or bus 'bet'"),
+        ("wires/beat.cont", "nothing drives 'beat.cont' on wires"),
+        ("beat", "'beat' is not a signal"),
+    ],
+)
+def test_a_signal_that_does_not_exist_is_refused_with_the_nearest(rig: Rig, signal: str, said: str) -> None:
+    rig.run_for(10 * MS)
+    with pytest.raises(ControlError, match=said):
+        rig.record(["beat/count", signal])
+    rig.run_for(10 * MS)
+    assert rig.get("beat/count") == 2
+
+
+@pytest.mark.parametrize("rhythm", ["often", 0, -5, 1.5, None, True])
+def test_a_rhythm_that_is_none_is_refused(rig: Rig, rhythm: Any) -> None:
+    with pytest.raises(ArgumentError, match="record cannot have the rhythm"):
+        rig.record("beat/count", rhythm)
+
+
+@pytest.mark.parametrize("signals", [[], 5, [5], None])
+def test_names_that_are_none_are_refused(rig: Rig, signals: Any) -> None:
+    with pytest.raises(ArgumentError, match="record cannot take"):
+        rig.record(signals)
+
+
+@pytest.fixture
+def recording(rig: Rig) -> Recording:
+    rig.run_for(30 * MS)
+    recording = rig.record(["beat/count", "beat/pulse", "slow/word", "wires/slow.count"])
+    rig.run_for(40 * MS)
+    return recording
+
+
+def test_a_csv_has_a_line_for_each_instant(recording: Recording, tmp_path: Path) -> None:
+    recording.write_csv(tmp_path / "beat.csv")
+    assert (tmp_path / "beat.csv").read_text().splitlines() == [
+        "time_s,beat/count [1],beat/pulse,slow/word,wires/slow.count [1]",
+        "0.000000000,,,,1",
+        "0.010000000,4,0,,",
+        "0.020000000,5,0,,",
+        "0.030000000,6,0,even,2",
+        "0.040000000,7,0,,",
+    ]
+
+
+def test_a_vcd_has_each_signal_as_a_foreign_reader_sees_it(recording: Recording, tmp_path: Path) -> None:
+    recording.write_vcd(tmp_path / "beat.vcd")
+    read = VCDVCD(str(tmp_path / "beat.vcd"))
+    assert [(time, float(value)) for time, value in read["beat.count"].tv if value != "nan"] == [
+        (10 * MS, 4),
+        (20 * MS, 5),
+        (30 * MS, 6),
+        (40 * MS, 7),
+    ]
+    assert read["beat.pulse"][15 * MS] == "0"
+    assert read["beat.pulse"][5 * MS] == "x"
+    assert float(read["wires.slow.count"][35 * MS]) == 2
