@@ -16,6 +16,10 @@ COUNTERS: Final = {
 """The counters whose rate says how busy a bus is; the first one that a bus has is taken."""
 
 
+LATE: Final = "late."
+"""Begins the counters of late cycles of single stations."""
+
+
 class Reading(NamedTuple):
     """The counters of a bus at an instant of the rig."""
 
@@ -41,6 +45,23 @@ def load_words(before: Reading | None, now: Reading) -> str:
     if "wires" in figures:
         return f"{figures['wires']:g} wires"
     return ""
+
+
+def kept_percent(before: Reading | None, now: Reading) -> dict[str, int]:
+    """Return the share of the cycles since the reading before that each station of a ring kept, in percent.
+
+    Only a ring that counts them has any: in virtual time nothing is late.
+    """
+    if before is None or "cycles" not in now.figures:
+        return {}
+    cycles = now.figures["cycles"] - before.figures.get("cycles", 0.0)
+    late = {name.removeprefix(LATE): value for name, value in now.figures.items() if name.startswith(LATE)}
+    if cycles <= 0:
+        return {}
+    return {
+        name: round(100 * max(1 - (value - before.figures.get(f"{LATE}{name}", 0.0)) / cycles, 0))
+        for name, value in late.items()
+    }
 
 
 def _of_cycles(before: Mapping[str, float], now: Mapping[str, float], elapsed_ns: int) -> str:

@@ -13,14 +13,16 @@ MEASURED: Final = (
     "temperature",
     "pressure",
     "flow",
-    "power",
     "torque",
     "frequency",
 )
 """Words for the values of a part of a machine, the most telling first; a key may have a prefix such as `axis1.`."""
 OBJECTS: Final = ("6064:00", "606C:00")
 """Position and velocity of a CiA 402 drive (CiA 402, 6064h and 606Ch)."""
-STATES: Final = ("state", "plc/state", "program.state", "display", "mode", "call", "running", "screen.1", "screen.2")
+STATES: Final = (
+    *("state", "plc/state", "program.state", "display", "DiagMsg", "mode", "call", "running"),
+    *("screen.1", "screen.2"),
+)
 """Keys for what a controller is doing."""
 
 
@@ -57,4 +59,4 @@ def _in_order(facts: Mapping[str, Mapping[str, Any]], named: Collection[str]) ->
 
 
 def _last_word(key: str) -> str:
-    return key.replace("/", ".").rpartition(".")[2].lower()
+    return key.replace("/", ".").rpartition(".")[2]

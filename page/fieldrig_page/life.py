@@ -15,7 +15,7 @@ from fieldrig.control.notices import taken
 from fieldrig.device import POWER_OFF
 from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError
-from fieldrig_page.bus_load import Reading, load_words
+from fieldrig_page.bus_load import Reading, kept_percent, load_words
 from fieldrig_page.card_values import CardValues
 from fieldrig_page.changes import Changes
 from fieldrig_page.live import Page
@@ -52,6 +52,7 @@ class Life:
         self._conditions: dict[str, dict[str, str]] = {}
         self._readings: dict[str, Reading] = {}
         self._loads: dict[str, str] = {}
+        self._kept: dict[str, int] = {}
         self._looks = 0
         self._sent: dict[Page, _Sent] = {}
         self._is_wanted = asyncio.Event()
@@ -108,8 +109,9 @@ class Life:
         processes = _processes(status, details)
         for name in link.config.devices:
             state = state_of_device(processes.get(name, Process()), faults.get(name, {}), self._values.troubles(name))
-            off = _power_off(faults.get(name, {}))
-            self._put(name, state, processes.get(name), **({"off": off} if off is not None else {}))
+            more = {"off": _power_off(faults.get(name, {})), "kept": self._kept.get(name)}
+            known = {key: value for key, value in more.items() if value is not None}
+            self._put(name, state, processes.get(name), **known)
         figures = {bus: found for detail in details.values() for bus, found in detail["buses"].items()}
         self._take_loads(status.get("now_ns", time.monotonic_ns()), figures)
         for name in link.config.buses:
@@ -129,6 +131,8 @@ class Life:
         if self._looks % LOAD_TICKS == 0:
             readings = {bus: Reading(now_ns, own) for bus, own in figures.items()}
             self._loads = {bus: load_words(self._readings.get(bus), now) for bus, now in readings.items()}
+            shares = (kept_percent(self._readings.get(bus), now) for bus, now in readings.items())
+            self._kept = {name: share for of_bus in shares for name, share in of_bus.items()}
             self._readings = readings
         self._looks += 1
 

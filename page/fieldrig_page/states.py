@@ -9,6 +9,8 @@ from fieldrig.device import POWER_OFF
 from fieldrig.text.digits import show_value
 
 READY: Final = "ready"
+WARNING: Final = "warning"
+"""The word for a trouble that stops nothing; the keys of such troubles end with it."""
 ENDED: Final = ("dead", "gone")
 """States of a process that does not run; in any other it runs, or is on its way."""
 
@@ -49,7 +51,9 @@ def state_of_device(process: Process, faults: Faults, troubles: Mapping[str, Any
         return PartState(Level.DOWN, "down", why)
     if any(fault.get("what") == POWER_OFF for fault in active):
         return PartState(Level.DOWN, "power off", why)
-    return _of_running(process, active, why, "trouble")
+    present = [key for key, value in troubles.items() if value]
+    is_warning = present and all(key.endswith(WARNING) for key in present)
+    return _of_running(process, active, why, WARNING if is_warning else "trouble")
 
 
 def state_of_bus(
@@ -70,7 +74,7 @@ def _of_running(process: Process, active: Sequence[Mapping[str, Any]], why: tupl
     if active:
         return PartState(Level.FAULT, str(active[0].get("what", "fault")).replace("_", " "), why)
     if why:
-        return PartState(Level.FAULT, word, why)
+        return PartState(Level.LATE if word == WARNING else Level.FAULT, word, why)
     if process.state != READY:
         return PartState(Level.LATE, process.state, why)
     if process.late:

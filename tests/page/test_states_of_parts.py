@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from fieldrig_page.bus_load import Reading, load_words
+from fieldrig_page.bus_load import Reading, kept_percent, load_words
 from fieldrig_page.changes import Changes
 from fieldrig_page.chosen_points import chosen, label_of
 from fieldrig_page.states import Level, Process, state_of_bus, state_of_device
@@ -29,6 +29,8 @@ S = 1_000_000_000
         (Process(), {"1": {**ON, "state": "waiting"}}, {}, (Level.OK, "ready")),
         (Process(), {}, {"diag_code": 201}, (Level.FAULT, "trouble")),
         (Process(), {}, {"diag_code": 0}, (Level.OK, "ready")),
+        (Process(), {}, {"error": 0, "warning": 204}, (Level.LATE, "warning")),
+        (Process(), {}, {"error": 25, "warning": 204}, (Level.FAULT, "trouble")),
     ],
 )
 def test_a_device_has_one_word_and_a_level(
@@ -78,6 +80,14 @@ def test_a_bus_has_one_word_and_a_level(
 )
 def test_the_load_of_a_bus(before: Mapping[str, float] | None, now: Mapping[str, float], words: str) -> None:
     assert load_words(None if before is None else Reading(0, before), Reading(S, now)) == words
+
+
+def test_the_share_of_cycles_that_each_station_keeps() -> None:
+    before = Reading(0, {"cycles": 100.0, "late_cycles": 1.0, "late.a": 1.0, "late.b": 0.0})
+    now = Reading(S, {"cycles": 300.0, "late_cycles": 21.0, "late.a": 21.0, "late.b": 0.0})
+    assert kept_percent(before, now) == {"a": 90, "b": 100}
+    assert kept_percent(None, now) == kept_percent(now, now) == {}
+    assert kept_percent(before, Reading(S, {"requests": 1.0})) == {}
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import { live, role, useLive, useWish } from './live.js';
 // a name, such as `#/device/NAME`, is hidden from the navigation.
 const VIEWS = [
   { title: 'Picture', hash: 'picture', load: () => import('./picture.js') },
-  { title: 'Processes', hash: 'processes', load: () => import('./processes.js') },
+  { title: 'Time', hash: 'time', load: () => import('./time.js') },
 ];
 // What `#/` shows.
 const FIRST = VIEWS[0];

@@ -1,6 +1,6 @@
 // The connection to the page's server: what this page wants to see, what comes of it, and calls of the HTTP API.
 // It reconnects by itself and asks again for everything that is wanted; the first frame of each topic is whole.
-import { useEffect, useRef, useState } from 'preact/hooks';
+import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import { decode, encode } from './wire.js';
 
 const FIRST_PAUSE_MS = 250;
@@ -92,7 +92,8 @@ export function useLive(type, reduce, initial) {
   const [value, setValue] = useState(initial);
   const latest = useRef(reduce);
   latest.current = reduce;
-  useEffect(() => live.on(type, (message) => setValue((before) => latest.current(before, message))), [type]);
+  // At once: an effect after the paint once missed the greeting.
+  useLayoutEffect(() => live.on(type, (message) => setValue((before) => latest.current(before, message))), [type]);
   return value;
 }
 

@@ -1,6 +1,7 @@
 // The rig as a picture: cards in a grid, placed by the rule of the server (layout.py), and alive by the topic `life`.
 import { html } from 'htm/preact';
 import { useEffect, useLayoutEffect, useMemo, useRef, useState } from 'preact/hooks';
+import { Events } from './events.js';
 import { api, useLive, useWish } from './live.js';
 import { Card, familyOf } from './picture/card.js';
 import { Chosen } from './picture/chosen.js';
@@ -19,7 +20,7 @@ export function View({ role }) {
   if (!graph) return html`<p class="quiet">The picture is loading.</p>`;
   const isSmall = Object.keys(graph.devices).length <= SMALL;
   return html`<div class=${isSmall ? 'beside' : ''}><${Picture} graph=${graph} life=${life} mayOperate=${role === 'operate'} isSmall=${isSmall} />
-    ${isSmall && html`<${Beside} role=${role} />`}</div>`;
+    ${isSmall && html`<${Beside} role=${role} />`}</div><${Events} events=${life.events} buses=${graph.buses} />`;
 }
 
 // The scope beside the picture of a small rig, if this installation has it.

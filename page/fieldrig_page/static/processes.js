@@ -3,7 +3,7 @@ import { html } from 'htm/preact';
 import { useState } from 'preact/hooks';
 import { api } from './live.js';
 
-export function View({ rig, role }) {
+export function View({ rig, role, kept = {} }) {
   const [refusal, setRefusal] = useState(null);
   const processes = Object.entries(rig.processes ?? {});
   const restart = async (name) => {
@@ -18,7 +18,7 @@ export function View({ rig, role }) {
     <h2 id="processes">Processes</h2>
     ${refusal && html`<p class="refusal" role="alert">${refusal.what}${refusal.remedy && `; ${refusal.remedy}`}</p>`}
     <div class="wide" tabindex="0" role="region" aria-label="table of the processes"><table>
-      <thead><tr><th>process</th><th>state</th><th>restarts</th><th>MB</th><th>CPU s</th><th>late at most</th><th>runs</th>
+      <thead><tr><th>process</th><th>state</th><th>restarts</th><th>MB</th><th>CPU s</th><th>late at most</th><th>cycles kept</th><th>runs</th>
         ${role === 'operate' && html`<th>do</th>`}</tr></thead>
       <tbody>${processes.map(([name, process]) => html`<tr key=${name}>
         <th scope="row">${name}</th>
@@ -27,6 +27,7 @@ export function View({ rig, role }) {
         <td class="number">${process.memory_mb ?? ''}</td>
         <td class="number">${process.cpu_s ?? ''}</td>
         <td class="number">${process.late ? `${process.late.worst_ms.toFixed(1)} ms` : ''}</td>
+        <td class="number">${kept[name] === undefined ? '' : `${kept[name]} %`}</td>
         <td>${[...(process.buses ?? []), ...(process.devices ?? [])].join(', ')}</td>
         ${role === 'operate' && html`<td>${process.restarts !== undefined && html`
           <button onClick=${() => restart(name)} aria-label=${`Restart ${name}`}>Restart</button>`}</td>`}

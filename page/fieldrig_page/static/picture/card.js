@@ -17,8 +17,8 @@ export function Card({ device, part, keys, samples, ports, buses, place, ring, i
     <p class="kind" title=${device.about}>${shortKind(device.kind)}</p>
     <dl class="values">${keys.map((point, at) => html`<div key=${point.key}><dt title=${point.key}>${point.label}</dt>
       <dd>${show(now[at])}${point.unit && html` <span class="unit">${point.unit}</span>`}</dd></div>`)}</dl>
-    ${drawn >= 0 ? html`<${Spark} values=${samples.map(row => row[drawn])} name=${`${device.name} ${keys[drawn].label}`} />` : html`<span class="spark" aria-hidden="true"></span>`}
-    <footer><span class="ports">${ports.map(bus => html`<a class="port ${familyOf(buses[bus])}" href=${`#/bus/${bus}`}>${bus}</a>`)}</span>
+    <footer>${drawn >= 0 ? html`<${Spark} values=${samples.map(row => row[drawn])} name=${`${device.name} ${keys[drawn].label}`} />` : html`<span class="spark" aria-hidden="true"></span>`}
+      <span class="ports">${ports.map(bus => html`<a class="port ${familyOf(buses[bus])}" href=${`#/bus/${bus}`}>${bus}</a>`)}</span>
       <button class="more" aria-pressed=${isChosen} aria-label=${`wires and partners of ${device.name}`} title="wires and partners" onClick=${onChoose}>⋯</button></footer>
   </article>`;
 }
