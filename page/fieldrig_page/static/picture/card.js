@@ -12,9 +12,8 @@ export function Card({ device, part, keys, samples, ports, buses, place, ring, i
   const level = part.level || 'unknown';
   const classes = ['card', level, isChosen && 'chosen', isPartner && 'partner'].filter(Boolean).join(' ');
   return html`<article class=${classes} style=${place} data-part=${device.name} data-ring=${ring || null}>
-    <header><h3><a href=${`#/device/${device.name}`}>${device.name}</a></h3>
-      <span class="pill ${level}">${part.word || '…'}</span></header>
-    <p class="kind" title=${device.about}>${shortKind(device.kind)}</p>
+    <h3><a href=${`#/device/${device.name}`}>${device.name}</a></h3>
+    <p class="kind" title=${device.about}><span>${shortKind(device.kind)}</span><span class="pill ${level}">${part.word || '…'}</span></p>
     <dl class="values">${keys.map((point, at) => html`<div key=${point.key}><dt title=${point.key}>${point.label}</dt>
       <dd>${show(now[at])}${point.unit && html` <span class="unit">${point.unit}</span>`}</dd></div>`)}</dl>
     <footer>${drawn >= 0 ? html`<${Spark} values=${samples.map(row => row[drawn])} name=${`${device.name} ${keys[drawn].label}`} />` : html`<span class="spark" aria-hidden="true"></span>`}
