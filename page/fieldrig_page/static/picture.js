@@ -88,10 +88,12 @@ function Strip({ strip, bus, part, places }) {
     ${!strip.is_again && html`<span class="load">${part.load || bus.kind}</span>${level !== 'ok' && html`<span class="pill ${level}">${part.word || '…'}</span>`}`}</div>`;
 }
 
+const isIdle = part => !part.load || part.load.startsWith('0 ');
+
 // Cables and wires have no strip: they are listed below the cards with their loads.
 function Cables({ graph, life, places }) {
   const listed = Object.values(graph.buses).filter(bus => !places?.strips.some(strip => strip.bus === bus.name));
   return listed.length > 0 && html`<ul class="cables" aria-label="cables and wires">${listed.map(bus => { const part = life.parts[bus.name] || NOTHING, level = part.level || 'unknown';
-    return html`<li key=${bus.name} data-part=${bus.name}><a class="port ${familyOf(bus)}" href=${`#/bus/${bus.name}`}>${bus.name}</a> <span class="load">${part.load || bus.kind}</span>${level !== 'ok' && level !== 'unknown' && html` <span class="pill ${level}">${part.word}</span>`}</li>`; })}</ul>`;
+    return html`<li key=${bus.name} data-part=${bus.name}><a class="port ${familyOf(bus)}" href=${`#/bus/${bus.name}`}>${bus.name}</a> <span class="load" title=${bus.kind}>${isIdle(part) ? '' : part.load}</span>${level !== 'ok' && level !== 'unknown' && html` <span class="pill ${level}">${part.word}</span>`}</li>`; })}</ul>`;
 }
 

@@ -11,7 +11,8 @@ export function Card({ device, part, keys, samples, ports, buses, place, ring, i
   const drawn = keys.findIndex((_, at) => typeof now[at] === 'number');
   const level = part.level || 'unknown';
   const classes = ['card', level, isChosen && 'chosen', isPartner && 'partner'].filter(Boolean).join(' ');
-  return html`<article class=${classes} style=${place} data-part=${device.name} data-ring=${ring || null}>
+  const onClick = event => { if (!event.target.closest('a, button')) onChoose(); };  // the button in it is for the keyboard
+  return html`<article class=${classes} style=${place} data-part=${device.name} data-ring=${ring || null} onClick=${onClick}>
     <h3><a href=${`#/device/${device.name}`}>${device.name}</a></h3>
     <p class="kind" title=${device.about}><span>${shortKind(device.kind)}</span><span class="pill ${level}">${part.word || '…'}</span></p>
     <dl class="values">${keys.map((point, at) => html`<div key=${point.key}><dt title=${point.key}>${point.label}</dt>
