@@ -1,4 +1,8 @@
-"""Two values of each device for its card, read while a page looks, with those of the last minute for a spark line."""
+"""Two values of each device for its card, read while a page looks, with the last ones for a spark line.
+
+The devices are asked one after the other, evenly over a round.  A question to all at once, or twice a second, took
+drives of a ring a tenth of their cycles.
+"""
 
 import asyncio
 from collections import deque
@@ -14,9 +18,12 @@ from fieldrig_page.rig_link import RigLink
 
 KEPT: Final = 60
 """Samples that a spark line shows."""
-LOOKS_PER_SAMPLE: Final = 2
-LOOKS_PER_SEARCH: Final = 20
-"""Looks after which the points are asked for again: a controller has more of them once it has started."""
+ROUND_S: Final = 1.0
+"""Time of a round, for a rig with few devices."""
+SHORTEST_S: Final = 0.05
+"""Least time between the questions to two devices; it makes the round of a large rig longer."""
+SEARCH_ROUNDS: Final = 10
+"""Rounds after which the points of a device are asked for again: a controller has more once it has started."""
 ANSWER_S: Final = 1.0
 
 Row = dict[str, list[Value]]
@@ -31,18 +38,9 @@ class CardValues:
         self._link = link
         self._named = {name: set(wired_keys(entry.settings)) for name, entry in link.config.devices.items()}
         self._keys: dict[str, list[str]] = {}
-        self._troubles: dict[str, Mapping[str, Value]] = {}
         self._trouble_keys: dict[str, list[str]] = {}
+        self._troubles: dict[str, Mapping[str, Value]] = {}
         self._rows: deque[tuple[int, Row]] = deque(maxlen=KEPT)
-        self._looks = 0
-
-    async def look(self) -> None:
-        """Look at the devices, as often as a spark line needs it."""
-        if self._looks % LOOKS_PER_SEARCH == 0:
-            await asyncio.gather(*(self._search(name) for name in self._link.config.devices))
-        if self._looks % LOOKS_PER_SAMPLE == 0:
-            await self._take_sample()
-        self._looks += 1
 
     def troubles(self, name: str) -> Mapping[str, Value]:
         """Return what a device reports as wrong, by key."""
@@ -58,33 +56,46 @@ class CardValues:
             before = row
         return rows
 
-    async def _search(self, name: str) -> None:
-        """Choose the points of a device again; one that does not answer keeps those that it has."""
+    async def run(self, is_wanted: asyncio.Event) -> None:
+        """Ask the devices, round after round, while a page looks."""
+        names = list(self._link.config.devices)
+        pause_s = max(ROUND_S / max(len(names), 1), SHORTEST_S)
+        rounds = 0
+        while True:
+            await is_wanted.wait()
+            row: Row = {}
+            for name in names:
+                await self._look(name, row, rounds % SEARCH_ROUNDS == 0)
+                await asyncio.sleep(0 if rounds == 0 else pause_s)  # the first values come at once
+            if not names:
+                await asyncio.sleep(ROUND_S)
+            rounds += 1
+            self.sample += 1
+            self._rows.append((self.sample, row))
+
+    async def _look(self, name: str, row: Row, is_search: bool) -> None:
+        """Read one device; one that does not answer keeps its points, and has no values."""
         try:
-            facts: Mapping[str, Mapping[str, Any]] = await self._link.ask(f"device/{name}/keys", None, ANSWER_S)
+            if is_search or not self._keys.get(name):
+                await self._search(name)
+            answer = await self._read(name)
         except ControlError:
             return
+        self._troubles[name] = {key: answer[key] for key in self._trouble_keys[name] if answer.get(key)}
+        if answer:
+            row[name] = [answer[key] for key in self._keys[name]]
+
+    async def _search(self, name: str) -> None:
+        facts: Mapping[str, Mapping[str, Any]] = await self._link.ask(f"device/{name}/keys", None, ANSWER_S)
         keys = self._keys[name] = chosen(facts, self._named[name])
         self._trouble_keys[name] = [key for key in self._link.config.devices[name].cls.trouble_keys if key in facts]
         self.shown.put(name, [_about(key, facts[key]) for key in keys])
 
-    async def _take_sample(self) -> None:
-        names = [name for name, keys in self._keys.items() if keys or self._trouble_keys[name]]
-        answers = await asyncio.gather(*(self._read(name) for name in names))
-        row: Row = {}
-        for name, answer in zip(names, answers, strict=True):
-            self._troubles[name] = {key: answer[key] for key in self._trouble_keys[name] if answer.get(key)}
-            if answer and all(key in answer for key in self._keys[name]):
-                row[name] = [answer[key] for key in self._keys[name]]
-        self.sample += 1
-        self._rows.append((self.sample, row))
-
     async def _read(self, name: str) -> Mapping[str, Value]:
         keys = list(dict.fromkeys([*self._keys[name], *self._trouble_keys[name]]))
-        try:
-            answer: Mapping[str, Value] = await self._link.ask(f"device/{name}/get", {"keys": keys}, ANSWER_S)
-        except ControlError:
-            return {}
+        answer: Mapping[str, Value] = (
+            await self._link.ask(f"device/{name}/get", {"keys": keys}, ANSWER_S) if keys else {}
+        )
         return answer
 
 

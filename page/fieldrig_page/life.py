@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
+from fieldrig.control.notices import FAULT, taken
 from fieldrig.control.notices import in_words as notice_in_words
-from fieldrig.control.notices import taken
 from fieldrig.device import POWER_OFF
 from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError
@@ -20,11 +20,13 @@ from fieldrig_page.card_values import CardValues
 from fieldrig_page.changes import Changes
 from fieldrig_page.live import Page
 from fieldrig_page.rig_link import RigLink
-from fieldrig_page.states import Level, PartState, Process, state_of_bus, state_of_device
+from fieldrig_page.states import Level, PartState, Process, is_active, state_of_bus, state_of_device
 
 PERIOD_S: Final = 0.5
-LOAD_TICKS: Final = 4
+LOAD_LOOKS: Final = 4
 """Looks between two readings of the load of a bus: a rate over half a second would jump."""
+WHOLE_LOOKS: Final = 20
+"""Looks after which every part is asked for its faults."""
 MOST_EVENTS: Final = 100
 NO_ANSWER: Final = PartState(Level.DOWN, "no answer", ("the rig does not answer",))
 
@@ -49,6 +51,9 @@ class Life:
         self._parts: Changes[dict[str, Any]] = Changes()
         self._events: deque[tuple[int, dict[str, Any]]] = deque(maxlen=MOST_EVENTS)
         self._event = 0
+        self._faults: dict[str, Mapping[str, Mapping[str, Any]]] = {}
+        self._changed: set[str] = set()
+        """Parts of which a fault has begun."""
         self._conditions: dict[str, dict[str, str]] = {}
         self._readings: dict[str, Reading] = {}
         self._loads: dict[str, str] = {}
@@ -87,6 +92,11 @@ class Life:
     async def run(self) -> None:
         self._link.listen_to("event", self._on_event)
         self._link.listen_to("notice/*", self._on_notice)
+        async with asyncio.TaskGroup() as tasks:
+            tasks.create_task(self._values.run(self._is_wanted))
+            tasks.create_task(self._watch())
+
+    async def _watch(self) -> None:
         while True:
             await self._is_wanted.wait()
             try:
@@ -96,45 +106,51 @@ class Life:
             await asyncio.sleep(PERIOD_S)
 
     async def _look(self) -> None:
-        link = self._link
-        status, details, faults, faults_of_buses = await asyncio.gather(
-            link.recent("rig/status"),
-            link.recent("process/*/status"),
-            link.recent("device/*/faults"),
-            link.recent("bus/*/faults"),
-        )
-        if self._looks % LOAD_TICKS == 0:  # between them notices tell what changes
-            self._conditions = await link.ask_all("bus/*/conditions")
-        await self._values.look()
-        processes = _processes(status, details)
-        for name in link.config.devices:
-            state = state_of_device(processes.get(name, Process()), faults.get(name, {}), self._values.troubles(name))
-            more = {"off": _power_off(faults.get(name, {})), "kept": self._kept.get(name)}
-            known = {key: value for key, value in more.items() if value is not None}
-            self._put(name, state, processes.get(name), **known)
-        figures = {bus: found for detail in details.values() for bus, found in detail["buses"].items()}
-        self._take_loads(status.get("now_ns", time.monotonic_ns()), figures)
-        for name in link.config.buses:
-            conditions = self._conditions.get(name, {})
-            own = figures.get(name, {})
-            state = state_of_bus(processes.get(name, Process()), faults_of_buses.get(name, {}), conditions, own)
-            cuts = _cuts(faults_of_buses.get(name, {}))
-            self._put(
-                name, state, processes.get(name), load=self._loads.get(name, ""), **({"cuts": cuts} if cuts else {})
-            )
+        """Look at the rig: often at what one question tells, and seldom at each of its processes."""
+        status = await self._link.recent("rig/status")
+        if self._looks % WHOLE_LOOKS == 0:
+            await self._ask_all()
+        await self._ask_changed()
+        if self._looks % LOAD_LOOKS == 0:
+            self._take_loads(status.get("now_ns", time.monotonic_ns()), await self._link.ask_all("bus/*/status"))
+        self._looks += 1
+        self._tell(_processes(status))
+
+    async def _ask_all(self) -> None:
+        """Ask every part for what notices tell otherwise, so that a notice that was lost is made good."""
+        self._faults = await self._link.ask_all("device/*/faults") | await self._link.ask_all("bus/*/faults")
+        self._conditions = await self._link.ask_all("bus/*/conditions")
+
+    async def _ask_changed(self) -> None:
+        """Ask the parts with faults, and those of which one has begun: a notice can miss one that is short."""
+        faulty = {name for name, faults in self._faults.items() if any(map(is_active, faults.values()))}
+        changed, self._changed = self._changed | faulty, set()
+        for name in sorted(changed):
+            sort = "bus" if name in self._link.config.buses else "device"
+            self._faults[name] = await self._link.ask(f"{sort}/{name}/faults")
+
+    def _tell(self, processes: Mapping[str, Process]) -> None:
+        for name in self._link.config.devices:
+            faults = self._faults.get(name, {})
+            state = state_of_device(processes.get(name, Process()), faults, self._values.troubles(name))
+            self._put(name, state, processes.get(name), off=_power_off(faults), kept=self._kept.get(name))
+        for name in self._link.config.buses:
+            faults, reading = self._faults.get(name, {}), self._readings.get(name)
+            figures = {} if reading is None else reading.figures
+            state = state_of_bus(processes.get(name, Process()), faults, self._conditions.get(name, {}), figures)
+            self._put(name, state, processes.get(name), load=self._loads.get(name), cuts=_cuts(faults) or None)
 
     def _put(self, name: str, state: PartState, process: Process | None, **more: Any) -> None:
-        restarts = {"restarts": process.restarts} if process is not None and process.restarts else {}
-        self._parts.put(name, {"level": state.level, "word": state.word, "why": list(state.why), **restarts, **more})
+        restarts = None if process is None else process.restarts or None
+        facts = {"level": state.level, "word": state.word, "why": list(state.why), "restarts": restarts, **more}
+        self._parts.put(name, {key: value for key, value in facts.items() if value is not None})
 
     def _take_loads(self, now_ns: int, figures: Mapping[str, Mapping[str, float]]) -> None:
-        if self._looks % LOAD_TICKS == 0:
-            readings = {bus: Reading(now_ns, own) for bus, own in figures.items()}
-            self._loads = {bus: load_words(self._readings.get(bus), now) for bus, now in readings.items()}
-            shares = (kept_percent(self._readings.get(bus), now) for bus, now in readings.items())
-            self._kept = {name: share for of_bus in shares for name, share in of_bus.items()}
-            self._readings = readings
-        self._looks += 1
+        readings = {bus: Reading(now_ns, own) for bus, own in figures.items()}
+        self._loads = {bus: load_words(self._readings.get(bus), now) for bus, now in readings.items()}
+        shares = (kept_percent(self._readings.get(bus), now) for bus, now in readings.items())
+        self._kept = {name: share for of_bus in shares for name, share in of_bus.items()}
+        self._readings = readings
 
     def _on_silence(self, cause: ControlError) -> None:
         for name in (*self._link.config.devices, *self._link.config.buses):
@@ -150,11 +166,12 @@ class Life:
         if notice is None or notice.part not in self._link.config.devices.keys() | self._link.config.buses.keys():
             return
         self._note(time.time(), notice.part, notice_in_words(notice))
-        if not notice.key.startswith("fault "):
+        if notice.key.startswith(FAULT):
+            self._changed.add(notice.part)
+        else:
             conditions = self._conditions.setdefault(notice.part, {})
-            if notice.is_over:
-                conditions.pop(notice.key, None)
-            else:
+            conditions.pop(notice.key, None)
+            if not notice.is_over:
                 conditions[notice.key] = notice.text
 
     def _note(self, time_s: float, part: str, text: str) -> None:
@@ -162,11 +179,11 @@ class Life:
         self._events.append((self._event, {"number": self._event, "time_s": time_s, "part": part, "text": text}))
 
 
-def _processes(status: Mapping[str, Any], details: Mapping[str, Any]) -> dict[str, Process]:
-    """Return the process of each part by the name of the part; none in virtual time."""
+def _processes(status: Mapping[str, Any]) -> dict[str, Process]:
+    """Return the process of each part by the name of the part."""
     found: dict[str, Process] = {}
     for name, process in status["processes"].items():
-        late = details.get(name, {}).get("late", {}).get("words", "")
+        late = status.get("late", {}).get(name, "")
         for part in (*process.get("buses", ()), *process.get("devices", ())):
             found[part] = Process(process["state"], late, process.get("restarts", 0))
     return found
@@ -177,13 +194,11 @@ def _cuts(faults: Mapping[str, Mapping[str, Any]]) -> dict[str, int]:
     return {
         str(fault["after"]): int(number)
         for number, fault in faults.items()
-        if fault.get("what") == "break" and fault.get("state") == "on" and "after" in fault
+        if fault.get("what") == "break" and is_active(fault) and "after" in fault
     }
 
 
 def _power_off(faults: Mapping[str, Mapping[str, Any]]) -> int | None:
     """Return the number of the fault that has switched a device off; None if it has power."""
-    off = (
-        int(number) for number, fault in faults.items() if fault.get("what") == POWER_OFF and fault.get("state") == "on"
-    )
+    off = (int(number) for number, fault in faults.items() if fault.get("what") == POWER_OFF and is_active(fault))
     return next(off, None)

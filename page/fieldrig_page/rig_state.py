@@ -9,6 +9,8 @@ from fieldrig_page.live import Page
 from fieldrig_page.rig_link import RigLink
 
 PERIOD_S: Final = 0.5
+DETAIL_LOOKS: Final = 10
+"""Looks after which each process is asked for its figures: it reads its memory for them, which takes milliseconds."""
 SHOWN: Final = ("state", "time", "uptime_s", "now_ns", "speed", "late")
 
 
@@ -41,11 +43,14 @@ class RigState:
         return self._state
 
     async def run(self) -> None:
+        looks, processes = 0, dict[str, Any]()
         while True:
             await self._is_wanted.wait()
             try:
                 status = await self._link.recent("rig/status")
-                processes = await self._link.recent("process/*/status")
+                if looks % DETAIL_LOOKS == 0:
+                    processes = await self._link.recent("process/*/status")
+                looks += 1
             except ControlError as cause:
                 self._state = {"state": "away", "why": cause.what}
             else:

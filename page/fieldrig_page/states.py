@@ -82,8 +82,13 @@ def _of_running(process: Process, active: Sequence[Mapping[str, Any]], why: tupl
     return PartState(Level.OK, READY)
 
 
+def is_active(fault: Mapping[str, Any]) -> bool:
+    """Return whether a fault acts now; others wait, or are over."""
+    return fault.get("state") == "on"
+
+
 def _active(faults: Faults) -> list[Mapping[str, Any]]:
-    return [fault for fault in faults.values() if fault.get("state") == "on"]
+    return [fault for fault in faults.values() if is_active(fault)]
 
 
 def _in_lines(faults: Sequence[Mapping[str, Any]]) -> list[str]:
