@@ -44,6 +44,8 @@ Colour = Literal["green", "red", "yellow", "blue", "white"]
 """The colour of a lamp."""
 Names = Sequence[tuple[Value, str]]
 """Values with their names, such as the meaning of a state's number."""
+OPERATED: Final = frozenset({"key", "switch", "knob", "entry"})
+"""The sorts of parts that a person moves, besides terminals that no wire drives."""
 OFF_ON: Final[Names] = ((False, "off"), (True, "on"))
 
 
@@ -75,13 +77,16 @@ class Part:
     """A part of a front.  `about` is a few words on what it shows or does."""
 
     sort: ClassVar[str] = ""
-    operated: ClassVar[bool] = False
-    """True for what a person moves; its point can be written."""
 
     label: str = ""
     point: str = ""
     about: str = ""
     name: str = ""
+
+    @property
+    def is_operated(self) -> bool:
+        """True for what a person moves; its point can be written."""
+        return self.sort in OPERATED
 
     @property
     def points(self) -> tuple[str, ...]:
@@ -91,7 +96,7 @@ class Part:
     def words(self) -> dict[str, Any]:
         """Return the part in values that JSON has; whatever is empty is left out."""
         own = {field.name: _plain(getattr(self, field.name)) for field in fields(self)}
-        named = {"sort": self.sort, "name": self.name or self.point}
+        named = {"sort": self.sort, "name": self.name or self.point, "operated": self.is_operated}
         return named | {key: value for key, value in own.items() if key != "name" and value not in ("", [], {}, None)}
 
 
@@ -132,7 +137,6 @@ class Knob(Number):
     """A number that a person sets, within limits if there are any."""
 
     sort: ClassVar[str] = "knob"
-    operated: ClassVar[bool] = True
     low: float | None = None
     high: float | None = None
 
@@ -192,7 +196,6 @@ class Key(Part):
     """
 
     sort: ClassVar[str] = "key"
-    operated: ClassVar[bool] = True
     pressed: Value = True
     released: Value | None = False
 
@@ -202,7 +205,6 @@ class Switch(Part):
     """A switch that stays where it is put; `positions` are the names of its values."""
 
     sort: ClassVar[str] = "switch"
-    operated: ClassVar[bool] = True
     positions: Names = OFF_ON
 
 
@@ -211,7 +213,6 @@ class Entry(Part):
     """A field for a text that a person types, such as a command in words."""
 
     sort: ClassVar[str] = "entry"
-    operated: ClassVar[bool] = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,6 +224,10 @@ class Clamp(Part):
     is_set: bool = False
     bit: int | None = None
     """The bit of the point's number, from 0, that is the level of this terminal."""
+
+    @property
+    def is_operated(self) -> bool:
+        return self.is_set
 
     def words(self) -> dict[str, Any]:
         name = self.name or (self.point if self.bit is None else f"{self.point}.{self.bit}")

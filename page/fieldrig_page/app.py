@@ -27,6 +27,7 @@ from fieldrig.outside.page_seat import Seat
 from fieldrig_page import api, picture_api, points_api, rig_api
 from fieldrig_page.api import Operation
 from fieldrig_page.faults import Faults
+from fieldrig_page.fronts import Fronts
 from fieldrig_page.guard import Guard, Hosts
 from fieldrig_page.life import Life
 from fieldrig_page.live import Live, Topic
@@ -38,7 +39,7 @@ from fieldrig_page.values import Values
 
 STATIC: Final = Path(__file__).parent / "static"
 
-TOPICS: Final[tuple[Callable[[RigLink], Topic], ...]] = (RigState, Life, Values, Traffic, Faults, Programs)
+TOPICS: Final[tuple[Callable[[RigLink], Topic], ...]] = (RigState, Life, Fronts, Values, Traffic, Faults, Programs)
 OPERATIONS: Final[tuple[Callable[[RigLink], Iterable[Operation]], ...]] = (
     rig_api.operations,
     picture_api.operations,

@@ -11,7 +11,7 @@ from fieldrig.clock import MS
 from fieldrig.config.build import build_alone
 from fieldrig.config.rig_file import from_dict, load
 from fieldrig.device import Device
-from fieldrig.front import Clamp, Front, Key, Led, Part, SevenSegment, Text
+from fieldrig.front import Clamp, Front, Key, Led, SevenSegment, Text
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.arp.terminal import panel
 
@@ -34,10 +34,6 @@ def device(request: pytest.FixtureRequest, devices: dict[str, Device]) -> Device
     return devices[request.param]
 
 
-def named_by(part: Part, kind: type[Part]) -> bool:
-    return type(part) is kind
-
-
 def test_each_point_of_a_front_exists(device: Device) -> None:
     assert device.front().points - device.points().keys() == set()
     assert any(device.front().parts)
@@ -45,12 +41,12 @@ def test_each_point_of_a_front_exists(device: Device) -> None:
 
 def test_what_is_operated_can_be_written(device: Device) -> None:
     points = device.points()
-    operated = [part.point for part in device.front().parts if part.operated]
+    operated = [part.point for part in device.front().parts if part.is_operated]
     assert [key for key in operated if points[key].write is None] == []
 
 
 def test_what_is_operated_has_a_name_of_its_own(device: Device) -> None:
-    names = [part.words()["name"] for part in device.front().parts if part.operated or named_by(part, Clamp)]
+    names = [part.words()["name"] for part in device.front().parts if part.is_operated or isinstance(part, Clamp)]
     assert len(names) == len(set(names))
 
 
