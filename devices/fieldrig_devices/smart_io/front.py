@@ -21,7 +21,7 @@ def front_of(settings: SmartIoSettings, has_ring: bool, has_display: bool) -> Fr
     for module in sorted(settings.modules):
         addresses = addresses_of(module)
         groups += [
-            Group([Clamp(f"in {at}", f"in{at}", is_set=True) for at in addresses], f"inputs of module {module}"),
+            Group([_input(f"in {at}", f"in{at}", settings) for at in addresses], f"inputs of module {module}"),
             Group([Clamp(f"out {at}", f"out{at}", side="out") for at in addresses], f"outputs of module {module}"),
         ]
     groups.append(Group([Clamp("analog 1", "analog1", side="out")], "analog output"))
@@ -49,7 +49,17 @@ def _keyboard(settings: SmartIoSettings) -> Iterator[Part]:
         for at in row:
             yield Led(str(leds[at]), f"led{leds[at]}", colour="yellow") if at < len(leds) else Gap()
         for at in row:
-            yield Key(str(keys[at]), f"key{keys[at]}") if at < len(keys) else Gap()
+            yield _key(keys[at], settings) if at < len(keys) else Gap()
+
+
+def _key(number: int, settings: SmartIoSettings) -> Part:
+    """Return a key; a wire at its contact is a terminal that nobody presses."""
+    is_wired = f"key{number}" in settings.terminals
+    return _input(str(number), f"key{number}", settings) if is_wired else Key(str(number), f"key{number}")
+
+
+def _input(label: str, terminal: str, settings: SmartIoSettings) -> Clamp:
+    return Clamp(label, terminal, is_set=terminal not in settings.terminals)
 
 
 def _motor(name: str) -> Group:
