@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
 from typing import Final, NamedTuple
 
-from fieldrig.errors import RigError
+from fieldrig.errors import ControlError
 from fieldrig_page.scope.recordings import Signal
 from fieldrig_page.scope.setup import Setup
 from fieldrig_page.scope.store import Track
@@ -66,11 +66,11 @@ class Captures:
         return self._kept.get(number)
 
     def __getitem__(self, number: int) -> Capture:
-        """RigError if there is none, or none any more."""
+        """ControlError if there is none, or none any more."""
         capture = self.get(number)
         if capture is None:
             there = ", ".join(map(str, self._kept)) or "none"
-            raise RigError(f"there is no capture {number}", f"captures that are kept: {there}")
+            raise ControlError(f"there is no capture {number}", f"captures that are kept: {there}")
         return capture
 
     def all(self) -> list[Capture]:

@@ -50,8 +50,13 @@ class _Picture:
 
 
 class Hunt:
-    def __init__(self, setup: Setup, signals: Mapping[str, Signal], on_caught: OnCaught) -> None:
-        """ControlError if the trigger does not fit its signal.  `signals` have their samples already."""
+    def __init__(
+        self, setup: Setup, signals: Mapping[str, Signal], on_caught: OnCaught, begin: Mapping[int, int] | None = None
+    ) -> None:
+        """`begin` has numbers of the first row to look at, by the identity of the track; else it is the next one.
+
+        ControlError if the trigger does not fit its signal.
+        """
         self._setup, self._signals, self._on_caught = setup, signals, on_caught
         trigger = setup.trigger
         self._signal = signals.get(trigger.signal) if trigger is not None else None
@@ -60,7 +65,9 @@ class Hunt:
             self._range = trigger.range_of(self._signal.states)
         self._picture: _Picture | None = None
         self._track = self._signal.track if self._signal is not None else None
-        self._next, self._epoch = (self._track.end, self._track.epoch) if self._track is not None else (0, 0)
+        self._next = self._epoch = 0
+        if self._track is not None:
+            self._next, self._epoch = (begin or {}).get(id(self._track), self._track.end), self._track.epoch
         self.hits = 0
         self.is_done = False
         """Whether it has caught the only one that it was armed for."""

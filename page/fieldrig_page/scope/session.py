@@ -19,7 +19,7 @@ from fieldrig_page.scope.hunt import Hunt
 from fieldrig_page.scope.recordings import Recordings, Signal
 from fieldrig_page.scope.setup import Setup, read_setup
 from fieldrig_page.scope.store import Track
-from fieldrig_page.scope.triggers import Hit
+from fieldrig_page.scope.triggers import Hit, Trigger
 
 PIXELS: Final = (16, 4096)
 AUTO_WINDOWS: Final = 2
@@ -44,12 +44,13 @@ class Wish(NamedTuple):
 
 def read_wish(data: Any) -> Wish:
     """Return the wish of a page.  MalformedError for anything that is none."""
+    setup = read_setup(field(data, "setup", dict))
     view = [_instant(value) for value in _list(data, "view_ns", 2)]
     if view and (len(view) != 2 or view[0] >= view[1]):
         raise MalformedError("view_ns: expected two instants, the first one before the second")
     capture = data.get("capture")
     return Wish(
-        read_setup(field(data, "setup", dict)),
+        setup,
         min(max(_whole(field(data, "pixels", float)), PIXELS[0]), PIXELS[1]),
         _whole(typed(data.get("arm", 0), float, "arm")),
         typed(data.get("is_stopped", False), bool, "is_stopped"),
@@ -98,6 +99,8 @@ class Session:
         self._stopped: Capture | None = None
         self._trouble = ""
         self.hits = 0
+        self.messages_lost = 0
+        """Messages of a bus that did not get here, so that a trigger by a message may have missed one."""
         self._is_whole = True
         self._sent: dict[int, int] = {}
         """The bucket after the last one that the page has, by the identity of the track."""
@@ -117,10 +120,10 @@ class Session:
     def forget(self) -> None:
         self._recordings.forget(self._user)
 
-    def on_rows(self, track: Track) -> None:
-        """Look at new rows of a track that this scope may use."""
+    def on_rows(self, track: Track, first: int) -> None:
+        """Look at new rows, from the one numbered `first` on, of a track that this scope may use."""
         if self._hunt is None:
-            self._arm()
+            self._arm(track, first)
         if self._hunt is not None:
             self._hunt.look(track, self._now_s())
 
@@ -135,8 +138,10 @@ class Session:
             self._hunt.strike(hit, self._now_s())
 
     @property
-    def setup(self) -> Setup | None:
-        return None if self._wish is None else self._wish.setup
+    def trigger(self) -> Trigger | None:
+        """The trigger that is waited for."""
+        is_waiting = self._wish is not None and not self._wish.is_stopped and self._wish.setup.mode != "run"
+        return self._wish.setup.trigger if self._wish is not None and is_waiting else None
 
     @property
     def caught(self) -> Capture | None:
@@ -166,8 +171,7 @@ class Session:
 
     def stop(self) -> Capture | None:
         """Copy everything that is recorded; None if nothing is yet."""
-        wish, tracks = self._wish, [track for track, _ in drawing.by_track(self._rows(self._signals))]
-        tracks = [track for track in tracks if track.times_ns]
+        wish, tracks = self._wish, self._tracks()
         if wish is None or not tracks:
             return None
         end_ns = max(track.known_ns for track in tracks)
@@ -175,8 +179,24 @@ class Session:
         traces = cut(self._signals.values(), first_ns, end_ns + 1)
         return self._captures.add(wish.setup, first_ns, end_ns, None, traces)
 
-    def _arm(self) -> None:
-        """Begin the hunt, once the trigger's signal is known."""
+    def whole_window(self) -> Capture | None:
+        """Copy the newest window, once everything is recorded for so long; None until then."""
+        wish, tracks = self._wish, self._tracks()
+        if wish is None or not tracks or any(signal.track is None for signal in self._signals.values()):
+            return None
+        end_ns = min(track.known_ns for track in tracks)
+        first_ns = end_ns - wish.setup.window_ns
+        if any(track.times_ns[0] > first_ns and not track.base for track in tracks):
+            return None
+        return self._captures.add(wish.setup, first_ns, end_ns, None, cut(self._signals.values(), first_ns, end_ns + 1))
+
+    def _tracks(self) -> list[Track]:
+        """The tracks of all signals that have samples."""
+        found = drawing.by_track(dict(enumerate(self._signals.values())))
+        return [track for track, _ in found if track.times_ns]
+
+    def _arm(self, track: Track | None = None, first: int = 0) -> None:
+        """Begin the hunt, once the trigger's signal is known: with the new rows of a track, or with the next."""
         wish = self._wish
         if wish is None or wish.is_stopped or wish.setup.trigger is None or wish.setup.mode == "run" or self._trouble:
             return
@@ -184,7 +204,7 @@ class Session:
         if wish.setup.trigger.signal and (signal is None or signal.track is None):
             return
         try:
-            self._hunt = Hunt(wish.setup, self._signals, self._on_caught)
+            self._hunt = Hunt(wish.setup, self._signals, self._on_caught, {} if track is None else {id(track): first})
         except RigError as wrong:
             self._trouble = str(wrong)
 
@@ -201,7 +221,7 @@ class Session:
         if wish.setup.mode == "run" or self._caught is None:
             return None
         if wish.setup.mode == "auto" and not (self._hunt is not None and self._hunt.is_struck):
-            newest_ns = max((track.known_ns for track, _ in drawing.by_track(self._rows(self._signals))), default=0)
+            newest_ns = max((track.known_ns for track in self._tracks()), default=0)
             if newest_ns - self._caught.end_ns > AUTO_WINDOWS * wish.setup.window_ns:
                 return None
         return self._caught
@@ -220,6 +240,8 @@ class Session:
             "live",
             [(id(track), track.epoch, tuple(numbers), track.lost, track.pauses) for track, numbers in tracks],
         )
+        if any(self._sent.get(id(track), end) < end - count for track, _ in tracks):
+            self._is_whole = True  # so much is new that the page has nothing to go on from
         self._begin_whole(shape)
         parts = []
         for track, numbers in tracks:
@@ -306,6 +328,7 @@ class Session:
         return {
             "state": self._word(wish, capture),
             "hits": self.hits,
+            "messages_lost": self.messages_lost,
             "trouble": self.trouble,
             "lost": lost,
             "pauses": pauses,
@@ -321,7 +344,7 @@ class Session:
             return "caught"
         if self._hunt is not None and self._hunt.is_struck:
             return "triggered"
-        return "armed" if capture is None or wish.setup.mode != "auto" else "running"
+        return "running" if capture is None and wish.setup.mode == "auto" else "armed"
 
     def _about(self, capture: Capture) -> dict[str, Any]:
         hit = capture.hit
