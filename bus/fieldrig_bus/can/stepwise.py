@@ -20,7 +20,7 @@ from typing import Any, Final, NamedTuple
 from fieldrig.bus import Delivery
 from fieldrig_bus.can.bits import Place, Stream, stream
 from fieldrig_bus.can.bus_off import BusOff
-from fieldrig_bus.can.confinement import Node, play, undisturbed
+from fieldrig_bus.can.confinement import Node, play, played
 from fieldrig_bus.can.faults import Fault
 from fieldrig_bus.can.injection import ENDLESS, Injection, Injector
 from fieldrig_bus.can.medium import NEVER, Medium
@@ -237,11 +237,8 @@ class Stepwise:
         if not is_garbled and not outcome.is_troubled:
             outcome.mark_all_done()
             return len(wire.bits)
-        nodes = [node for _, node in outcome.nodes]
-        if disturbance.first() is not None:
-            return play(nodes, wire, disturbance, is_garbled=is_garbled)
-        last, played = undisturbed(tuple(node.setup for node in nodes), wire, is_garbled)
-        outcome.nodes = [(member, node) for (member, _), node in zip(outcome.nodes, played, strict=True)]
+        last, nodes = played(tuple(node.setup for _, node in outcome.nodes), wire, disturbance, is_garbled)
+        outcome.nodes = [(member, node) for (member, _), node in zip(outcome.nodes, nodes, strict=True)]
         return last
 
     def _smooth(self, start: int, senders: tuple[Request, ...], losers: tuple[Request, ...]) -> Outcome | None:
