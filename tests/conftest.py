@@ -1,5 +1,6 @@
 import gc
 import logging
+import os
 import signal
 from collections.abc import Iterator
 from functools import cache
@@ -9,6 +10,7 @@ import hypothesis
 import pytest
 
 from fieldrig import testing
+from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.system.this_process import resident_bytes
 
 # A shell or nohup ignores these signals for background jobs, and rigs would read that as the choice of the user.
@@ -16,6 +18,9 @@ for name, handler in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.
     number = getattr(signal, name, None)
     if number is not None and signal.getsignal(number) is signal.SIG_IGN:
         signal.signal(number, handler)
+
+# What a test starts has no page, unless the test is about the page: the suite would pay for a process in every rig.
+os.environ[NO_PAGE_VARIABLE] = "1"
 
 # No example has to be quick, nor what makes it.  The stage `quick` names its profile, which has ten examples for each
 # property.

@@ -19,9 +19,11 @@ from fieldrig.config.rig_file import RigConfig, load
 from fieldrig.control import endpoint
 from fieldrig.control.messages import Control
 from fieldrig.errors import RigError
-from fieldrig.outside.page_seat import Seat, take_seat
+from fieldrig.outside.page_seat import Seat, inherited_seat, take_seat
 from fieldrig.real.host import loop_factory, start_log
+from fieldrig.real.page_process import prepare
 from fieldrig.real.progress import finish, step
+from fieldrig.system import log_files
 from fieldrig.system.exits import Exit
 from fieldrig.system.this_process import facts, on_signals
 from fieldrig_page.app import Site
@@ -110,17 +112,24 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     parser = argparse.ArgumentParser(prog="python -m fieldrig_page", description=__doc__)
     parser.add_argument("file", type=Path, help="the rig file of the rig that runs")
     parser.add_argument("--control", metavar="ENDPOINT", help="control endpoint of the rig, if not the rig file's")
+    parser.add_argument("--seat", type=int, help="descriptor of the socket that it inherits; its supervisor has it")
+    parser.add_argument("--log", type=Path, help="a file of bounded size for what it says")
     parser.add_argument("--listen", metavar="HOST:PORT", help="where the page listens, if not at its usual place")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     options = parser.parse_args(arguments)
+    if options.log is not None:
+        log_files.take_over(options.log)
     start_log()
+    if options.seat is not None:
+        prepare()
     overrides = [*options.set, *([f"control={options.control}"] if options.control is not None else [])]
     try:
         config = load(options.file, overrides)
-        seat = take_seat(options.listen)
+        seat = take_seat(options.listen) if options.seat is None else inherited_seat(options.seat)
     except RigError as wrong:
         print(f"error: {wrong}", file=sys.stderr)  # noqa: T201
         sys.exit(Exit.WRONG)
-    for role, address in seat.addresses().items():
-        print(f"{role}: {address}", flush=True)  # noqa: T201
-    sys.exit(run(config, seat, config.start_timeout_s))
+    if options.seat is None:
+        for role, address in seat.addresses().items():
+            print(f"page to {role}: {address}", flush=True)  # noqa: T201
+    sys.exit(run(config, seat, PATIENCE_S if options.seat is not None else config.start_timeout_s))

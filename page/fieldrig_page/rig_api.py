@@ -38,7 +38,8 @@ def operations(link: RigLink) -> Iterator[Operation]:
     """Yield the operations of the rig as a whole."""
 
     async def status(_call: Call) -> dict[str, Any]:
-        return joined(await link.ask("rig/status"), await link.ask_all("process/*/status"))
+        rig, details = await link.ask("rig/status"), await link.ask_all("process/*/status")
+        return joined(rig, details, await link.ask("ui/status") if "ui" in rig else {})
 
     async def pause(_call: Call) -> Any:
         return await link.ask("rig/pause")

@@ -19,12 +19,22 @@ def rig(name: str) -> RigConfig:
 
 
 def introduced(config: RigConfig, capsys: pytest.CaptureFixture[str]) -> list[str]:
-    Display(config, 0.0, is_quiet=False).introduce(5)
+    Display(config, 0.0, is_quiet=False).introduce(
+        5, {"operate": "http://127.0.0.1:8372/?token=o", "look": "http://127.0.0.1:8372/?token=l"}
+    )
     return capsys.readouterr().out.splitlines()
 
 
 def lines(config: RigConfig, name: str) -> dict[str, str]:
     return {tool["label"]: tool["line"] for tool in reach.help_of(config, name)["tools"]}
+
+
+def test_up_has_one_line_for_each_address_of_the_page(capsys: pytest.CaptureFixture[str]) -> None:
+    assert introduced(rig("lab"), capsys)[-3:] == [
+        "page to operate: http://127.0.0.1:8372/?token=o",
+        "page to look:    http://127.0.0.1:8372/?token=l",
+        "",
+    ]
 
 
 def test_up_has_one_line_for_each_connection(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,6 +13,7 @@ from fieldrig.cli.reach import as_typed, connections, short
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.messages import Control
 from fieldrig.control.notices import in_words, taken
+from fieldrig.outside.page_seat import PageRole
 from fieldrig.points.values import counted
 from fieldrig.real.roster import Event
 from fieldrig.system.steady_output import steady
@@ -42,7 +43,8 @@ class Display:
         self._told = set[tuple[str, str]]()
         """The faults and conditions that are present, by part and key."""
 
-    def introduce(self, processes: int) -> None:
+    def introduce(self, processes: int, pages: Mapping[PageRole, str]) -> None:
+        """Print what the rig is and how to reach it; `pages` are the addresses of its page."""
         config = self._config
         with_processes = f", {counted(processes, 'process', 'processes')}" if processes else ""
         self._say(
@@ -57,7 +59,10 @@ class Display:
             self._say(f"  {self._styled(way.bus.ljust(name), BOLD)}{words}{devices}".rstrip())
         devices = _listed(list(config.devices), room - len("devices: "))
         self._say(f"\ndevices: {devices}" if ways else f"devices: {devices}")
-        self._say(f"commands for each bus and device: {as_typed('fieldrig help NAME', config.control)}\n")
+        self._say(f"commands for each bus and device: {as_typed('fieldrig help NAME', config.control)}")
+        for role, page in pages.items():
+            self._say(f"page to {role}:".ljust(len("page to operate: ")) + self._styled(page, BOLD))
+        self._say("")
 
     def report(self, event: Event) -> None:
         """Print an event.

@@ -2,7 +2,8 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ from fieldrig.outside.shared_token import token
 from fieldrig.real.children import Children
 from fieldrig.real.core_advice import advice
 from fieldrig.real.host import loop_factory
+from fieldrig.real.page_process import NAME, PageProcess, page_of
 from fieldrig.real.placement import is_modelled, placement
 from fieldrig.real.started_outside import AttendedRig
 from fieldrig.real.supervisor import Supervisor
@@ -35,6 +37,8 @@ ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
 class Service(Protocol):
+    beside: Callable[[], Mapping[str, Any]]
+
     async def run(self) -> Exit: ...
 
     def end(self) -> None: ...
@@ -49,18 +53,30 @@ class UpOptions:
     is_attended: bool = False
     is_realtime: bool = False
     is_quiet: bool = False
+    has_page: bool = True
 
 
 def run_rig(config: RigConfig, options: UpOptions) -> Exit:
     """Run the rig to its end.  RigError if it cannot start."""
     token()  # one that is wrong is found before anything starts
     display = Display(config, time.monotonic() - age_s(), options.is_quiet)
-    if options.is_attended:
-        plans = placement(config)
-        return _in_loop(config, options, display, lambda control: AttendedRig(config, plans, control, display.report))
-    if config.time == "virtual":
-        return _in_loop(config, options, display, lambda control: VirtualService(config, control, display.report))
+    if options.is_attended or config.time == "virtual":
+        endpoint.check_free(config.control)
+        with _page(config, options, None) as page:
+            return _in_loop(config, options, display, page, _maker(config, options, display))
     return _run_processes(config, options, display)
+
+
+def _maker(config: RigConfig, options: UpOptions, display: Display) -> Callable[[Control], Service]:
+    """Return what makes the service of a rig without processes of its own."""
+    if not options.is_attended:
+        return lambda control: VirtualService(config, control, display.report)
+    plans = placement(config)
+    return lambda control: AttendedRig(config, plans, control, display.report)
+
+
+def _page(config: RigConfig, options: UpOptions, log: Path | None) -> AbstractContextManager[PageProcess | None]:
+    return page_of(config, log, options.overrides) if options.has_page else nullcontext()
 
 
 def _run_processes(config: RigConfig, options: UpOptions, display: Display) -> Exit:
@@ -78,21 +94,38 @@ def _run_processes(config: RigConfig, options: UpOptions, display: Display) -> E
         children = Children(config, plans, folder, overrides=options.overrides, is_realtime=options.is_realtime)
         try:
             children.fork()
-            return _in_loop(
-                config, options, display, lambda control: Supervisor(config, plans, control, children, display.report)
-            )
+            with _page(config, options, folder.folder / f"log/_{NAME}.log") as page:
+                return _in_loop(
+                    config,
+                    options,
+                    display,
+                    page,
+                    lambda control: Supervisor(config, plans, control, children, display.report),
+                )
         finally:
             children.close()
     finally:
         folder.release()
 
 
-def _in_loop(config: RigConfig, options: UpOptions, display: Display, make: Callable[[Control], Service]) -> Exit:
+def _in_loop(
+    config: RigConfig,
+    options: UpOptions,
+    display: Display,
+    page: PageProcess | None,
+    make: Callable[[Control], Service],
+) -> Exit:
     with asyncio.Runner(loop_factory=loop_factory()) as runner:
-        return runner.run(_run(config, options, display, make))
+        return runner.run(_run(config, options, display, page, make))
 
 
-async def _run(config: RigConfig, options: UpOptions, display: Display, make: Callable[[Control], Service]) -> Exit:
+async def _run(
+    config: RigConfig,
+    options: UpOptions,
+    display: Display,
+    page: PageProcess | None,
+    make: Callable[[Control], Service],
+) -> Exit:
     control = Control(endpoint.listen(config.control), config.name)
     try:
         service = make(control)
@@ -102,14 +135,23 @@ async def _run(config: RigConfig, options: UpOptions, display: Display, make: Ca
         recorder = Recorder(options.trace) if options.trace is not None else None
         if recorder is not None:
             control.listen_to("trace/*", recorder.take)
+        tending = None
+        if page is not None:
+            service.beside = page.status
+            tending = asyncio.get_running_loop().create_task(page.tend(display.report))
         watching = asyncio.get_running_loop().create_task(display.watch_load(control))
         running = asyncio.get_running_loop().create_task(_serve(service, config))
         try:
             await asyncio.sleep(0)  # the rig is at work while this is printed
-            display.introduce(0 if config.time == "virtual" else len(placement(config)))
+            processes = 0 if config.time == "virtual" else len(placement(config))
+            display.introduce(processes, {} if page is None else page.addresses)
             return await running
         finally:
             watching.cancel()
+            if page is not None and tending is not None:
+                tending.cancel()
+                await asyncio.wait({tending})
+                await page.end()
             if recorder is not None:
                 display.note(recorder.close())
     finally:

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,6 +13,9 @@ from fieldrig.clock import MS
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 from fieldrig.system.exits import Exit
 from fieldrig.system.host_lateness import LATE_NS
+
+if TYPE_CHECKING:
+    from fieldrig.control.messages import Client
 
 HUNG_S = 1.0
 """Time limit for an answer, in seconds; a process that takes longer is shown without its figures."""
@@ -48,11 +51,23 @@ def status(
             _check_name(rig, ready)
             raise typer.Exit(Exit.OK if _is_ready(rig, ready) else Exit.NOT_READY)
         details = client.ask_all("process/*/status", timeout_s=HUNG_S)
-    rig = joined(rig, details)
+        page = _page(client) if "ui" in rig else {}
+    rig = joined(rig, details, page)
     if as_json:
         echo_json(rig)
     else:
         _show(rig)
+
+
+def _page(client: "Client") -> dict[str, Any]:
+    """Return the figures of the page's process; none if it does not answer."""
+    from fieldrig.errors import ControlError
+
+    try:
+        figures: dict[str, Any] = client.ask("ui/status", timeout_s=HUNG_S)
+    except ControlError:
+        return {}
+    return figures
 
 
 def _check_name(rig: dict[str, Any], name: str) -> None:
@@ -103,13 +118,21 @@ def _show(rig: dict[str, Any]) -> None:
                 ", ".join([*process.get("buses", ()), *process.get("devices", rig["devices"])]),
             )
             for name, process in rig["processes"].items()
-        ],
+        ]
+        + ([_page_row(rig["ui"])] if "ui" in rig else []),
     )
     typer.echo()
     echo_table(
         ("bus", "kind", ""),
         [(name, bus["kind"], _figures(bus.get("statistics", {}))) for name, bus in rig["buses"].items()],
     )
+
+
+def _page_row(page: dict[str, Any]) -> tuple[object, ...]:
+    """Return the row of the page's process, in the columns of the others."""
+    age = _duration(page["uptime_s"]) if "uptime_s" in page else None
+    figures = (page.get(key) for key in ("memory_mb", "own_mb", "cpu_s"))
+    return ("ui", page["state"], page["pid"], age, page["restarts"], *figures, f"the page at {page['address']}")
 
 
 def _lateness(rig: dict[str, Any]) -> Iterator[str]:

@@ -9,6 +9,7 @@ import typer
 
 from fieldrig.cli.common import Overrides, RigFile
 from fieldrig.outside.addresses import ENDPOINT_VARIABLE
+from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.system.exits import Exit
 from fieldrig.system.own_files import OUTSIDE_VARIABLE
 
@@ -61,6 +62,10 @@ def up(
             help="Allow paths of the rig file that leave its run folder, such as the pty of a serial line in /dev.",
         ),
     ] = False,
+    no_ui: Annotated[
+        bool,
+        typer.Option("--no-ui", envvar=NO_PAGE_VARIABLE, help="Run without the page of the rig in a browser."),
+    ] = False,
     quiet: Annotated[
         bool,
         typer.Option("--quiet", "-q", help="Print only problems: processes that fail, die or restart, and warnings."),
@@ -98,7 +103,9 @@ def up(
         format_of(trace)
     from fieldrig.cli.running import UpOptions, run_rig
 
-    options = UpOptions(values, trace, is_attended=control_only, is_realtime=realtime, is_quiet=quiet)
+    options = UpOptions(
+        values, trace, is_attended=control_only, is_realtime=realtime, is_quiet=quiet, has_page=not no_ui
+    )
     raise typer.Exit(run_rig(config, options))
 
 

@@ -40,8 +40,10 @@ def rig_status(
     }
 
 
-def joined(rig: dict[str, Any], details: dict[str, Any]) -> dict[str, Any]:
-    """Return what `fieldrig status --json` shows: the answer of the rig with those of its processes."""
+def joined(rig: dict[str, Any], details: dict[str, Any], page: dict[str, Any]) -> dict[str, Any]:
+    """Return what `fieldrig status --json` shows: the answer of the rig with those of its processes and its page."""
+    if "ui" in rig:
+        rig["ui"] |= page
     for name, detail in details.items():
         process = rig["processes"].setdefault(name, {"state": detail["state"], "pid": detail["pid"], "restarts": 0})
         process.update(

@@ -101,6 +101,8 @@ def _token_for(role: PageRole) -> str:
     return hmac.new(secret.encode(), f"page/{role}".encode(), hashlib.sha256).hexdigest()[: 2 * _BYTES]
 
 
+NO_PAGE_VARIABLE: Final = "FIELDRIG_NO_UI"
+"""Environment variable that leaves the page out, as `fieldrig up --no-ui` does."""
 SEAT_VARIABLE: Final = "FIELDRIG_PAGE_SEAT"
 """Environment variable of the page's process: its seat, as `Seat.to_text` writes it."""
 

@@ -12,8 +12,8 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import NoReturn
 
@@ -29,6 +29,10 @@ log = logging.getLogger(__name__)
 TAIL_LINES = 20
 LOOK_S = 0.2
 """Time between two looks at a process, where the system has no descriptor to wait for its end."""
+PIPE = 3
+"""Number of the pipe for its steps in a forked child."""
+FIRST_KEPT = 4
+"""Number of the descriptor that a forked child inherits beside it."""
 CAN_FORK = hasattr(os, "pidfd_open")
 HAS_STEPS = os.name == "posix"
 """True if a child can report the steps of its start through a pipe; otherwise only its messages count as progress."""
@@ -50,8 +54,23 @@ class Child:
     Through another pipe the child reports the steps of its start (`progress`).
     """
 
-    def __init__(self, arguments: Sequence[str], log: Path, lifeline: int) -> None:
+    def __init__(
+        self,
+        arguments: Sequence[str],
+        log: Path | None,
+        lifeline: int,
+        *,
+        module: str = "fieldrig.real.host",
+        kept: int | None = None,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        """`module` has the `main` of a spawned child, `environment` is added to its own.
+
+        `kept` is a descriptor that the child inherits: a forked one at `FIRST_KEPT`, a spawned one under its number,
+        which is added to the arguments.  Without a log the child writes to the output of its parent.
+        """
         self._arguments, self._log, self._lifeline = arguments, log, lifeline
+        self._module, self._kept, self._environment = module, kept, environment or {}
         self._log_start = 0
         self._is_fresh = True
         self._process: asyncio.subprocess.Process | None = None
@@ -75,22 +94,25 @@ class Child:
         pipe = self._new_pipe()
         pid = os.fork()
         if pid == 0:
-            _run_child(work, self._log, self._lifeline, pipe)
+            _run_child(work, self._log, self._lifeline, (pipe,) if self._kept is None else (pipe, self._kept))
         os.close(pipe)
         self._forked_pid = pid
 
     async def spawn(self) -> None:
         self._begin_log()
         pipes = (self._new_pipe(),) if HAS_STEPS else ()
+        kept = () if self._kept is None else (self._kept,)
+        own_log = () if self._log is None else ("--log", str(self._log))
         try:
-            with open_file(self._log, "ab") as log:
+            with nullcontext() if self._log is None else open_file(self._log, "ab") as log:
                 self._process = await asyncio.create_subprocess_exec(
-                    *(sys.executable, "-u", "-m", "fieldrig.real.spawned", ",".join(map(str, pipes))),
-                    *(*self._arguments, "--log", str(self._log)),
+                    *(sys.executable, "-u", "-m", "fieldrig.real.spawned", ",".join(map(str, pipes)), self._module),
+                    *(*self._arguments, *map(str, kept), *own_log),
                     stdin=self._lifeline,
                     stdout=log,
-                    stderr=asyncio.subprocess.STDOUT,
-                    pass_fds=pipes,
+                    stderr=None if log is None else asyncio.subprocess.STDOUT,
+                    env={**os.environ, **self._environment},
+                    pass_fds=(*pipes, *kept),
                     start_new_session=True,  # Ctrl-C is the parent's to handle
                 )
         finally:
@@ -126,10 +148,14 @@ class Child:
 
     def note(self, text: str) -> None:
         """Add a line of the supervisor to the child's log."""
+        if self._log is None:
+            return
         with suppress(OSError), open_file(self._log, "a") as log:  # a full disk is no reason to end a rig
             log.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} supervisor: {text}\n")
 
     def _begin_log(self) -> None:
+        if self._log is None:
+            return
         if self._is_fresh:
             self._is_fresh = False
             log_files.begin_anew(self._log)
@@ -159,6 +185,13 @@ class Child:
         self._forked_pid = None
         return os.waitstatus_to_exitcode(status)
 
+    def kill(self) -> None:
+        """Kill the process without a loop, if it still runs."""
+        if self.pid is not None:
+            self.end(signal.SIGKILL)
+            if self._forked_pid is not None:
+                self.reap()
+
     def end(self, number: signal.Signals) -> None:
         if self.pid is not None:
             with suppress(ProcessLookupError):
@@ -172,6 +205,8 @@ class Child:
             return ""
 
     def _tail(self) -> str:
+        if self._log is None:
+            return ""
         with open_file(self._log, "rb") as log:
             size = log.seek(0, os.SEEK_END)
             start = self._log_start if self._log_start <= size else 0  # it may have begun another file
@@ -187,20 +222,23 @@ def how_it_ended(code: int) -> str:
     return f"exit code {code}" + (f": {ABOUT[Exit(code)].partition(' (')[0]}" if code in known else "")
 
 
-def _run_child(work: Callable[[], int], log: Path, lifeline: int, pipe: int) -> NoReturn:
-    """Run `work` in the forked process, with nothing of the parent but its imports."""
+def _run_child(work: Callable[[], int], log: Path | None, lifeline: int, kept: Sequence[int]) -> NoReturn:
+    """Run `work` in the forked process, with nothing of the parent but its imports.
+
+    `kept` are the descriptors that it inherits, from 3 on; the first is the pipe for its steps.
+    """
     code = int(Exit.CRASHED)
     try:
         os.setsid()
         for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(name, signal.SIG_DFL)
         os.dup2(lifeline, 0)
-        log_files.direct_output(log)
-        if pipe != 3:
-            os.dup2(pipe, 3)
-        os.closerange(4, os.sysconf("SC_OPEN_MAX"))
-        log_files.take_over(log)
-        progress.report_to(3)
+        if log is not None:
+            log_files.direct_output(log)
+        _keep_only(kept)
+        if log is not None:
+            log_files.take_over(log)
+        progress.report_to(PIPE)
         progress.step("forked")
         code = work()
     except BaseException:
@@ -211,6 +249,16 @@ def _run_child(work: Callable[[], int], log: Path, lifeline: int, pipe: int) -> 
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
+
+
+def _keep_only(kept: Sequence[int]) -> None:
+    """Give the descriptors `kept` the numbers from `PIPE` on, and close all others above the output."""
+    aside = [os.dup(number) for number in kept]  # a number that is kept may be one that is given
+    while min(aside) < PIPE + len(kept):
+        aside = [os.dup(number) for number in aside]
+    for place, number in enumerate(aside, PIPE):
+        os.dup2(number, place)
+    os.closerange(PIPE + len(kept), os.sysconf("SC_OPEN_MAX"))
 
 
 async def _ended(pid: int) -> None:

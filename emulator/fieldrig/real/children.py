@@ -1,7 +1,6 @@
 """The child processes of a rig, as its supervisor runs them."""
 
 import os
-import signal
 from collections.abc import Sequence
 from functools import partial
 
@@ -52,9 +51,7 @@ class Children:
         os.close(self._own_end)
         for child in self.by_name.values():
             child.forget_steps()
-            if child.pid is not None:
-                child.end(signal.SIGKILL)
-                child.reap()
+            child.kill()
         os.close(self._pipe)
 
 

@@ -236,7 +236,7 @@ def run_process(config: RigConfig, plan: ProcessPlan, *, is_supervised: bool, is
     """Run one process of the rig until it is asked to end."""
     step("rig file read")
     hold = join_run(config.run)
-    _name_process(plan.name)
+    name_process(plan.name)
     buses = [config.buses[bus].bus for device in plan.devices for bus in linked_buses(config.devices[device])]
     for name, value in (item for bus in buses for item in bus.environment.items()):
         os.environ.setdefault(name, value)
@@ -265,11 +265,11 @@ async def _run(config: RigConfig, plan: ProcessPlan, is_supervised: bool) -> Exi
     host = Host(config, plan, WAITING_S if is_supervised else config.start_timeout_s)
     on_signals(("SIGTERM", "SIGINT"), host.end)
     if is_supervised:
-        _end_with_parent(lambda: loop.call_soon_threadsafe(host.end))
+        end_with_parent(lambda: loop.call_soon_threadsafe(host.end))
     return await host.run()
 
 
-def _end_with_parent(end: Callable[[], object]) -> None:
+def end_with_parent(end: Callable[[], object]) -> None:
     """End this process when the supervisor is gone.  This is a thread, so that it also ends a hung loop."""
 
     def watch() -> None:
@@ -291,7 +291,7 @@ def loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
     return uvloop.new_event_loop
 
 
-def _name_process(name: str) -> None:
+def name_process(name: str) -> None:
     """Set the name that `ps` and `top` show."""
     with contextlib.suppress(OSError):  # only Linux has it
         Path("/proc/self/comm").write_text(f"rig:{name}")

@@ -18,6 +18,7 @@ from fieldrig.control.messages import Client
 from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, ControlError, RigError
 from fieldrig.outside.addresses import ENDPOINT_VARIABLE
+from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
 from fieldrig.testing import free_port
@@ -45,7 +46,12 @@ class UpProcess:
         """The temporary folder.  Its path is short, as Unix sockets require."""
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
         """The control endpoint, for `fieldrig --control` and `FIELDRIG_CONTROL`."""
-        self.environment = {**os.environ, ENDPOINT_VARIABLE: self.endpoint, **(environment or {})}
+        self.environment = {
+            **os.environ,
+            ENDPOINT_VARIABLE: self.endpoint,
+            NO_PAGE_VARIABLE: "1",  # tests pay for no page
+            **(environment or {}),
+        }
         self._output = self.folder / "up.out"
 
     def start_up(self, file: Path, *options: str, folder: Path | None = None) -> subprocess.Popen[bytes]:

@@ -6,7 +6,7 @@ ask to `join` when their hubs are open, and are answered when the processes that
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -48,6 +48,13 @@ class Event(NamedTuple):
 
 
 Report = Callable[[Event], None]
+
+
+def event(what: str, process: str = "", text: str = "") -> Event:
+    """Return an event of this moment."""
+    return Event(what, process, text, time.time())
+
+
 Verb = Callable[[Any], Awaitable[None]]
 
 
@@ -78,6 +85,8 @@ class Roster:
         self.members = {name: Member(plan) for name, plan in plans.items()}
         self.was_ready = False
         self.on_change: Callable[[Member], None] = lambda _member: None
+        self.beside: Callable[[], Mapping[str, Any]] = dict
+        """Returns what `status` also shows: what runs beside the rig."""
         self._config, self._control, self._report = config, control, report
         self._verbs: dict[str, Verb] = {}
         self._epoch_ns = time.time_ns() - time.monotonic_ns()
@@ -126,9 +135,9 @@ class Roster:
         self._settle()
 
     def publish(self, what: str, process: str = "", text: str = "") -> None:
-        event = Event(what, process, text, time.time())
-        self._report(event)
-        self._control.publish("event", event._asdict())
+        happened = event(what, process, text)
+        self._report(happened)
+        self._control.publish("event", happened._asdict())
 
     def stop(self) -> None:
         self._is_stopping = True
@@ -141,6 +150,7 @@ class Roster:
             "state": self._state(),
             "late": dict(self._late),
             "processes": {name: _shown(member) for name, member in self.members.items()},
+            **self.beside(),
         }
 
     @property

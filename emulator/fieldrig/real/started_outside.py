@@ -1,6 +1,7 @@
 """A rig in real time whose processes are started from outside, such as containers: start order and status only."""
 
 import asyncio
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from fieldrig.config.rig_file import RigConfig
@@ -14,6 +15,15 @@ class AttendedRig:
     def __init__(self, config: RigConfig, plans: dict[str, ProcessPlan], control: Control, report: Report) -> None:
         self.roster = Roster(config, plans, control, report)
         self._ended: asyncio.Future[Exit] = asyncio.get_running_loop().create_future()
+
+    @property
+    def beside(self) -> Callable[[], Mapping[str, Any]]:
+        """What returns the facts about what runs beside the rig, for `status`."""
+        return self.roster.beside
+
+    @beside.setter
+    def beside(self, facts: Callable[[], Mapping[str, Any]]) -> None:
+        self.roster.beside = facts
 
     async def run(self) -> Exit:
         self.roster.serve(stop=self._on_stop_asked)

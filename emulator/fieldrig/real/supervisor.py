@@ -9,7 +9,7 @@ it makes progress.  Without progress for `start_timeout_s` it is killed, and has
 
 import asyncio
 import signal
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any
@@ -49,6 +49,15 @@ class Supervisor:
         self._timers: dict[str, asyncio.TimerHandle] = {}
         self._wanted_restarts: set[str] = set()
         self._tenders: dict[str, asyncio.Task[None]] = {}
+
+    @property
+    def beside(self) -> Callable[[], Mapping[str, Any]]:
+        """What returns the facts about what runs beside the rig, for `status`."""
+        return self.roster.beside
+
+    @beside.setter
+    def beside(self, facts: Callable[[], Mapping[str, Any]]) -> None:
+        self.roster.beside = facts
 
     async def run(self) -> Exit:
         """Run until `end` is called, or until a process fails in a way that ends the rig."""

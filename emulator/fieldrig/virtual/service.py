@@ -6,7 +6,7 @@ The rig runs in slices of `SLICE_S`, so that it answers questions even at full s
 import asyncio
 import os
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -22,7 +22,7 @@ from fieldrig.control.rig_status import rig_status
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.hub.bus_stream import BusStream, OnDelivery
-from fieldrig.real.roster import Event, ProcessState, Report
+from fieldrig.real.roster import ProcessState, Report, event
 from fieldrig.recording.recorders import Recorders
 from fieldrig.system.exits import Exit
 from fieldrig.system.this_process import facts
@@ -83,6 +83,8 @@ class VirtualBus(_Part):
 
 class VirtualService:
     def __init__(self, config: RigConfig, control: Control, report: Report) -> None:
+        self.beside: Callable[[], Mapping[str, Any]] = dict
+        """Returns what `status` also shows: what runs beside the rig."""
         self._config, self._control, self._report = config, control, report
         self._loop = asyncio.get_running_loop()
         self._ended: asyncio.Future[Exit] = self._loop.create_future()
@@ -122,9 +124,9 @@ class VirtualService:
             self._ended.set_result(Exit.OK)
 
     def publish(self, what: str, text: str = "") -> None:
-        event = Event(what, "", text, time.time())
-        self._report(event)
-        self._control.publish("event", event._asdict())
+        happened = event(what, "", text)
+        self._report(happened)
+        self._control.publish("event", happened._asdict())
 
     def _serve(self) -> None:
         control, rig = self._control, self._rig
@@ -238,6 +240,7 @@ class VirtualService:
             "now_ns": self._rig.now_ns,
             "speed": self._speed,
             "processes": {self._config.name: self._own_process()},
+            **self.beside(),
         }
 
     def _own_process(self) -> dict[str, Any]:
