@@ -7,6 +7,7 @@ import { live, role, useLive, useWish } from './live.js';
 // a name, such as `#/device/NAME`, is hidden from the navigation.
 const VIEWS = [
   { title: 'Picture', hash: 'picture', load: () => import('./picture.js') },
+  { title: 'Device', hash: 'device', isHidden: true, load: () => import('./device.js') },
   { title: 'Time', hash: 'time', load: () => import('./time.js') },
 ];
 // What `#/` shows.
