@@ -28,6 +28,8 @@ class Row(NamedTuple):
 
     message: Message
     named: Named
+    raw: str
+    """The message as the bus itself shows it, such as `705 [1] 05`."""
     since_ns: int | None
     """Time since the last message of the same sort; None for the first one."""
 
@@ -75,21 +77,22 @@ class BusRecord:
             yield TraceEntry(message.time_ns, self.bus.name, self.bus.family, message.sender, message.data)
 
     def _row(self, message: Message) -> Row:
-        named, sort = self._named(message)
+        named, raw, sort = self._named(message)
         key = (named.kind, named.node, sort)
         before_ns = self._last_ns.pop(key, None)
         self._last_ns[key] = message.time_ns
         if len(self._last_ns) > MOST_SORTS:
             del self._last_ns[next(iter(self._last_ns))]
-        return Row(message, named, None if before_ns is None else message.time_ns - before_ns)
+        return Row(message, named, raw, None if before_ns is None else message.time_ns - before_ns)
 
-    def _named(self, message: Message) -> tuple[Named, int]:
-        """Return the name of a message, and its identifier if messages of its family have one."""
+    def _named(self, message: Message) -> tuple[Named, str, int]:
+        """Return name and usual text of a message, and its identifier if messages of its family have one."""
         if self._namer is None:
             self._namer = self._make_namer()
         try:
             decoded = self.bus.decode(message.data)
         except ValueError:
-            return Named("", "", message.data.hex(" ").upper()), 0
+            text = message.data.hex(" ").upper()
+            return Named("", "", text), text, 0
         identifier = getattr(decoded, "identifier", 0)
-        return self._namer(decoded), identifier if isinstance(identifier, int) else 0
+        return self._namer(decoded), self.bus.show(decoded), identifier if isinstance(identifier, int) else 0

@@ -195,31 +195,28 @@ class Faults:
 
 def kinds_of(config: RigConfig) -> dict[str, Any]:
     """Return what each part of a rig can suffer: a JSON schema for each fault, or why there is none."""
-    buses = {name: _of_bus(entry.bus, list(entry.members), config.time) for name, entry in config.buses.items()}
-    return buses | {name: _of_device(entry, config.time) for name, entry in config.devices.items()}
+    buses = {name: _of_bus(entry.bus, list(entry.members)) for name, entry in config.buses.items()}
+    return buses | {name: _of_device(entry) for name, entry in config.devices.items()}
 
 
-def _of_bus(bus: Bus[Any], members: list[str], time: str) -> dict[str, Any]:
-    return _kinds("bus", bus.fault_models, bus.no_faults, members, time)
+def _of_bus(bus: Bus[Any], members: list[str]) -> dict[str, Any]:
+    return _kinds("bus", bus.fault_models, bus.no_faults, members)
 
 
-def _of_device(entry: DeviceEntry, time: str) -> dict[str, Any]:
-    return _kinds("device", models_of_device(entry.cls), entry.cls.no_faults, [], time)
+def _of_device(entry: DeviceEntry) -> dict[str, Any]:
+    return _kinds("device", models_of_device(entry.cls), entry.cls.no_faults, [])
 
 
-def _kinds(sort: str, models: Mapping[str, type[Any]], none: str, members: list[str], time: str) -> dict[str, Any]:
-    schemas = {what: _schema(model, members, time) for what, model in models.items()}
+def _kinds(sort: str, models: Mapping[str, type[Any]], none: str, members: list[str]) -> dict[str, Any]:
+    schemas = {what: _schema(model, members) for what, model in models.items()}
     return {"sort": sort, "faults": schemas, "none": none}
 
 
-def _schema(model: type[Any], members: list[str], time: str) -> dict[str, Any]:
-    """Return the schema of a fault without `what`, its keys in the order of the docs.
-
-    A condition (`when`) is left out in real time, where no fault waits for one.
-    """
+def _schema(model: type[Any], members: list[str]) -> dict[str, Any]:
+    """Return the schema of a fault without `what`, its keys in the order of the docs."""
     schema: dict[str, Any] = model.model_json_schema()
     known = schema["properties"]
-    keys = [key for key in keys_of(model) if key != "what" and (key != "when" or time == "virtual")]
+    keys = [key for key in keys_of(model) if key != "what"]
     properties = {key: dict(known[key]) for key in keys}
     for key in MEMBER_KEYS:
         if key in properties:

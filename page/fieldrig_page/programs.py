@@ -14,7 +14,7 @@ from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError, field, items
 from fieldrig_page.api import Call, Operation, known
 from fieldrig_page.live import Page
-from fieldrig_page.program_questions import debug, leaves, read_variables
+from fieldrig_page.program_questions import debug, has_program, leaves, read_variables
 from fieldrig_page.rig_link import RigLink
 
 POLL_S: Final = 0.25
@@ -167,6 +167,11 @@ class Programs:
         def device_of(call: Call) -> str:
             return known(call.path["name"], link.config.devices, "device")
 
+        async def all_programs(_call: Call) -> list[str]:
+            devices = list(link.config.devices)
+            found = await asyncio.gather(*(has_program(link, device) for device in devices))
+            return [device for device, has in zip(devices, found, strict=True) if has]
+
         async def state(call: Call) -> dict[str, Any]:
             return await self.state(device_of(call))
 
@@ -183,6 +188,9 @@ class Programs:
             return await self.act(device_of(call), call.path["action"], call.body)
 
         device = {"name": "name of a device with a program"}
+        yield Operation(
+            "GET", "programs", "Return the names of the devices with programs.", all_programs, gives=list[str]
+        )
         yield Operation("GET", "programs/{name}", "Return state, files and tasks.", state, parameters=device)
         yield Operation(
             "GET", "programs/{name}/source/{file:path}", "Return the text of a file of a program.", source,

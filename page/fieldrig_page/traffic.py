@@ -6,6 +6,7 @@ that were lost on the way here, and those that were too many to show.
 
 import asyncio
 import io
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, ClassVar, Final
@@ -18,6 +19,7 @@ from fieldrig.traces.names import namer_of
 from fieldrig.traces.trace import is_batch
 from fieldrig.traces.trace_files import format_of
 from fieldrig_page.api import Call, Operation, known
+from fieldrig_page.bus_load import Reading, load_words
 from fieldrig_page.bus_record import MOST_MESSAGES, BusRecord, Row
 from fieldrig_page.guard import DeniedError
 from fieldrig_page.live import Page
@@ -51,7 +53,7 @@ class _Filter:
             return False
         if not self._words:
             return True
-        text = f"{named.kind} {named.node} {sender} {named.text} {row.message.data.hex()}".lower()
+        text = f"{named.kind} {named.node} {sender} {named.text} {row.raw}".lower()
         return all(word in text for word in self._words)
 
 
@@ -64,7 +66,7 @@ class _View:
         self.lost = {name: record.lost for name, record in buses.items()}
         self.left_out = dict.fromkeys(buses, 0)
         self.is_whole = True
-        self.loads: dict[str, Any] = {}
+        self.loads: dict[str, str] = {}
 
 
 class Traffic:
@@ -79,7 +81,9 @@ class Traffic:
         self._listening: dict[str, End] = {}
         self._unwanted_s: dict[str, float] = {}
         """When the last page looked away from a bus, by the clock of the loop."""
-        self._loads: dict[str, Any] = {}
+        self._loads: dict[str, str] = {}
+        """How busy each bus is, in words."""
+        self._readings: dict[str, Reading] = {}
 
     # ---- the topic
 
@@ -142,14 +146,19 @@ class Traffic:
             await asyncio.sleep(LOADS_S)
 
     async def _ask_loads(self) -> None:
-        loads: dict[str, Any] = {}
-        for name in {name for view in self._views.values() for name in view.at}:
-            try:
-                loads[name] = await self._link.recent(f"bus/{name}/status")
-            except ControlError:  # a medium outside the rig has no counters
-                continue
-        if loads != self._loads:
-            self._loads = loads
+        """Ask how busy the buses are that pages look at."""
+        wanted = {name for view in self._views.values() for name in view.at}
+        if not wanted:
+            return
+        try:
+            status = await self._link.recent("rig/status")
+            figures = await self._link.recent("bus/*/status")
+        except ControlError:  # the rig is being stopped or restarted
+            return
+        now_ns = status.get("now_ns", time.monotonic_ns())
+        readings = {name: Reading(now_ns, figures[name]) for name in wanted if name in figures}
+        self._loads = {name: load_words(self._readings.get(name), now) for name, now in readings.items()}
+        self._readings = readings
 
     def _listen(self, name: str) -> None:
         if name in self._listening:
@@ -192,7 +201,7 @@ class Traffic:
                 "node": row.named.node,
                 "kind": row.named.kind,
                 "text": row.named.text,
-                "data": row.message.data.hex(),
+                "raw": row.raw,
                 "since_ns": row.since_ns,
             }
             for row in rows
@@ -220,9 +229,8 @@ class Traffic:
 
 
 def _shown(bus: str, row: Row) -> list[Any]:
-    """Return a row for the page: number, time, bus, sender, node, kind, text, data in hex, time since the last one."""
+    """Return a row for the page: number, time, bus, sender, node, kind, text, usual text, time since the last one."""
     message, named = row.message, row.named
     return [
-        message.number, message.time_ns, bus, message.sender, named.node, named.kind, named.text, message.data.hex(),
-        row.since_ns,
+        message.number, message.time_ns, bus, message.sender, named.node, named.kind, named.text, row.raw, row.since_ns,
     ]  # fmt: skip

@@ -8,6 +8,10 @@ import { live, role, useLive, useWish } from './live.js';
 const VIEWS = [
   { title: 'Picture', hash: 'picture', load: () => import('./picture.js') },
   { title: 'Device', hash: 'device', isHidden: true, load: () => import('./device.js') },
+  { title: 'Values', hash: 'values', load: () => import('./values.js') },
+  { title: 'Traffic', hash: 'traffic', load: () => import('./traffic.js') },
+  { title: 'Faults', hash: 'faults', load: () => import('./faults.js') },
+  { title: 'Programs', hash: 'programs', load: () => import('./programs.js') },
   { title: 'Time', hash: 'time', load: () => import('./time.js') },
 ];
 // What `#/` shows.

@@ -110,7 +110,7 @@ function Value({ device, point, value, trouble, role, onWritten }) {
   const text = shown(value);
   if (!point.writable || role !== 'operate') return html`<span title=${text}>${text}</span>`;
   return html`
-    <button class="quietly" title=${text} aria-label=${`${point.key}, ${text} ${point.unit}, change`} onClick=${() => setOpen(true)}>${text}</button>
+    <button class="quietly" title=${text} aria-label=${`${point.key}, ${text} ${point.unit}, change`} onClick=${() => setOpen(true)}>${text === '' ? '(empty)' : text}</button>
     ${isOpen && html`<${Edit} device=${device} point=${point} value=${value} onWritten=${onWritten} onClose=${() => setOpen(false)} />`}`;
 }
 

@@ -1,0 +1,96 @@
+// The messages of buses by name: filter, pause, load, time between, and download.
+import { html } from 'htm/preact';
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { api, live, useWish } from './live.js';
+import { Rows } from './rows.js';
+
+const ROW = 26; // pixels
+const MOST_ROWS = 5000;
+const FORMATS = [['pcapng', 'pcapng (Wireshark)'], ['log', 'log (candump)'], ['jsonl', 'jsonl (all)'], ['vcd', 'vcd (wires)']];
+const TIME_OF_DAY = 31536e12; // instants above count from 1970, those below from the start of a rig in virtual time
+
+export function View({ path }) {
+  const [buses, setBuses] = useState(null);
+  useEffect(() => { api('GET', 'faults/kinds').then((parts) => setBuses(Object.keys(parts).filter((name) => parts[name].sort === 'bus'))); }, []);
+  if (buses === null) return html`<p class="quiet" role="status">asking ...</p>`;
+  if (buses.length === 0) return html`<section><h2>Traffic</h2><p class="quiet">this rig has no bus</p></section>`;
+  return html`<${Traffic} key=${path} buses=${buses} first=${path || buses[0]} />`;
+}
+
+function Traffic({ buses, first }) {
+  const [chosen, setChosen] = useState([first]);
+  const [filter, setFilter] = useState({ text: '', node: '', kind: '' });
+  const [isPaused, setPaused] = useState(false);
+  const [, setTick] = useState(0);
+  const state = useRef({ rows: [], waiting: [], lost: 0, leftOut: 0, loads: {} });
+  const paused = useRef(false);
+  paused.current = isPaused;
+  useWish('traffic', { buses: chosen, ...filter });
+  useEffect(() => live.on('traffic', (frame) => { take(state.current, frame, paused.current); setTick((tick) => tick + 1); }), []);
+  const now = state.current;
+  const pause = () => {
+    if (isPaused) append(now.rows, now.waiting.splice(0));
+    setPaused(!isPaused);
+  };
+  const choose = (name) => setChosen((before) => (before.includes(name) ? before.filter((one) => one !== name) : [...before, name]));
+  const change = (key) => (event) => setFilter((before) => ({ ...before, [key]: event.target.value }));
+  return html`<section class="tall" aria-labelledby="traffic-title">
+    <div class="bar">
+      <h2 id="traffic-title">Traffic</h2>
+      <fieldset class="choices"><legend class="hidden">buses</legend>${buses.map((name) => html`
+        <button aria-pressed=${chosen.includes(name)} onClick=${() => choose(name)}>${name}${now.loads[name] && html`<small> ${now.loads[name]}</small>`}</button>`)}</fieldset>
+    </div>
+    <div class="bar">
+      <label class="grow">find <input type="search" placeholder="words in the message" onInput=${change('text')} /></label>
+      <label>node <input size="10" onInput=${change('node')} /></label>
+      <label>kind <input size="10" list="traffic-kinds" onInput=${change('kind')} /></label>
+      <datalist id="traffic-kinds">${kindsIn(now.rows).map((kind) => html`<option value=${kind}></option>`)}</datalist>
+      <button aria-pressed=${isPaused} onClick=${pause}>${isPaused ? `Go on (${now.waiting.length} wait)` : 'Pause'}</button>
+      <button onClick=${() => { now.rows.length = 0; now.waiting.length = 0; setTick((tick) => tick + 1); }}>Clear</button>
+    </div>
+    <div class="bar">
+      <p class="quiet" role="status">${now.rows.length} messages${gaps(now)}</p>
+      ${chosen.map((name) => html`<span class="downloads">save ${name}: ${FORMATS.map(([ending, title]) => html` <a href=${`/api/v1/traces/${encodeURIComponent(name)}.${ending}`} download title=${title}>${ending}</a>`)}</span>`)}
+    </div>
+    <${Rows} label="messages" count=${now.rows.length} height=${ROW} follows=${!isPaused}
+      columns=${[{ title: 'time', look: 'number' }, { title: 'since', look: 'number' }, { title: 'bus' }, { title: 'from' }, { title: 'node' }, { title: 'kind' }, { title: 'message', look: 'about' }, { title: 'as on the bus', look: 'bytes' }]}
+      row=${(index) => rowOf(now.rows[index])} />
+  </section>`;
+}
+
+function take(state, frame, isPaused) {
+  if (frame.whole) { state.rows.length = 0; state.waiting.length = 0; }
+  append(isPaused ? state.waiting : state.rows, frame.rows ?? []);
+  for (const gap of Object.values(frame.gaps ?? {})) { state.lost += gap.lost ?? 0; state.leftOut += gap.left_out ?? 0; }
+  if (frame.loads) state.loads = frame.loads;
+}
+
+function append(rows, more) {
+  for (const row of more) rows.push(row);
+  if (rows.length > MOST_ROWS) rows.splice(0, rows.length - MOST_ROWS);
+}
+
+function rowOf([number, time, bus, sender, node, kind, text, raw, since]) {
+  return {
+    key: `${bus}/${number}`,
+    look: kind.includes('abort') || kind.includes('exception') || kind === 'EMCY' ? 'wrong' : '',
+    cells: [instant(time), since === null ? '' : duration(since), bus, sender, node, kind, html`<span title=${text}>${text}</span>`, html`<code title=${raw}>${raw}</code>`],
+  };
+}
+
+function gaps(state) {
+  const lost = state.lost ? `; ${state.lost} were lost on the way` : '';
+  return lost + (state.leftOut ? `; ${state.leftOut} were too many to show` : '');
+}
+
+const kindsIn = (rows) => [...new Set(rows.slice(-500).map((row) => row[5]).filter(Boolean))].sort();
+
+function instant(ns) {
+  if (ns < TIME_OF_DAY) return (ns / 1e9).toFixed(6);
+  return `${new Date(ns / 1e6).toLocaleTimeString('en-GB', { hour12: false })}.${String(Math.floor(ns / 1e3) % 1e6).padStart(6, '0')}`;
+}
+
+function duration(ns) {
+  if (ns < 1e6) return `${(ns / 1e3).toFixed(0)} us`;
+  return ns < 1e9 ? `${(ns / 1e6).toFixed(1)} ms` : `${(ns / 1e9).toFixed(2)} s`;
+}
