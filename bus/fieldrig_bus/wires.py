@@ -168,6 +168,7 @@ class WiresFamily(Bus[Signal]):
     """Wires of any kind."""
 
     family: ClassVar[str] = "wires"
+    notes_faults: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = (Signal,)
 
     encode = staticmethod(traced.encode)

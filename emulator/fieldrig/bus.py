@@ -258,6 +258,8 @@ class Bus(ABC, Generic[M]):
     no_faults: ClassVar[str] = ""
     """Why there is nothing that can fail, for a kind without faults."""
     times: ClassVar[frozenset[Time]]
+    notes_faults: ClassVar[bool] = False
+    """True if its trace can have the faults of its members: `encode`, `decode` and `show` know `faults.note`."""
     virtual_kind: ClassVar[str | None] = None
     """The kind that models this medium with `time: virtual`, where this kind has no model; it takes the same keys."""
     family: ClassVar[str]

@@ -183,6 +183,22 @@ async def test_faults_come_and_go_while_the_hub_runs(tmp_path: Path) -> None:
 
 
 @in_loop
+async def test_faults_of_members_here_and_elsewhere_are_in_the_trace(tmp_path: Path) -> None:
+    async with open_hub(tmp_path) as bench:
+        listener, tank = Listener(bench.hub.join("panel")), await bench.remote("tank")
+        tank.note(FaultNote(1, "leak"))
+        tank.send(RUN)
+        await listener.heard(1)
+        here: Any = bench.hub.join("here")
+        here.note(FaultNote(2, "power_off"))
+        assert [(delivery.sender, delivery.message) for delivery in bench.trace] == [
+            ("tank", FaultNote(1, "leak")),
+            ("tank", RUN),
+            ("here", FaultNote(2, "power_off")),
+        ]
+
+
+@in_loop
 async def test_a_fault_that_needs_no_frame_wakes_the_hub(tmp_path: Path) -> None:
     clock = RealClock(asyncio.get_running_loop())
     hub = LocalHub(CanHub("can0", CanHubSettings()), clock, tmp_path)
@@ -219,6 +235,8 @@ async def test_a_medium_with_more_work_than_there_is_time_for_leaves_others_thei
         pack(Kind.MESSAGE, 0, b"[]"),
         pack(Kind.HELLO, 0, b"{}"),
         pack(Kind.HELLO, 0, b'{"bus":"wires","member":"x"}') + pack(Kind.MESSAGE, 0, b"nonsense"),
+        pack(Kind.HELLO, 0, b'{"bus":"wires","member":"x"}') + pack(Kind.MESSAGE, 0, b"\xff\x01\0\0\0drop"),
+        pack(Kind.HELLO, 0, b'{"bus":"wires","member":"x"}') + pack(Kind.NOTE, 0, b"\xff\x01"),
         HEADER.pack(Kind.HELLO, 0, 0xFFFFFFFF),
     ],
 )

@@ -11,6 +11,7 @@ class CanFamily(Bus[CanMessage]):
     """A CAN bus of any kind."""
 
     family: ClassVar[str] = "can"
+    notes_faults: ClassVar[bool] = True
 
     encode = staticmethod(codec.encode)
     decode = staticmethod(codec.decode)

@@ -77,6 +77,7 @@ class DualPortShm(DirectBus[Words]):
     about: ClassVar[str] = "a DualPort memory in a file, which processes of one host share"
     times: ClassVar[frozenset[Time]] = frozenset({"real"})
     family: ClassVar[str] = "dualport"
+    notes_faults: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = (Words,)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 

@@ -71,6 +71,7 @@ class IpRelay(ModelBus[OnRelay]):
     about: ClassVar[str] = "TCP streams between devices with a TCP/IP stack and the listeners of this host"
     times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     family: ClassVar[str] = "ip"
+    notes_faults: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = (
         *(Offered, Opened, Portion, Consumed, Ended, Closed),
         *(KernelOffered, LinkUp, LinkDown, IpPacket),

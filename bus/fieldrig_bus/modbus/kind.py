@@ -16,6 +16,7 @@ FAULTS: Final = "faults from the start"
 
 class ModbusBus(ModelBus[OnModbus]):
     family: ClassVar[str] = "modbus"
+    notes_faults: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = (ModbusRequest, ModbusResponse, ClientConnected)
     settings: Any
 

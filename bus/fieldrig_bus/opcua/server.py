@@ -78,6 +78,7 @@ class OpcUaServer(ModelBus[OpcUaMessage]):
     about: ClassVar[str] = "OPC UA: any client can browse, read, write and subscribe to the devices of this bus"
     times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     family: ClassVar[str] = "opcua"
+    notes_faults: ClassVar[bool] = True
     serves_outsiders: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = (Offer, *REQUESTS, *ANSWERS)
     own_process: ClassVar[bool] = True

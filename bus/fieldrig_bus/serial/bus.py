@@ -46,6 +46,7 @@ class SerialBus(ModelBus[SerialMessage]):
     """A serial line; all serial buses are subclasses."""
 
     family: ClassVar[str] = "serial"
+    notes_faults: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = (bytes, ControlLines, Format, Break)
     times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     fault_models = MODELS

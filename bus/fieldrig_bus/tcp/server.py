@@ -63,6 +63,7 @@ class TcpServerBus(ModelBus[TcpMessage]):
     )
     times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
     family: ClassVar[str] = "tcp"
+    notes_faults: ClassVar[bool] = True
     serves_outsiders: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = KINDS
     fault_models = MODELS

@@ -86,6 +86,7 @@ class TelephoneBus(ModelBus[TelephoneMessage]):
     """A telephone network; all of its kinds are subclasses."""
 
     family: ClassVar[str] = "telephone"
+    notes_faults: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = (bytes, Hook, Dial, Ring, Heard, Offer, Carrier, Ready)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
     settings: Any

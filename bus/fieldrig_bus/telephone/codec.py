@@ -7,6 +7,8 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
+from fieldrig.faults import note
+from fieldrig.faults.note import FaultNote
 from fieldrig_bus.telephone.message import (
     Carrier,
     Dial,
@@ -30,17 +32,21 @@ _NAMES = tuple(RATES)
 _LONGEST_SHOWN = 24
 
 
-def encode(message: TelephoneMessage) -> bytes:
+def encode(message: TelephoneMessage | FaultNote) -> bytes:
     if type(message) is bytes:
         return b"\x00" + message
+    if isinstance(message, FaultNote):
+        return note.encode(message)
     tag, body = _ENCODERS[type(message)]
     return bytes((tag,)) + body(message)
 
 
-def decode(data: bytes) -> TelephoneMessage:
+def decode(data: bytes) -> Any:
     """The inverse of `encode`.  ValueError for anything else."""
     if data[:1] == b"\x00":
         return data[1:]
+    if data.startswith(note.LEAD):
+        return note.decode(data)
     try:
         message = _DECODERS[data[0]](data[1:])
         check(message)
@@ -49,7 +55,7 @@ def decode(data: bytes) -> TelephoneMessage:
     return message
 
 
-def show(message: TelephoneMessage) -> str:
+def show(message: TelephoneMessage | FaultNote) -> str:
     match message:
         case bytes():
             shown = message[:_LONGEST_SHOWN]
@@ -69,6 +75,8 @@ def show(message: TelephoneMessage) -> str:
             return f"carrier {bps} bit/s{', error correction' if is_corrected else ''}" if bps else "no carrier"
         case Ready(is_ready=is_ready):
             return "ready" if is_ready else "not ready"
+        case FaultNote():
+            return note.show(message)
 
 
 def _encode_offer(offer: Offer) -> bytes:

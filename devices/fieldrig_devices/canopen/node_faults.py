@@ -219,7 +219,7 @@ class FaultyEnd:
         self._handled += 1
         for fault in self._faults.records.of(kind):
             if fault.is_on(now_ns) and fits(fault.settings) and fault.happens(self._handled):
-                fault.applied += 1
+                self._faults.records.use(fault)
                 return fault.settings
         return None
 

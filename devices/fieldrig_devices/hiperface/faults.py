@@ -105,7 +105,7 @@ class EncoderFaults:
         for fault in self._records.of(model):
             fits = all(getattr(fault.settings, key) == value for key, value in wanted.items())
             if fits and fault.is_on(now_ns) and fault.happens(now_ns):
-                fault.applied += 1
+                self._records.use(fault)
                 has_struck = True
         return has_struck
 

@@ -65,7 +65,7 @@ class ModbusDeviceFaults(InjectedFaults[Fault[Any]]):
         self._asked += 1
         for fault in self.records:
             if fault.is_on(now_ns) and fault.settings.fits(request) and fault.happens(self._asked):
-                fault.applied += 1
+                self.records.use(fault)
                 settings: OfRequest = fault.settings
                 return settings
         return None

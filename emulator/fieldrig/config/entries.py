@@ -37,3 +37,8 @@ class DeviceEntry:
     faults: tuple[Mapping[str, Any], ...] = ()
     """The faults from the start, apart from those in the settings of kinds that have a key of their own for them."""
     place: Mark = NOWHERE
+
+    @property
+    def buses(self) -> tuple[str, ...]:
+        """Every bus that the device is linked to, once."""
+        return tuple(dict.fromkeys(bus for buses in self.links.values() for bus in buses))

@@ -172,6 +172,8 @@ class Faults(Generic[F]):
         self._held: dict[int, F] = {}
         """The faults whose condition has not been met yet; they are in no iteration."""
         self._given = 0
+        self.on_use: Callable[[F], None] | None = None
+        """Called with each fault that a device has applied to a message."""
 
     @property
     def given(self) -> int:
@@ -224,6 +226,12 @@ class Faults(Generic[F]):
 
     def of(self, *kinds: type[Any]) -> Iterator[F]:
         return (fault for fault in self._live.values() if isinstance(fault.settings, kinds))
+
+    def use(self, fault: F) -> None:
+        """Count a use of a fault."""
+        fault.applied += 1
+        if self.on_use is not None:
+            self.on_use(fault)
 
     def is_any_left(self, now_ns: int) -> bool:
         return any(not fault.is_over(now_ns) for fault in self._live.values())

@@ -39,7 +39,11 @@ class InjectedFaults(Generic[F]):
 
     def also(self, on_change: Callable[[], None]) -> None:
         """Call this too when a fault was added or cleared, when it begins, and when its time is over."""
+        had_none = not self._listeners
         self._listeners.append(on_change)
+        if had_none:
+            for fault in self.records:
+                self._call_at_turns(fault)
 
     def _on_change(self) -> None:
         for listener in self._listeners:

@@ -1,18 +1,25 @@
 """The power of devices, and the faults that switch it off."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from fieldrig.clock import Clock
 from fieldrig.faults.faults import Fault, Faults, Timed
+from fieldrig.faults.note import FaultNote
+from fieldrig.faults.noted import Noted
 
 
 class Mains:
     """Switches devices off and on by faults.  A device is off while it has one that is on."""
 
-    def __init__(self, clock: Clock, switch: Callable[[str, bool], None]) -> None:
-        self._clock, self._switch = clock, switch
+    def __init__(
+        self, clock: Clock, switch: Callable[[str, bool], None], note: Callable[[str, FaultNote], None]
+    ) -> None:
+        """`switch` is called with a device and whether it has power, and `note` with its faults for the trace."""
+        self._clock, self._switch, self._note = clock, switch, note
         self._faults: dict[str, Faults[Fault[Any]]] = {}
+        self._noted: dict[str, Noted] = {}
         self._off: set[str] = set()
 
     def given(self, device: str) -> int:
@@ -58,6 +65,7 @@ class Mains:
         active = [fault for fault in self._faults[device] if fault.is_on(now_ns)]
         for fault in active:
             fault.applied = 1
+        self._noted.setdefault(device, Noted(partial(self._note, device))).look(self._faults[device], now_ns)
         if bool(active) is not (device in self._off):
             (self._off.add if active else self._off.remove)(device)
             self._switch(device, not active)

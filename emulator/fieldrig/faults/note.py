@@ -4,6 +4,8 @@ import struct
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
+LONGEST: Final = 200
+"""Longest text, in characters."""
 LEAD: Final = b"\xff"
 """First byte of an encoded note; no message of a family with such notes begins with it."""
 
@@ -27,7 +29,7 @@ def decode(data: bytes) -> FaultNote:
     if not data.startswith(LEAD) or len(data) < start:
         raise ValueError(f"not a note of a fault: {data[:80].hex(' ')}")
     (number,) = FaultNote.WIRE.unpack(data[len(LEAD) : start])
-    return FaultNote(number, data[start:].decode())
+    return FaultNote(number, data[start : start + 4 * LONGEST].decode(errors="replace")[:LONGEST])
 
 
 def show(note: FaultNote) -> str:

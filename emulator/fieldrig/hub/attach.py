@@ -11,6 +11,8 @@ from typing import Any
 from fieldrig.bus import ModelBus
 from fieldrig.clock import S
 from fieldrig.errors import BusError
+from fieldrig.faults import note
+from fieldrig.faults.note import FaultNote
 from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.hub.wire import Kind, Records, pack, socket_name
 from fieldrig.loop.real_clock import RealClock
@@ -82,6 +84,11 @@ class RemoteLink(asyncio.Protocol):
     def _tell_power(self) -> None:
         if self._transport is not None:
             self._transport.write(pack(Kind.POWER, time.monotonic_ns(), json.dumps(self._is_on).encode()))
+
+    def note(self, fault: FaultNote) -> None:
+        """Add a fault of the device to the trace of the bus; it is lost while there is no hub."""
+        if self._transport is not None:
+            self._transport.write(pack(Kind.NOTE, self._clock.now_ns() - self._offset_ns, note.encode(fault)))
 
     async def connect(self) -> None:
         """Attach to the hub.  BusError if there is none, or if it refuses."""

@@ -15,6 +15,7 @@ from fieldrig.bus import Delivery, ModelBus
 from fieldrig.clock import MS, Alarm
 from fieldrig.errors import refusals
 from fieldrig.faults.disturbed import medium_of
+from fieldrig.faults.note import FaultNote
 from fieldrig.faults.waiting import WaitingFaults
 from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.hub.server import HubServer
@@ -54,6 +55,10 @@ class LocalLink:
     def switch(self, is_on: bool) -> None:
         """Tell the hub that the device of this end has no power, or has it again."""
         self._hub.switch(self._member, is_on)
+
+    def note(self, fault: FaultNote) -> None:
+        """Add a fault of the device to the trace of the bus."""
+        self._hub.note(self._member, fault)
 
     def deliver(self, delivery: Delivery[Any]) -> None:
         if self.handler is not None:
@@ -126,6 +131,11 @@ class LocalHub:
             self._unpowered.add(member)
             self.model.power_lost(self.clock.now_ns(), member)
         self.carry()
+
+    def note(self, member: str, fault: FaultNote) -> None:
+        """Add a fault of a member to the trace."""
+        if self.on_delivery is not None:
+            self.on_delivery(Delivery(self.clock.now_ns(), member, fault, ()))
 
     def waiting(self, member: str) -> int:
         return self.model.waiting(member) if member in self._members and member not in self._unpowered else 0

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from fieldrig.bus import Delivery
 from fieldrig.errors import BusError
+from fieldrig.faults import note
+from fieldrig.faults.note import FaultNote
 from fieldrig.hub.wire import LONGEST_BODY, LONGEST_HELLO, LONGEST_NAME, Kind, Records, pack, socket_name
 from fieldrig.outside.addresses import bind_remedy, is_loopback, split_address
 from fieldrig.outside.limits import Door, Limits
@@ -166,10 +168,14 @@ class MemberStream(asyncio.Protocol):
                 kind, instant_ns, body = next(records)
                 if kind == Kind.MESSAGE and member is not None:
                     message = decode(body)
+                    if isinstance(message, FaultNote):
+                        raise ValueError("the note of a fault is no message of a member")
                 elif kind == Kind.LISTEN and member is not None:
                     interest = self._interest(body)
                 elif kind == Kind.POWER and member is not None:
                     is_on = self._power(body)
+                elif kind == Kind.NOTE and member is not None:
+                    noted = note.decode(body)
                 elif kind == Kind.HELLO and member is None:
                     member = self._greet(body)
                 else:
@@ -185,6 +191,8 @@ class MemberStream(asyncio.Protocol):
                 hub.listen(member, interest)
             elif kind == Kind.POWER:
                 hub.switch(member, is_on)
+            elif kind == Kind.NOTE:
+                hub.note(member, noted)
         hub.carry()
         self._server.stay_awake()
 

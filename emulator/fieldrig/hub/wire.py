@@ -7,6 +7,7 @@ Records both ways: kind (1 byte), instant (8, ns of the sender's clock), length 
     HELLO      JSON {"bus", "member", "proof"}   JSON {"now_ns"}: welcome, with the hub's clock
     LISTEN     JSON interest or null             -
     POWER      JSON true or false: of its device     -
+    NOTE       `faults.note`: a fault of its device     -
     MESSAGE    asked for at the instant          delivered at the instant
     REFUSED    -                                 JSON {"why"}: and the stream ends
 
@@ -37,6 +38,7 @@ class Kind(IntEnum):
     REFUSED = 3
     CHALLENGE = 4
     POWER = 5
+    NOTE = 6
 
 
 class Record(NamedTuple):

@@ -47,7 +47,7 @@ def is_modelled(entry: BusEntry) -> bool:
 
 def linked_buses(device: DeviceEntry) -> tuple[str, ...]:
     """Return every bus that the device is linked to, once."""
-    return tuple(dict.fromkeys(bus for buses in device.links.values() for bus in buses))
+    return device.buses
 
 
 def _process_of(entry: BusEntry) -> str:

@@ -22,12 +22,13 @@ from fieldrig.control.notices import Watched
 from fieldrig.control.subject import Subject
 from fieldrig.device import Device
 from fieldrig.errors import BusError
+from fieldrig.faults.note import FaultNote
 from fieldrig.faults.power import loses_power
 from fieldrig.faults.waiting import WaitingFaults
 from fieldrig.hub.attach import OutsidersLink, RemoteLink
 from fieldrig.hub.bus_stream import OnDelivery
 from fieldrig.hub.checked_link import CheckedLink
-from fieldrig.hub.hub import LocalHub
+from fieldrig.hub.hub import LocalHub, LocalLink
 from fieldrig.link import Link
 from fieldrig.loop.pace import Pace, beside_a_cycle
 from fieldrig.loop.real_clock import DeviceClock, RealClock
@@ -184,6 +185,7 @@ class DeviceProcess:
                     tuple(ends.values()),
                     partial(self.clock.cancel_timers_of, entry.name),
                     self.waiting,
+                    partial(self._note, entry, ends),
                 )
         for name, device in self.devices.items():
             step(f"starting {name}")
@@ -191,6 +193,16 @@ class DeviceProcess:
                 self.clock.handle(device.start)
                 self.clock.handle(partial(self._lose_power, name))
         self.clock.handle(self.waiting.arm_all)
+
+    def _note(self, entry: DeviceEntry, ends: Mapping[str, Link[Any]], fault: FaultNote) -> None:
+        """Add a fault of a device to the traces of its buses."""
+        for name, link in ends.items():
+            if not self.config.buses[name].bus.notes_faults:
+                continue
+            if isinstance(link, LocalLink | RemoteLink):
+                link.note(fault)
+            else:
+                self.heard(name, entry.name, fault)
 
     def _lose_power(self, name: str) -> None:
         """Take the power from a device that has none from the start."""

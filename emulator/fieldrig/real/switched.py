@@ -12,6 +12,8 @@ from fieldrig.device import Device, Point, Value
 from fieldrig.errors import ControlError
 from fieldrig.faults.faults import fault_of
 from fieldrig.faults.mains import Mains
+from fieldrig.faults.note import FaultNote
+from fieldrig.faults.noted import Noted
 from fieldrig.faults.power import MODELS, loses_power
 from fieldrig.faults.waiting import WaitingFaults
 from fieldrig.link import Link, PoweredLink
@@ -21,6 +23,10 @@ from fieldrig.points.watched_points import Change, WatchedPoints
 
 def _deaf(_: Any) -> None:
     """Hear nothing."""
+
+
+def _untraced(_: FaultNote) -> None:
+    """Add a fault to no trace."""
 
 
 class Switched(Device):
@@ -34,13 +40,14 @@ class Switched(Device):
         links: Sequence[Link[Any]],
         cancel: Callable[[], None],
         waiting: WaitingFaults | None = None,
+        note: Callable[[FaultNote], None] = _untraced,
     ) -> None:
         """`build` returns a new device on these links, and `cancel` ends all timers of the former one.
 
-        `waiting` holds the faults of the process that wait for a point.
+        `waiting` holds the faults of the process that wait for a point, and `note` adds one to the traces of the buses.
         """
         self._name, self._clock, self._build, self._links, self._cancel = name, clock, build, links, cancel
-        self._mains = Mains(clock, self._switch)
+        self._mains = Mains(clock, self._switch, lambda _, fault: note(fault))
         self.present = build()
         """The device as it was built last."""
         self.watched = WatchedPoints(self.present)
@@ -49,6 +56,8 @@ class Switched(Device):
         self.is_on, self._waiting = True, waiting
         if waiting is not None:
             waiting.know(name, self)
+        self._noted = Noted(note)
+        self._noted.follow(self.present.injected, clock)
 
     def start(self) -> None:
         self.present.start()
@@ -127,6 +136,7 @@ class Switched(Device):
             former, self.present = self.present, self._build()
             if former.injected is not None and self.present.injected is not None:
                 self.present.injected.adopt(former.injected)
+            self._noted.follow(self.present.injected, self._clock)
             self.watched.move_to(self.present)
             self.cycle_hook.move_to(self.present)
             self.present.start()

@@ -13,6 +13,8 @@ from fieldrig.config.build import build_device
 from fieldrig.config.entries import DeviceEntry
 from fieldrig.device import Device, Value
 from fieldrig.errors import ControlError, RigError, refusals
+from fieldrig.faults.note import FaultNote
+from fieldrig.faults.noted import Noted
 from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.link import Link
 from fieldrig.points.access import read_point, read_points, write_point
@@ -36,6 +38,8 @@ class Stepped(NamedTuple):
     """Changes of interest; they hold before anything in `sent` arrives."""
     sent: list[tuple[BusName, Any]]
     next_ns: int | None
+    notes: list[tuple[int, FaultNote]]
+    """The faults of the device for the traces of its buses, with their instants."""
 
 
 class Node(Protocol):
@@ -98,6 +102,8 @@ class Outbox:
         self.buses = buses
         self.listens: list[tuple[str, BusName, Sequence[Any] | None]] = []
         self.sent: list[tuple[str, BusName, Any]] = []
+        self.notes: list[tuple[str, int, FaultNote]] = []
+        """The faults of devices for the traces of their buses, with their instants."""
 
 
 class NodeLink:
@@ -175,8 +181,10 @@ class EventNode:
         listens = [(bus, interest) for _, bus, interest in outbox.listens]
         sent = [(bus, message) for _, bus, message in outbox.sent]
         outbox.listens.clear()
+        notes = [(now_ns, note) for _, now_ns, note in outbox.notes]
         outbox.sent.clear()
-        return Stepped(listens, sent, self.clock.next_ns())
+        outbox.notes.clear()
+        return Stepped(listens, sent, self.clock.next_ns(), notes)
 
 
 class LocalNode(EventNode):
@@ -186,8 +194,10 @@ class LocalNode(EventNode):
         super().__init__(entry.name, outbox=outbox)
         self._entry, self._seed, self._store = entry, seed, store
         self.is_on = True
+        self._noted = Noted(self._note)
         with blamed(self.name, 0):
             self.device = self._built()
+            self._noted.follow(self.device.injected, self.clock)
             self.device.start()
         self._watched = WatchedPoints(self.device)
         self.cycle_hook = Hook("end_of_cycle", self.device)
@@ -203,9 +213,13 @@ class LocalNode(EventNode):
             former, self.device = self.device, self._built()
             if former.injected is not None and self.device.injected is not None:
                 self.device.injected.adopt(former.injected)
+            self._noted.follow(self.device.injected, self.clock)
             self._watched.move_to(self.device)
             self.cycle_hook.move_to(self.device)
             self.device.start()
+
+    def _note(self, note: FaultNote) -> None:
+        self.outbox.notes.append((self.name, self.clock.now_ns(), note))
 
     def _built(self) -> Device:
         entry = self._entry

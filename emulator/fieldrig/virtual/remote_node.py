@@ -45,9 +45,9 @@ class RemoteNode:
 
     def finish(self) -> Stepped:
         self._receive_ready()
-        listens, sent, next_ns = self._receive()
+        listens, sent, next_ns, notes = self._receive()
         decode = self._decode
-        return Stepped(listens, [(bus, decode[bus](data)) for bus, data in sent], next_ns)
+        return Stepped(listens, [(bus, decode[bus](data)) for bus, data in sent], next_ns, notes)
 
     def keys(self) -> dict[str, str]:
         return dict(self._ask("keys"))
@@ -142,8 +142,8 @@ def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses:
         node.react(until_ns, [(bus, decode[bus](data)) for bus, data in deliveries])
 
     def finish() -> tuple[Any, ...]:
-        listens, sent, next_ns = node.finish()
-        return listens, [(bus, encode[bus](message)) for bus, message in sent], next_ns
+        listens, sent, next_ns, notes = node.finish()
+        return listens, [(bus, encode[bus](message)) for bus, message in sent], next_ns, notes
 
     verbs: dict[str, Callable[..., Any]] = {
         "keys": node.keys,

@@ -21,6 +21,7 @@ from fieldrig.faults.condition import condition_of
 from fieldrig.faults.disturbed import medium_of
 from fieldrig.faults.faults import Timed, fault_of
 from fieldrig.faults.mains import Mains
+from fieldrig.faults.note import FaultNote
 from fieldrig.faults.power import MODELS, loses_power
 from fieldrig.faults.triggers import Triggers
 from fieldrig.outside.untrusted import shown
@@ -369,7 +370,7 @@ class Rig:
                 self._nodes[name] = self._elsewhere[name] = RemoteNode(entry, config.seed, store, self.buses)
             else:
                 self._nodes[name] = self._here[name] = LocalNode(entry, config.seed, store, self._outbox)
-            for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
+            for bus in entry.buses:
                 self._models[bus].join(name)
         self._step(self._nodes, 0, {})
         for name, entry in config.devices.items():
@@ -413,21 +414,30 @@ class Rig:
         elif self._mains is not None and self._mains.has(where, number):
             self._mains.begin(self.now_ns, where, number)
         else:
-            self._nodes[where].begin_fault(number)
-            self._step([where], self.now_ns, {})
+            with self._present(where) as node:  # its clock stays behind while it has no events
+                node.begin_fault(number)
         if where in self._models:
             self._plan()
 
     def _mains_of_all(self) -> Mains:
         if self._mains is None:
             self._own_clock.instant_ns = max(self._own_clock.instant_ns, self.now_ns)
-            self._mains = Mains(self._own_clock, self._switch)
+            self._mains = Mains(self._own_clock, self._switch, self._note)
         return self._mains
+
+    def _note(self, device: str, note: FaultNote, instant_ns: int | None = None) -> None:
+        """Add a fault of a device to the traces of its buses."""
+        if self.on_delivery is None:
+            return
+        delivery = Delivery(self.now_ns if instant_ns is None else instant_ns, device, note, ())
+        for bus in self.config.devices[device].buses:
+            if self.buses[bus].notes_faults:
+                self.on_delivery(self.buses[bus], delivery)
 
     def _switch(self, device: str, is_on: bool) -> None:
         """Switch a device off or on now."""
         entry, now_ns = self.config.devices[device], self.now_ns
-        for bus in dict.fromkeys(bus for buses in entry.links.values() for bus in buses):
+        for bus in entry.buses:
             if is_on:
                 self._models[bus].join(device)
             else:
@@ -644,6 +654,7 @@ class Rig:
             self._next_of[name] = NEVER_NS if stepped.next_ns is None else stepped.next_ns
             outbox.listens += [(name, bus, interest) for bus, interest in stepped.listens]
             outbox.sent += [(name, bus, message) for bus, message in stepped.sent]
+            outbox.notes += [(name, instant_ns, note) for instant_ns, note in stepped.notes]
 
     def _gather(self, outbox: Outbox) -> None:
         """Append the outbox of a member from outside, after all others."""
@@ -655,6 +666,10 @@ class Rig:
     def _hand_in(self, now_ns: int) -> None:
         """Pass everything to the buses: changes of interest first, then messages."""
         models, outbox = self._models, self._outbox
+        if outbox.notes:
+            for device, instant_ns, note in outbox.notes:
+                self._note(device, note, instant_ns)
+            outbox.notes.clear()
         if outbox.listens:
             for name, bus, interest in outbox.listens:
                 models[bus].listen(now_ns, name, interest)

@@ -13,6 +13,7 @@ class PamRingFamily(Bus[RingMessage]):
     """A PAM's ring of any kind."""
 
     family: ClassVar[str] = "pamring"
+    notes_faults: ClassVar[bool] = True
     has_cycle: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = (Frames, Cycle, Reports, bytes)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS

@@ -14,6 +14,8 @@ from enum import IntEnum
 from typing import Any, Final
 
 from fieldrig.bus import words_of
+from fieldrig.faults import note
+from fieldrig.faults.note import FaultNote
 
 VERSION: Final = 1
 """Version of this form; a message of another one is refused."""
@@ -157,9 +159,11 @@ def _decoded(head: struct.Struct, data: bytes, start: int) -> tuple[Frame, ...]:
     return tuple(frames)
 
 
-def encode(message: RingMessage) -> bytes:
+def encode(message: RingMessage | FaultNote) -> bytes:
     if isinstance(message, bytes):
         return _HEAD.pack(VERSION, _BUFFER, 0) + message
+    if isinstance(message, FaultNote):
+        return note.encode(message)
     number = message.number & 0xFFFF_FFFF
     if isinstance(message, Frames):
         return _HEAD.pack(VERSION, _FRAMES, number) + encode_frames(message.frames)
@@ -171,9 +175,11 @@ def encode(message: RingMessage) -> bytes:
     return _HEAD.pack(VERSION, _REPORTS, number) + counts + bytes(message.addresses) + reports
 
 
-def decode(data: bytes) -> RingMessage:
+def decode(data: bytes) -> Any:
     """The inverse of `encode`.  ValueError for anything else."""
     try:
+        if data.startswith(note.LEAD):
+            return note.decode(data)
         version, tag, number = _HEAD.unpack_from(data)
         if version != VERSION:
             raise ValueError(f"a ring message of version {version}: expected {VERSION}")
@@ -200,7 +206,9 @@ def _decoded_reports(number: int, data: bytes) -> Reports:
     return Reports(number, _decoded(_REPORT, data, start + count), addresses, Reception(reception), place, late)
 
 
-def show(message: RingMessage) -> str:
+def show(message: RingMessage | FaultNote) -> str:
+    if isinstance(message, FaultNote):
+        return note.show(message)
     if isinstance(message, bytes):
         return f"report {message.hex(' ')}"
     if isinstance(message, Reports):

@@ -13,6 +13,7 @@ class SercosFamily(Bus[RingMessage]):
     """A SERCOS ring of any kind."""
 
     family: ClassVar[str] = "ring"
+    notes_faults: ClassVar[bool] = True
     has_cycle: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = (Mst, Mdt, Cycle, Answers, bytes)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from fieldrig.bus import words_of
+from fieldrig.faults import note
+from fieldrig.faults.note import FaultNote
 
 BROADCAST: Final = 0xFF
 """Address of every MST, and of the MDT in CP3 and CP4."""
@@ -104,7 +106,7 @@ def check_interest(interest: Any) -> None:
         raise ValueError(f'{word!r}: expected "master", or ["drive", ADDRESS] with an address of 0 to 254')
 
 
-def encode(message: RingMessage) -> bytes:
+def encode(message: RingMessage | FaultNote) -> bytes:
     if isinstance(message, bytes):
         return bytes((_AT,)) + message
     if isinstance(message, Mdt):
@@ -114,11 +116,13 @@ def encode(message: RingMessage) -> bytes:
     if isinstance(message, Cycle):
         head = _HEAD.pack(_CYCLE, message.number & 0xFFFF_FFFF, len(message.mst), len(message.mdt))
         return head + message.mst + message.mdt
+    if isinstance(message, FaultNote):
+        return note.encode(message)
     head = _ANSWERS_HEAD.pack(_ANSWERS, message.number & 0xFFFF_FFFF, message.ring_closed, message.errors, message.late)
     return head + b"".join(len(at).to_bytes(2, "little") + at for at in message.ats)
 
 
-def decode(data: bytes) -> RingMessage:
+def decode(data: bytes) -> Any:
     """The inverse of `encode`.  ValueError for anything else."""
     tag = data[:1]
     try:
@@ -132,6 +136,8 @@ def decode(data: bytes) -> RingMessage:
             return _decoded_cycle(data)
         if tag == bytes((_ANSWERS,)):
             return _decoded_answers(data)
+        if tag == note.LEAD:
+            return note.decode(data)
     except struct.error as cause:
         raise ValueError(f"a ring message is cut short: {data.hex(' ')}") from cause
     raise ValueError(f"not a ring message: {data[:20].hex(' ')}")
@@ -157,7 +163,9 @@ def _decoded_answers(data: bytes) -> Answers:
     return Answers(number, tuple(ats), is_closed, errors, late)
 
 
-def show(message: RingMessage) -> str:
+def show(message: RingMessage | FaultNote) -> str:
+    if isinstance(message, FaultNote):
+        return note.show(message)
     if isinstance(message, bytes):
         return f"AT {message.hex(' ')}"
     if isinstance(message, Mdt):
