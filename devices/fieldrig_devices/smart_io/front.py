@@ -19,7 +19,7 @@ def front_of(settings: SmartIoSettings, has_ring: bool, has_display: bool) -> Fr
     groups = [Group([*_state(has_ring, has_display)], "node")]
     groups += [Group(keyboard, "keyboard", columns=_COLUMNS)] if keyboard else []
     for module in sorted(settings.modules):
-        addresses = addresses_of(module)
+        addresses = tuple(addresses_of(module))
         groups += [
             Group([_input(f"in {at}", f"in{at}", settings) for at in addresses], f"inputs of module {module}"),
             Group([Clamp(f"out {at}", f"out{at}", side="out") for at in addresses], f"outputs of module {module}"),

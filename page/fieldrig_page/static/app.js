@@ -95,5 +95,5 @@ function focusMain(event) {
   document.getElementById('main').focus();
 }
 
-live.open();
 render(html`<${App} />`, document.getElementById('app'));
+live.open();

@@ -87,7 +87,8 @@ async function isRefused() {
 
 export const live = new Live();
 
-// A value that each message of a type changes: `reduce(value, message)`.
+// A value that each message of a type changes: `reduce(value, message)`.  It listens from the moment it is drawn: an
+// effect after the next picture may come later than the greeting of a server that is near.
 export function useLive(type, reduce, initial) {
   const [value, setValue] = useState(initial);
   const latest = useRef(reduce);

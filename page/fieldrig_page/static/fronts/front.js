@@ -34,11 +34,14 @@ function Plate({ plate, values }) {
 
 function Group({ group, rest }) {
   const show = (part, at) => html`<${PARTS[part.sort]} key=${`${part.name} ${at}`} part=${part} ...${rest} />`;
-  const facts = group.parts.filter((part) => FACTS.has(part.sort)), others = group.parts.filter((part) => !FACTS.has(part.sort));
-  const sorts = new Set(others.map((part) => part.sort));
+  const drawings = group.parts.filter((part) => part.sort === 'drawing');
+  const facts = group.parts.filter((part) => FACTS.has(part.sort));
+  const others = group.parts.filter((part) => part.sort !== 'drawing' && !FACTS.has(part.sort));
+  const sorts = new Set(group.parts.map((part) => part.sort));
   const columns = group.columns ? { gridTemplateColumns: `repeat(${group.columns}, minmax(0, 1fr))` } : {};
   return html`<div class=${`group ${[...sorts].map((sort) => `with-${sort}`).join(' ')}`} role="group" aria-label=${group.title || 'front'}>
     ${group.title && html`<h3>${group.title}</h3>`}
-    <div class="body">${others.length > 0 && html`<div class=${group.columns ? 'places' : 'row'} style=${columns}>${others.map(show)}</div>`}
-      ${facts.length > 0 && html`<dl class="facts">${facts.map(show)}</dl>`}</div></div>`;
+    <div class="body">${drawings.map(show)}<div class="stack">
+      ${others.length > 0 && html`<div class=${group.columns ? 'places' : 'row'} style=${columns}>${others.map(show)}</div>`}
+      ${facts.length > 0 && html`<dl class="facts">${facts.map(show)}</dl>`}</div></div></div>`;
 }

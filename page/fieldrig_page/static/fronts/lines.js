@@ -12,7 +12,7 @@ export function Lines({ part, values }) {
   const spoken = lines.map((line) => line.trim()).filter(Boolean).join(' / ');
   const blinks = values[part.blinks] === true;
   const wide = columns > 20 ? 5 : CELL; // a wide display has narrow characters
-  return html`<svg class=${`lines ${blinks ? 'blinks' : ''}`} viewBox=${`-4 -4 ${wide * columns + 8} ${CELL * rows + 8}`} role="img" tabindex="-1"
+  return html`<svg class=${`lines ${blinks ? 'blinks' : ''}`} style=${{ maxWidth: `${3.2 * (wide * columns + 8)}px` }} viewBox=${`-4 -4 ${wide * columns + 8} ${CELL * rows + 8}`} role="img" tabindex="-1"
     aria-label=${`${part.label}: ${spoken || 'empty'}${blinks ? ', blinks' : ''}`}>
     <rect class="glass" x="-4" y="-4" width=${wide * columns + 8} height=${CELL * rows + 8} rx="3" />
     ${texts.map((text) => html`<${Placed} text=${text} wide=${wide} rows=${rows} columns=${columns} />`)}
