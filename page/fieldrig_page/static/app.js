@@ -1,6 +1,6 @@
 // The shell of the page: its head, the ways to its views, and the view that the address names.
 import { html, render } from 'htm/preact';
-import { useEffect, useState } from 'preact/hooks';
+import { useEffect, useLayoutEffect, useState } from 'preact/hooks';
 import { live, role, useLive, useWish } from './live.js';
 
 // Each view is a module with `export function View({rig, path, role})`; `path` is what follows its hash.  One that needs
@@ -82,7 +82,7 @@ function Loaded({ view, rig, path }) {
 function useHash() {
   const read = () => location.hash.replace(/^#\/?/, '').split('/').map(decodeURIComponent);
   const [parts, setParts] = useState(read);
-  useEffect(() => {
+  useLayoutEffect(() => {
     const take = () => { if (location.hash.startsWith('#/') || location.hash === '') setParts(read()); };
     addEventListener('hashchange', take);
     return () => removeEventListener('hashchange', take);
