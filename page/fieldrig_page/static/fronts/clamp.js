@@ -10,7 +10,7 @@ export function Clamp({ part, values, units, mayOperate, onOperate }) {
   const words = isLevel ? (value ? 'on' : 'off') : `${number(value)} ${units[part.point] ?? ''}`.trim();
   const isTyped = part.operated && !isLevel && whole !== undefined;
   const level = isTyped ? html`<${Typed} part=${part} value=${value} mayOperate=${mayOperate} onOperate=${onOperate} />` : words;
-  const body = html`<span class="screw" aria-hidden="true"></span><span class="mark">${part.label}</span><span class="level">${level}</span>`;
+  const body = html`<span class="screw" aria-hidden="true"></span><span class="name">${part.label}</span><span class="level">${level}</span>`;
   const look = `clamp ${part.side} ${value === true ? 'on' : ''}`;
   if (!part.operated || isTyped) return html`<span class=${look} title=${part.about}>${body}</span>`;
   return html`<button type="button" class=${look} title=${part.about} disabled=${!mayOperate} aria-pressed=${value}

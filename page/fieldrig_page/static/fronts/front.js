@@ -43,5 +43,5 @@ function Group({ group, rest }) {
     ${group.title && html`<h3>${group.title}</h3>`}
     <div class="body">${drawings.map(show)}<div class="stack">
       ${others.length > 0 && html`<div class=${group.columns ? 'places' : 'row'} style=${columns}>${others.map(show)}</div>`}
-      ${facts.length > 0 && html`<dl class="facts">${facts.map(show)}</dl>`}</div></div></div>`;
+      ${facts.length > 0 && html`<dl class="rows">${facts.map(show)}</dl>`}</div></div></div>`;
 }
