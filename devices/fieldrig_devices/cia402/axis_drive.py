@@ -242,4 +242,5 @@ class AxisDrive:
     @property
     def following_status(self) -> int:
         """Bit 13 of the status word, which is shown in a fault too."""
-        return BIT_13 if self._following.is_held and self.shown_mode in SHOWS_FOLLOWING_ERROR else 0
+        is_lagging = self._following.is_held or self._motor.error == self._context.behaviour.following_error_code
+        return BIT_13 if is_lagging and self.shown_mode in SHOWS_FOLLOWING_ERROR else 0

@@ -59,6 +59,12 @@ class EncoderSignal(Timed):
     what: Literal["encoder_signal"]
 
 
+class FollowingError(Timed):
+    """The drive reports that the motor does not follow, by an error and bit 13 of the status word."""
+
+    what: Literal["following_error"]
+
+
 class Blocked(Timed):
     """The shaft is blocked."""
 
@@ -86,6 +92,7 @@ SingleDriveFault = Annotated[
     | MainsLost
     | StoOpen
     | EncoderSignal
+    | FollowingError
     | Blocked
     | StuckBrake
     | Warned,
@@ -115,10 +122,11 @@ _VOLTAGE: Final = {"overvoltage": Cause(0x3210, coasts=True), "undervoltage": Ca
 _ENCODER: Final = Cause(0x7305, coasts=True)
 
 
-def causes(faults: SingleDriveFaults) -> Iterator[Cause]:
-    """Yield the errors that the present faults cause."""
+def causes(faults: SingleDriveFaults, following_error_code: int) -> Iterator[Cause]:
+    """Yield the errors that the present faults cause; makes differ in the code of a following error."""
     yield from (Cause(fault.code, fault.coasts) for fault in faults.active(DriveError))
     yield from (_TOO_HOT[fault.of] for fault in faults.active(Overtemperature))
     yield from (_OVERCURRENT for _ in faults.active(Overcurrent))
     yield from (_VOLTAGE[fault.sort] for fault in faults.active(DcLink))
     yield from (_ENCODER for _ in faults.active(EncoderSignal))
+    yield from (Cause(following_error_code, coasts=False) for _ in faults.active(FollowingError))

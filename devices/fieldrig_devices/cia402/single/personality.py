@@ -66,6 +66,7 @@ class PersonalitySettings(Settings):
     fault_reset: FaultReset = Field(default=FaultReset.EDGE, strict=False, description="what of bit 7 resets a fault")
     resets: int = Field(default=1, ge=1, le=10, description="resets until a fault is gone")
     reset_lock_ms: Time = Field(default=0.0, description="time after a fault without a reset")
+    following_error_code: int = Field(default=0x8611, ge=1, le=0xFFFF, description="603Fh for a following error")
     quick_stop_resumes: bool = Field(default=False, description="0Fh during a quick stop enables the drive again")
     voltage_bit: VoltageBit = Field(default=VoltageBit.READY, strict=False, description="meaning of bit 4 of 6041h")
     remote_bit: bool = Field(default=True, description="bit 9 of 6041h")

@@ -68,6 +68,7 @@ class Servo:
         self.sto = settings.sto
         self.is_mains_on = True
         self._sto_faults = settings.manner.sto_faults
+        self._following_error_code = settings.chosen_behaviour().following_error_code
         self.faults = SingleDriveFaults(clock, {**MODELS, **NODE_MODELS}, Faults(Fault), on_change=self._on_faults)
         self._errors: dict[Cause, None] = {}
         """Errors that have not been reset, the first one first."""
@@ -211,7 +212,7 @@ class Servo:
 
     def reset(self, done: Callable[[], None]) -> None:
         self._overload = 0.0
-        self._errors = dict.fromkeys(causes(self.faults))
+        self._errors = dict.fromkeys(causes(self.faults, self._following_error_code))
         self._look_at_sto()
         self._change()
         done()
@@ -261,7 +262,7 @@ class Servo:
         self._change()
 
     def _on_faults(self) -> None:
-        self._errors |= dict.fromkeys(causes(self.faults))
+        self._errors |= dict.fromkeys(causes(self.faults, self._following_error_code))
         self.has_warning = self.faults.first(Warned) is not None
         self._jam()
         self._apply_brake()

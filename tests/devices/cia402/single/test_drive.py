@@ -309,6 +309,7 @@ def test_a_lost_heartbeat_is_one_event_of_node_and_drive(bench: SingleDriveBench
         ({"what": "dc_link"}, 0x3220, 0x05),
         ({"what": "encoder_signal"}, 0x7305, 0x21),
         ({"what": "error", "code": 0xFF01}, 0xFF01, 0x81),
+        ({"what": "following_error"}, 0x8611, 0x21),
     ],
 )
 def test_each_fault_has_its_code_emcy_and_register(
@@ -324,6 +325,25 @@ def test_each_fault_has_its_code_emcy_and_register(
     bench.drive.clear_fault(number)
     bench.control(0x00).control(0x80).after(5)
     assert (bench.status(0x4F), bench.get(0x1001)) == (DISABLED, 0)
+
+
+@pytest.mark.parametrize(("mode", "shown"), [(PP, 0x2000), (CSP, 0x2000), (PV, 0)])
+def test_a_following_error_is_bit_13_where_the_mode_has_it(bench: SingleDriveBench, mode: int, shown: int) -> None:
+    bench.enabled(mode)
+    assert bench.status(0x2000) == 0
+    number = bench.drive.add_fault({"what": "following_error"})
+    bench.after(20)
+    assert bench.status(0x2000) == shown
+    bench.drive.clear_fault(number)
+    bench.control(0x80).after(5)
+    assert bench.status(0x2000) == 0
+
+
+def test_the_code_of_a_following_error_is_that_of_the_make() -> None:
+    bench = SingleDriveBench(behaviour={"following_error_code": 0x7320}).enabled(PP)
+    bench.drive.add_fault({"what": "following_error"})
+    bench.after(20)
+    assert bench.get(0x603F) == 0x7320
 
 
 def test_without_mains_nothing_is_enabled(bench: SingleDriveBench) -> None:
