@@ -1,6 +1,7 @@
 """Faults by the page: forms from schemas, what is active, what it did, and the time line."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from in_loop import in_loop
@@ -78,7 +79,7 @@ async def test_a_page_that_looks_sees_a_fault_begin_and_end() -> None:
         first = await socket.until("faults")
         assert (first["whole"], first["faults"], first["lines"]) == (True, [], [])
         await page.call("POST", "faults", {"part": "belt", "what": "power_off", "duration_ms": 100})
-        frame, lines = first, []
+        frame, lines = first, list[dict[str, Any]]()
         while not (frame.get("faults") and lines):
             frame = {**frame, **await socket.until("faults")}
             lines += frame["lines"]
