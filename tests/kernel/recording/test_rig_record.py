@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from vcdvcd import VCDVCD
+from vcd_reader import VCDVCD
 
 from fieldrig import MS, US, ArgumentError, ControlError, Rig, S, from_dict
 from fieldrig.recording.recording import Recording
