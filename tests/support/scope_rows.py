@@ -4,16 +4,8 @@ from array import array
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from math import inf, isnan, nan
-from typing import NamedTuple
 
-
-class Rows(NamedTuple):
-    process: str
-    columns: tuple[int, ...]
-    first: int
-    lost: int
-    times_ns: "array[int]"
-    values: "list[array[float]]"
+from fieldrig.recording.reader import Rows
 
 
 def rows(times_ns: Iterable[int], *columns: Iterable[float], lost: int = 0, process: str = "io") -> Rows:

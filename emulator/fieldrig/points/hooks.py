@@ -25,7 +25,7 @@ class Hook:
         return end
 
     def move_to(self, device: Device) -> None:
-        """Have the same calls made by the same device after it was built anew."""
+        """Have the same calls made by the same device after it was built again."""
         self._device = device
         self._set()
 

@@ -1,4 +1,4 @@
-"""What recordings see of a process in real time.
+"""The devices and buses of a process in real time, as recordings see them.
 
 A row is taken as soon as the event of its instant has been handled, and read at that instant: the answer to a cycle has
 then left, and a value that moves by itself need not be computed for another instant.  A drive's position costs 2.4 us

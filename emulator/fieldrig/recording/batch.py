@@ -34,7 +34,7 @@ class Kind(IntEnum):
 
 
 class Part(NamedTuple):
-    """What one track has in one batch."""
+    """The rows, events or texts that one track has in one batch."""
 
     track: int
     kind: Kind

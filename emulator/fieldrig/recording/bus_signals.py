@@ -24,7 +24,7 @@ class BusSignals:
         listen: Callable[[OnDelivery], End],
         now_ns: Callable[[], int],
     ) -> None:
-        """`standing` returns the messages that stand on the bus, by the names of their signals."""
+        """`standing` returns the last message of each signal, by its name."""
         self._bus, self._standing, self._listen, self._now_ns = bus, standing, listen, now_ns
 
     def describe(self, keys: Sequence[str]) -> list[Described]:

@@ -1,4 +1,4 @@
-"""The points of a device as a recording reads them: bound once, and again when the device has made them anew."""
+"""The points of a device as a recording reads them: bound once, and again when the device has made others."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
@@ -9,7 +9,7 @@ from fieldrig.recording.signals import NAN, Described
 from fieldrig.text.nearest import closest
 
 EVERY: Final = 64
-"""Rows after which the points of a device are looked up again, if it makes them anew at each call."""
+"""Rows after which the points of a device are looked up again, if it makes other ones at each call."""
 
 
 def describe(name: str, points: Mapping[str, Point], keys: Sequence[str]) -> list[Described]:

@@ -35,7 +35,7 @@ class RowsFile(ABC):
         self._waiting: list[tuple[int, int, int, float]] = []
         """Instant, number in the order of arrival, column and value."""
         self._before: dict[int, float] = {}
-        """The last value of each column before the beginning, as the processes do not begin together."""
+        """The values that hold at the beginning, as processes begin one after the other."""
         self._taken = 0
         self._last_ns = begin_ns
         self.lines = 0
@@ -46,7 +46,8 @@ class RowsFile(ABC):
         for column, values in zip(rows.columns, rows.values, strict=True):
             for time_ns, value in zip(rows.times_ns, values, strict=False):
                 if time_ns < self._begin_ns:
-                    self._before[column] = value
+                    if self._columns[column].is_held:
+                        self._before[column] = value
                     continue
                 self._taken += 1
                 heappush(self._waiting, (max(time_ns, self._last_ns), self._taken, column, value))

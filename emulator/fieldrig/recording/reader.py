@@ -30,6 +30,8 @@ log = logging.getLogger(__name__)
 
 PATIENCE_S: Final = 5.0
 """Time limit for one answer."""
+END_S: Final = 1.0
+"""Time limit for the answers at the end, when the rig may be gone."""
 ACKNOWLEDGE_S: Final = 0.1
 """Time between two acknowledgements."""
 EVERY: Final = 8
@@ -37,7 +39,7 @@ EVERY: Final = 8
 MOST_WAITING: Final = 512
 """Batches behind a gap that are kept until it is filled; each of them can be asked for again."""
 LEAST_LOST: Final = 1
-"""What is said to be lost where nobody knows how much, as after the restart of a process."""
+"""The rows that count as lost where their number is not known, as after the restart of a process."""
 
 
 class Rows(NamedTuple):
@@ -243,7 +245,7 @@ class Assembler:
         if part.kind is Kind.ROWS:
             self._on_rows(Rows(self._process, tuple(columns), part.first, lost, part.times_ns, part.values))
             return
-        if lost:  # of which of the columns, nobody knows
+        if lost:  # it is not known of which of the columns
             none = [array("d") for _ in columns]
             self._on_rows(Rows(self._process, tuple(columns), part.first, lost, array("q"), none))
         for column in dict.fromkeys(part.columns):
@@ -265,7 +267,7 @@ class Assembler:
             self._learn(part.track, texts)
 
     def _learn(self, column: int, texts: Sequence[str]) -> None:
-        """Take the texts of a column, whose places a restarted process may have given anew."""
+        """Take the texts of a column, which may have other places in a process that was restarted."""
         states = self._columns[column].states
         states += [text for text in dict.fromkeys(texts) if text not in states]
         self._numbers.pop(column, None)
@@ -342,10 +344,10 @@ class _Stream:
             with suppress(asyncio.CancelledError):
                 await self._task
             with suppress(ControlError, MalformedError):
-                state = await self._control.ask(self._path, {"command": "stop", "id": self._id}, PATIENCE_S)
+                state = await self._control.ask(self._path, {"command": "stop", "id": self._id}, END_S)
                 await self._fill(field(state, "next", int))
         with suppress(ControlError):
-            await self._control.ask(self._path, {"command": "end", "id": self._id}, PATIENCE_S)
+            await self._control.ask(self._path, {"command": "end", "id": self._id}, END_S)
         self._stop_listening()
 
     def _on_batch(self, _: str, data: bytes) -> None:

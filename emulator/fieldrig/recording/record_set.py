@@ -107,6 +107,8 @@ class RecordSet:
     def _begin_changes(self, part: RecordedPart, numbers: list[int], keys: list[str]) -> None:
         changes = Changes(len(self.tracks), self.flush)
         self._add(changes, numbers)
+        for number in numbers:
+            self.columns[number] = self.columns[number]._replace(is_held=True)
         note = partial(self._note, changes, numbers)
         now_ns = self._source.now_ns()
         for place, value in enumerate(part.reader(keys)()):

@@ -32,7 +32,7 @@ class Recording:
         self._assembler: Assembler | None = None
         self._set = RecordSet(source, names, rhythm, self._put, is_lossless=False)
         self.columns: list[Column] = [column._replace(states=list(column.states)) for column in self._set.columns]
-        """What is known of each signal, in the order in which they were given."""
+        """Kind, unit and texts of each signal, in the order in which they were given."""
         self._assembler = Assembler("", self._set.tracks, self.columns, self._rows.append)
         self._times = {name: array("q") for name in names}
         self._values = {name: array("d") for name in names}

@@ -24,7 +24,7 @@ End = Callable[[], None]
 
 
 class Sort(StrEnum):
-    """What the values of a column are."""
+    """The sort of the values of a column."""
 
     NUMBER = "number"
     TRUTH = "truth"
@@ -41,10 +41,12 @@ class Column(NamedTuple):
     unit: str
     states: list[str]
     """The texts of a `TEXT`, by their values.  The list grows when the signal has a text that it never had before."""
+    is_held: bool = False
+    """True if there is a sample for each change, so that each value holds until the next one."""
 
 
 class Described(NamedTuple):
-    """What a part says of one of its signals."""
+    """A signal as its part describes it."""
 
     value: Value
     """The present value; NaN if there is none."""
@@ -113,4 +115,5 @@ def column_of(data: Any) -> Column:
     if sort not in list(Sort):
         raise MalformedError(f"kind: {shown(sort)}")
     states = items(field(data, "states", list), str, 1 << 16, "states")
-    return Column(field(data, "name", str), Sort(sort), field(data, "unit", str), states)
+    is_held = field(data, "is_held", bool)
+    return Column(field(data, "name", str), Sort(sort), field(data, "unit", str), states, is_held)

@@ -1,4 +1,4 @@
-"""What all value change dumps (IEEE 1364-2005, clause 18) of this project share: legal names, exact numbers, quotes."""
+"""Legal names, exact numbers and quotes in value change dumps (IEEE 1364-2005, clause 18)."""
 
 import json
 import re

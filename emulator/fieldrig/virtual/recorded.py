@@ -1,4 +1,7 @@
-"""What recordings see of a rig in virtual time.  Recording is no event: the trace is the same with it and without."""
+"""The devices and buses of a rig in virtual time, as recordings see them.
+
+Recording is no event: the trace is the same with it and without.
+"""
 
 from collections.abc import Callable, Sequence
 from functools import partial
