@@ -28,6 +28,7 @@ import pam_pipes  # noqa: E402
 import plc_on_ring  # noqa: E402
 import pulse_engine  # noqa: E402
 import pulses  # noqa: E402
+import recording  # noqa: E402
 import ring  # noqa: E402
 import shipped_rigs  # noqa: E402
 import single_drive  # noqa: E402
@@ -44,6 +45,7 @@ BENCHMARKS = (
     modbus,
     ring,
     flood,
+    recording,
     pulses,
     shipped_rigs,
     drive_cycle,

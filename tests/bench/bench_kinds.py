@@ -1,7 +1,7 @@
 """Devices for the benchmarks: relays that answer the frame before them in a ring, and a master of drives."""
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point
@@ -77,3 +77,33 @@ class CspMaster(Device):
 
     def _on_answer(self, frame: CanFrame) -> None:
         self._answers += 1
+
+
+class CountingSettings(Settings):
+    signals: int
+
+
+class Counting(Device):
+    """Values that all change in each cycle of 1 ms, at next to no cost of their own."""
+
+    has_cycle = True
+
+    def __init__(self, clock: Clock, settings: CountingSettings) -> None:
+        self._clock = clock
+        self.count = 0
+        self._points = {f"v{number}": Point(self._reader(number)) for number in range(settings.signals)}
+
+    def _reader(self, number: int) -> Callable[[], float]:
+        return lambda: self.count + number
+
+    def start(self) -> None:
+        self._clock.call_at(self._clock.now_ns() + MS, self._on_cycle)
+
+    def points(self) -> Mapping[str, Point]:
+        return self._points
+
+    def _on_cycle(self) -> None:
+        self._clock.call_at(self._clock.now_ns() + MS, self._on_cycle)
+        self.count += 1
+        if self.end_of_cycle is not None:
+            self.end_of_cycle()
