@@ -7,7 +7,7 @@ stops: it grows whenever a thread stops at a breakpoint, after a step, or becaus
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from fieldrig.clock import Clock
 from fieldrig.device import Value
@@ -23,7 +23,15 @@ MOST_SAMPLES_IN_ANSWER: Final = 5_000
 LONGEST_DOWNLOAD: Final = 8 << 20
 """Longest source of a download in characters, over all of its parts."""
 
+MOST_TRACES: Final = 8
+LONGEST_TRACE_NAME: Final = 64
+
 Answer = dict[str, Any]
+
+
+class _Trace(NamedTuple):
+    recorder: Recorder
+    names: list[str]
 
 
 class DebugService:
@@ -33,8 +41,8 @@ class DebugService:
         self._clock, self._debuggee = clock, debuggee
         self._stops = self._loads = 0
         self._places = Breakpoints()
-        self._recorder: Recorder | None = None
-        self._names: list[str] = []
+        self._traces: dict[str, _Trace] = {}
+        """The traces by the names that their askers gave them, those that were asked about last at the end."""
         self._parts: dict[str, str] = {}
         debuggee.on_stop, debuggee.on_load = self._on_stop, self._on_load
         self._commands: dict[str, Callable[[Mapping[str, Any]], Answer]] = {
@@ -257,10 +265,15 @@ class DebugService:
     # ---- trace
 
     def _record(self, message: Mapping[str, Any]) -> Answer:
-        """Begin a trace of `names`, or end it if there are none."""
+        """Begin a trace of `names`, or end it if there are none; several askers have traces beside each other.
+
+        `trace` is the asker's name for it.  The trace that was asked about least recently ends for one too many.
+        """
         names = items(field(message, "names", list), str, MOST_NAMES, "names")
+        own = _trace_name(message)
         if not names:
-            self._debuggee.on_sample, self._recorder = None, None
+            self._traces.pop(own, None)
+            self._sample_if_traced()
             return {"names": []}
         trigger = self._trigger(message["trigger"]) if message.get("trigger") is not None else None
         recorder = Recorder(
@@ -269,9 +282,20 @@ class DebugService:
             depth=typed(message.get("depth", 1_000), int, "depth"),
             trigger=trigger,
         )
-        self._recorder, self._names = recorder, names
-        self._debuggee.on_sample = lambda: recorder.sample(self._clock.now_ns())
+        self._traces.pop(own, None)
+        while len(self._traces) >= MOST_TRACES:
+            del self._traces[next(iter(self._traces))]
+        self._traces[own] = _Trace(recorder, names)
+        self._sample_if_traced()
         return {"names": names}
+
+    def _sample_if_traced(self) -> None:
+        self._debuggee.on_sample = self._sample if self._traces else None
+
+    def _sample(self) -> None:
+        now_ns = self._clock.now_ns()
+        for trace in self._traces.values():
+            trace.recorder.sample(now_ns)
 
     def _trigger(self, wanted: Any) -> Trigger:
         edge = _choice(Edge, wanted.get("edge", Edge.RISING.value) if isinstance(wanted, dict) else None, "edge")
@@ -293,19 +317,29 @@ class DebugService:
         return read
 
     def _samples(self, message: Mapping[str, Any]) -> Answer:
-        recorder = self._recorder
-        if recorder is None:
+        own = _trace_name(message)
+        if own not in self._traces:
             raise ValueError("no trace was begun\nexpected `record` before it")
+        trace = self._traces[own] = self._traces.pop(own)
+        recorder = trace.recorder
         after = typed(message.get("after", 0), int, "after")
         samples = recorder.samples(after)[:MOST_SAMPLES_IN_ANSWER]
         return {
-            "names": self._names,
+            "names": trace.names,
             "state": recorder.state.value,
             "is_full": recorder.state is RecorderState.FULL,
             "triggered_ns": recorder.triggered_ns,
             "taken": recorder.taken,
             "samples": [[now_ns, *values] for now_ns, values in samples],
         }
+
+
+def _trace_name(message: Mapping[str, Any]) -> str:
+    """Return the asker's name of a trace; without one, all askers share one trace."""
+    name = typed(message.get("trace", ""), str, "trace")
+    if len(name) > LONGEST_TRACE_NAME:
+        raise MalformedError(f"trace: {len(name)} characters, expected at most {LONGEST_TRACE_NAME}")
+    return name
 
 
 def _shown(variable: Variable) -> Answer:

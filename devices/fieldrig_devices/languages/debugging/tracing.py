@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
+from uuid import uuid4
 
 from fieldrig_devices.languages.debugging.adapter import Ask, text_of
 from fieldrig_devices.languages.debugging.prompt import NotStoppedError
@@ -22,6 +23,8 @@ class Wanted:
     names: list[str] = field(default_factory=list)
     numbers: dict[str, int] = field(default_factory=dict)
     trigger: dict[str, Any] | None = None
+    own: str = field(default_factory=lambda: uuid4().hex)
+    """The name of this trace, as others may record at the same time."""
     file: str | None = None
     """The file for CSV; an empty text for CSV on the screen, None for a table."""
 
@@ -29,6 +32,7 @@ class Wanted:
         trigger = None if self.trigger is None else {**self.trigger, "before": self.numbers.get("before", 0)}
         return {
             "command": "record",
+            "trace": self.own,
             "names": self.names,
             "every": self.numbers.get("every", 1),
             "depth": self.depth,
@@ -95,7 +99,7 @@ def trace(ask: Ask, words: Sequence[str], moments: Callable[[], Iterator[object]
     try:
         answer = _recorded(ask, wanted, moments)
     finally:
-        ask({"command": "record", "names": []})
+        ask({"command": "record", "trace": wanted.own, "names": []})
     rows = _rows(answer)
     if wanted.file is None:
         return _table(("time/s", *wanted.names), rows)
@@ -114,22 +118,23 @@ def _recorded(ask: Ask, wanted: Wanted, moments: Callable[[], Iterator[object]])
     answer: dict[str, Any] = {"samples": []}
     try:
         for _ in moments():
-            answer = ask({"command": "samples", "after": 1 << 62})
+            answer = ask({"command": "samples", "trace": wanted.own, "after": 1 << 62})
             if answer["is_full"] or (wanted.trigger is None and answer["taken"] >= wanted.depth):
-                return _samples(ask, wanted.depth)
+                return _samples(ask, wanted)
     except KeyboardInterrupt:
-        return _samples(ask, wanted.depth)
+        return _samples(ask, wanted)
     why = "the trigger has not come" if answer.get("state") == "waiting" else "the samples have not come"
     raise NotStoppedError(f"{why}, {answer.get('taken', 0)} samples were taken\nthe program may be standing")
 
 
-def _samples(ask: Ask, depth: int) -> dict[str, Any]:
+def _samples(ask: Ask, wanted: Wanted) -> dict[str, Any]:
     """Read all samples of a recording; one answer has a limited number of them."""
-    answer = ask({"command": "samples", "after": 0})
+    question = {"command": "samples", "trace": wanted.own}
+    answer = ask({**question, "after": 0})
     samples, last = answer["samples"], answer["samples"]
-    first = answer["taken"] - min(answer["taken"], depth)
+    first = answer["taken"] - min(answer["taken"], wanted.depth)
     while len(last) == MOST_SAMPLES_IN_ANSWER:
-        last = ask({"command": "samples", "after": first + len(samples)})["samples"]
+        last = ask({**question, "after": first + len(samples)})["samples"]
         samples += last
     return {**answer, "samples": samples}
 

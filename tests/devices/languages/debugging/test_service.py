@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fieldrig.clock import VirtualClock
 from fieldrig_devices.languages.debugging.debuggee import ProgramState, Reset, Step
-from fieldrig_devices.languages.debugging.service import DebugService
+from fieldrig_devices.languages.debugging.service import MOST_TRACES, DebugService
 
 
 @pytest.fixture
@@ -87,6 +87,38 @@ def test_a_trace_of_the_cycles(counter: CountingProgram, service: DebugService) 
     assert counter.on_sample is None
 
 
+def test_two_askers_trace_at_once_and_do_not_disturb_each_other(
+    counter: CountingProgram, service: DebugService
+) -> None:
+    ask(service, "record", trace="one", names=["n"], depth=100)
+    counter.run_line()
+    ask(service, "record", trace="two", names=["m", "n"], depth=100)
+    for _ in range(6):
+        counter.run_line()
+    one, two = (ask(service, "samples", trace=name) for name in ("one", "two"))
+    assert (one["names"], two["names"]) == (["n"], ["m", "n"])
+    assert [sample[1] for sample in one["samples"]][-len(two["samples"]) :] == [sample[2] for sample in two["samples"]]
+    ask(service, "record", trace="one", names=[])
+    counter.run_line()
+    counter.run_line()
+    assert ask(service, "samples", trace="two")["taken"] > two["taken"]
+    with pytest.raises(ValueError, match="no trace was begun"):
+        ask(service, "samples", trace="one")
+
+
+def test_the_trace_that_was_forgotten_longest_ends_for_one_too_many(
+    counter: CountingProgram, service: DebugService
+) -> None:
+    for number in range(MOST_TRACES):
+        ask(service, "record", trace=str(number), names=["n"])
+    ask(service, "samples", trace="0")
+    ask(service, "record", trace="another", names=["n"])
+    with pytest.raises(ValueError, match="no trace was begun"):
+        ask(service, "samples", trace="1")
+    for name in ("0", "2", "another"):
+        ask(service, "samples", trace=name)
+
+
 def test_a_program_arrives_in_parts(counter: CountingProgram, service: DebugService) -> None:
     ask(service, "part", file="a.st", text="old", is_first=True)
     ask(service, "part", file="a.st", text="x := ", is_first=True)
@@ -132,7 +164,21 @@ JSON = st.recursive(
 )
 COMMANDS = list(DebugService(VirtualClock(), CountingProgram())._commands)
 KEYS = st.sampled_from(
-    ["file", "breakpoints", "thread", "kind", "path", "names", "values", "text", "online", "every", "depth", "trigger"]
+    [
+        "trace",
+        "file",
+        "breakpoints",
+        "thread",
+        "kind",
+        "path",
+        "names",
+        "values",
+        "text",
+        "online",
+        "every",
+        "depth",
+        "trigger",
+    ]
 )
 
 
