@@ -18,7 +18,7 @@ from doc_pages import PAGES, ROOT, Row, anchor, code_in, headings, links, links_
 
 from fieldrig.cli.app import app
 from fieldrig.config import kinds
-from fieldrig.config.keys import SECTIONS, BusKeys, DeviceKeys, RigKeys
+from fieldrig.config.keys import SECTIONS, BusKeys, DeviceKeys, PageKeys, RigKeys
 from fieldrig.config.rig_file import RigConfig, load
 from fieldrig.device import Device
 from fieldrig.faults import faults
@@ -110,6 +110,7 @@ Models = Mapping[str, type[Settings]]
 
 OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a rig": {"rig": RigKeys},
+    "Keys of the page": {"page": PageKeys},
     "Keys of every bus": {"bus": BusKeys},
     "Keys of every device": {"device": DeviceKeys},
     "Keys of a controller": {"controller": Controller},

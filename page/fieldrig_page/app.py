@@ -24,7 +24,7 @@ from starlette.types import ASGIApp
 
 from fieldrig.errors import RigError
 from fieldrig.outside.page_seat import Seat
-from fieldrig_page import api, picture_api, points_api, rig_api
+from fieldrig_page import api, metrics, picture_api, points_api, rig_api
 from fieldrig_page.api import Operation
 from fieldrig_page.faults import Faults
 from fieldrig_page.fronts import Fronts
@@ -88,6 +88,7 @@ class Site:
                 Route("/", index),
                 WebSocketRoute("/live", self.live.serve),
                 Route(f"{api.BASE}/openapi.json", openapi),
+                *metrics.routes(self.link, self.live),
                 *(operation.route() for operation in self.operations),
                 Mount("/static", StaticFiles(directory=STATIC)),
             ],

@@ -1,4 +1,4 @@
-"""Who may see the page, and who may operate: tokens, and the names and origins that are accepted.
+"""The guard of the page: tokens for looking and for operating, and the names and origins that are accepted.
 
 A token comes in the address that `fieldrig up` prints, and becomes a cookie; scripts send it as `Authorization:
 Bearer`.  Each request is compared with where the page listens:

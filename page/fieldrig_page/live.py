@@ -1,7 +1,7 @@
 """The sockets of the page: what each wants to see, and frames of it up to 30 times a second.
 
 A page acknowledges what it has got.  One that is `MOST_UNSEEN` ticks behind gets nothing more until it has caught up,
-and then everything anew: a reader that stands still takes no memory here, however much its socket buffers.
+and then everything again: a reader that stands still takes no memory here, however much its socket buffers.
 """
 
 import asyncio
@@ -36,10 +36,8 @@ class Page:
     def __init__(self, role: Role) -> None:
         self.role = role
         self.wishes: dict[str, Any] = {}
-        """What it wants to see, by topic."""
+        """The request that it made of each topic."""
         self.is_behind = False
-        self.left_out = 0
-        """Ticks that were left out because it was behind."""
         self._sent = self._seen = 0
         self._waiting: asyncio.Queue[bytes] = asyncio.Queue()
 
@@ -68,9 +66,9 @@ class Topic(Protocol):
     name: ClassVar[str]
 
     def want(self, page: Page, wish: Any) -> None:
-        """Show the page this from now on, beginning with the whole of it; None: nothing more.
+        """Show the page this from now on, beginning with the whole of it, or nothing more if it is None.
 
-        MalformedError for a wish that is not understood closes only this socket.
+        MalformedError for a request that is not understood closes only this socket.
         """
 
     def forget(self, page: Page) -> None:
@@ -94,6 +92,8 @@ class Live:
         self.pages: dict[Page, WebSocket] = {}
         self.refused = 0
         """Sockets beyond `MOST_SOCKETS`."""
+        self.left_out = 0
+        """Ticks that were left out because a page was behind."""
         self._topics = {topic.name: topic for topic in topics}
         self._greeting = greeting
 
@@ -116,7 +116,7 @@ class Live:
         """Send the page what is new for it, unless it is behind."""
         if not page.may_be_sent:
             page.is_behind = True
-            page.left_out += 1
+            self.left_out += 1
             return
         if page.is_behind:
             page.is_behind = False

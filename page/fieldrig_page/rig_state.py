@@ -27,7 +27,7 @@ class RigState:
 
     def want(self, page: Page, wish: Any) -> None:
         if wish is not True:
-            raise MalformedError("expected true as the wish for the rig")
+            raise MalformedError("expected true as the request for the rig")
         self._sent[page] = None
         self._is_wanted.set()
 

@@ -1,4 +1,4 @@
-"""What goes through a socket of the page: MessagePack, in both directions.
+"""The messages of a socket of the page: MessagePack, in both directions.
 
 From the server: one array for each tick, `[number, message, ...]`, each message a map with its type at "t".
 From the page: a map each, {"t": "want", "topic": NAME, "wish": ...} and {"t": "seen", "number": ...}.

@@ -15,7 +15,7 @@ from fieldrig.outside.untrusted import read_json
 
 
 class MemoryControl:
-    """What `fieldrig.control.messages.Control` is, for one process."""
+    """The same calls as `fieldrig.control.messages.Control`, for one process."""
 
     def __init__(self, rig: str) -> None:
         self.rig = rig
@@ -95,7 +95,7 @@ class MemoryControl:
 
 
 class MemoryStream:
-    """What `fieldrig.control.messages.Stream` is."""
+    """The same calls as `fieldrig.control.messages.Stream`."""
 
     def __init__(self, control: MemoryControl, path: str, on_listeners: Callable[[bool], None]) -> None:
         self._control, self._path, self._on_listeners = control, path, on_listeners

@@ -16,7 +16,7 @@ from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Any, Final, Self, cast
 
 import msgpack
 from memory_control import MemoryControl
@@ -31,6 +31,21 @@ from fieldrig_page.live import Role
 from fieldrig_page.rig_link import RigLink
 
 HOST = "127.0.0.1:8372"
+TANK: Final[dict[str, Any]] = {
+    "time": "virtual",
+    "buses": {"wires": {"kind": "wires.virtual"}},
+    "devices": {
+        "tank": {
+            "kind": "plant.tank",
+            "area_m2": 1,
+            "height_m": 2,
+            "outlet_area_m2": 0.001,
+            "pump_flow_m3_per_s": 0.002,
+            "links": {"wires": "wires"},
+        }
+    },
+}
+"""The smallest rig with something to see: a tank."""
 TOKENS: dict[Role, str] = {"operate": "token-to-operate", "look": "token-to-look"}
 
 
@@ -102,7 +117,7 @@ class PageBench:
 
 
 class Socket:
-    """One socket of a page, which acknowledges everything that it gets unless it is told not to."""
+    """One socket of a page, which acknowledges everything that it gets while `acknowledges` is true."""
 
     def __init__(self, scope: dict[str, Any]) -> None:
         self._scope = scope

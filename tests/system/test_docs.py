@@ -22,6 +22,7 @@ from addresses import exchanged, ports_in
 from doc_pages import PAGES, ROOT, Block, blocks
 from process_group import run_group
 
+from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.testing import free_port, return_port
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]
@@ -56,6 +57,8 @@ class Desk:
         programs = f"{self.folder / '.venv/bin'}{os.pathsep}{os.environ['PATH']}"
         self._environment = {**os.environ, "PATH": programs}
         self._environment.pop("FIELDRIG_CONTROL", None)
+        if any(block.page.name == "page.md" for block in page):
+            self._environment.pop(NO_PAGE_VARIABLE, None)
         self._lab: subprocess.Popen[bytes] | None = None
         self.missing: list[str] = []
 

@@ -1,4 +1,4 @@
-"""Where the page of a rig listens, and the tokens of its addresses.
+"""The seat of the page of a rig: its listening socket, and the tokens of its addresses.
 
 The process that starts the rig takes the seat and keeps it, and the page's process inherits it.  So the address and the
 cookies of open pages stay the same when that process dies and is started again.
@@ -20,7 +20,7 @@ from fieldrig.outside.addresses import bind_remedy, is_loopback, split_address
 from fieldrig.outside.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_token, token
 
 DEFAULT_PAGE: Final = "127.0.0.1:8372"
-"""Where the page listens, unless a rig file says otherwise; another free port if this one is taken."""
+"""The address of the page, unless a rig file has another; a free port is used if this one is taken."""
 BACKLOG: Final = 128
 """Connections that wait while the page's process starts."""
 _BYTES: Final = 16
@@ -66,7 +66,7 @@ class Seat:
 
 
 def take_seat(listen: str | None, hosts: Sequence[str] = ()) -> Seat:
-    """Return a seat at `listen`, as host:port; None: at `DEFAULT_PAGE`, or at a free port if that is taken.
+    """Return a seat at `listen`, as host:port, or without one at `DEFAULT_PAGE` or a free port if that is taken.
 
     BusError if the address is not available.  RigError beyond loopback without a token.
     """

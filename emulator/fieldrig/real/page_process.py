@@ -36,7 +36,7 @@ class PageProcess:
     def __init__(
         self, config: RigConfig, seat: Seat, page: EntryPoint, log: Path | None, overrides: Sequence[str]
     ) -> None:
-        """`log` is its log; None: it writes to the output of this process.  `overrides` are those of the rig file."""
+        """`log` is its log; without one it writes to the output of this process.  `overrides` are those of the rig file."""
         self._config, self._seat, self._page = config, seat, page
         self._pipe, self._own_end = os.pipe()
         line = [str(config.path)]
@@ -73,7 +73,7 @@ class PageProcess:
     def status(self) -> dict[str, Any]:
         """Return its part of `fieldrig status`."""
         pid = self._child.pid
-        place = next(iter(self.addresses.values())).partition("?")[0]  # a token is only for who started the rig
+        place = next(iter(self.addresses.values())).partition("?")[0]  # without a token, which belongs to the user
         state = "running" if pid is not None else "dead"
         return {NAME: {"state": state, "pid": pid, "restarts": self._restarts, "address": place}}
 

@@ -1,0 +1,50 @@
+"""`/metrics`, read by Prometheus' own parser."""
+
+from pathlib import Path
+
+import pytest
+from in_loop import in_loop
+from page_bench import PageBench, bearer, page_of
+from prometheus_client.parser import text_string_to_metric_families
+
+LAB = Path(__file__).parents[2] / "configs" / "lab-virtual.yaml"
+
+pytestmark = pytest.mark.long
+
+
+async def figures(page: PageBench) -> dict[tuple[str, frozenset[tuple[str, str]]], float]:
+    answer = await page.request("GET", "/metrics", headers=bearer("look"))
+    assert answer.status == 200
+    assert answer.headers["content-type"] == "text/plain; version=0.0.4; charset=utf-8"
+    families = text_string_to_metric_families(answer.body.decode())
+    return {
+        (sample.name, frozenset(sample.labels.items())): sample.value
+        for family in families
+        for sample in family.samples
+    }
+
+
+def labels(**given: str) -> frozenset[tuple[str, str]]:
+    return frozenset(given.items())
+
+
+@in_loop
+async def test_figures_of_rig_processes_and_buses_are_there() -> None:
+    async with page_of(LAB) as page:
+        await page.ask("rig/step", {"ns": 1_000_000_000})
+        found = await figures(page)
+        assert found["fieldrig_up", labels()] == 1
+        assert found["fieldrig_virtual_time_seconds", labels()] == 1
+        assert found["fieldrig_process_ready", labels(process="lab-virtual")] == 1
+        assert found["fieldrig_process_memory_bytes", labels(process="lab-virtual")] > 1e6
+        assert found["fieldrig_bus_frames", labels(bus="can0")] > 0
+        assert 0 <= found["fieldrig_bus_load_ratio", labels(bus="can0")] <= 1
+        assert found["fieldrig_bus_tec", labels(bus="can0", member="io")] == 0
+
+
+@in_loop
+async def test_an_injected_fault_is_counted_while_it_acts() -> None:
+    async with page_of(LAB) as page:
+        await page.ask("bus/can0/add_fault", {"fault": {"what": "drop"}})
+        await page.ask("rig/step", {"ns": 1})
+        assert (await figures(page))["fieldrig_faults_active", labels(part="can0")] == 1
