@@ -62,7 +62,7 @@ class Operation:
     path: str
     """The path below `/api/v1/`, such as `devices/{name}/points/{key:path}`."""
     about: str
-    """What it does, in one sentence."""
+    """Its summary, in one sentence."""
     do: Callable[[Call], Awaitable[Any]]
     """Returns what is answered as JSON, or a response of its own.
 
@@ -73,9 +73,9 @@ class Operation:
     gives: Any = dict[str, Any]
     """Type of the answer, or its media type if it is a download."""
     parameters: Mapping[str, str] = field(default_factory=dict)
-    """What each parameter of the path means."""
+    """The meaning of each parameter of the path."""
     queries: Mapping[str, str] = field(default_factory=dict)
-    """What each optional parameter of the query means."""
+    """The meaning of each optional parameter of the query."""
 
     def route(self) -> Route:
         async def answer(request: Request) -> Response:

@@ -104,7 +104,7 @@ def hashes() -> list[str]:
 
 
 def build() -> str:
-    """Return what differs whenever the files of the page do, so that an open page is loaded anew."""
+    """Return what differs whenever the files of the page do, so that an open page is loaded again."""
     digest = hashlib.sha256()
     for file in sorted(path for path in STATIC.rglob("*") if path.is_file()):
         digest.update(file.read_bytes())

@@ -1,6 +1,6 @@
 """The connections of browsers: how many there are, and how long one may stay without a request.
 
-Uvicorn keeps a connection that never sends anything for ever, so a thousand of them would keep every browser out.
+Uvicorn keeps a connection that never sends anything, so a thousand of them would keep every browser out.
 """
 
 import asyncio

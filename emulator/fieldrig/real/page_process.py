@@ -36,7 +36,7 @@ class PageProcess:
     def __init__(
         self, config: RigConfig, seat: Seat, page: EntryPoint, log: Path | None, overrides: Sequence[str]
     ) -> None:
-        """`log` is its log; without one it writes to the output of this process.  `overrides` are those of the rig file."""
+        """`log` is its log; without one it writes to our output.  `overrides` are those of the rig file."""
         self._config, self._seat, self._page = config, seat, page
         self._pipe, self._own_end = os.pipe()
         line = [str(config.path)]
