@@ -1,16 +1,16 @@
 """The page of a running rig in Debian's Chromium: what the tests and the pictures of the page look at."""
 
+import re
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final, Literal, Self
+from typing import Final, Literal
 
 from playwright.sync_api import Browser, Page, sync_playwright
-from running_rig import RunningRig, until
+from running_rig import RunningRig
 
+from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.testing import free_port
 
 CHROMIUM: Final = shutil.which("chromium")
@@ -20,38 +20,20 @@ QUIET: Final = (
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
 PATIENCE_MS: Final = 60_000
-NO_PAGE: Final = {"FIELDRIG_NO_UI": "1"}
 Role = Literal["operate", "look"]
 
 
 class ServedRig(RunningRig):
-    """A rig that is ready, with a process of its page."""
+    """A rig that is ready, with its page."""
 
     def __init__(self, rig: Path, *options: str, environment: Mapping[str, str] | None = None) -> None:
-        super().__init__(rig, None, *options, environment={**NO_PAGE, **(environment or {})})
+        ui = f"--set=ui.listen=127.0.0.1:{free_port()}"
+        super().__init__(rig, None, ui, *options, environment={NO_PAGE_VARIABLE: "0", **(environment or {})})
         self.until_ready()
-        self._printed = self.folder / "page.out"
-        self._page = self._start_page()
 
     def addresses(self) -> dict[str, str]:
         """Return the addresses of the page with their tokens, by role."""
-        lines = self._printed.read_text().splitlines()
-        return {role: address for role, _, address in (line.partition(": ") for line in lines)}
-
-    def close(self) -> None:
-        self._page.terminate()
-        self._page.wait(timeout=60)
-        super().close()
-
-    def _start_page(self) -> "subprocess.Popen[bytes]":
-        command = [sys.executable, "-m", "fieldrig_page", str(self.file), "--control", self.endpoint]
-        with self._printed.open("wb") as printed:
-            page = subprocess.Popen([*command, "--listen", f"127.0.0.1:{free_port()}"], stdout=printed)
-        until(lambda: "look" in self.addresses())
-        return page
-
-    def __enter__(self) -> Self:
-        return self
+        return dict(re.findall(r"^page to (\w+): +(\S+)$", self.output(), re.MULTILINE))
 
 
 @contextmanager
