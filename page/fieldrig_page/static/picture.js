@@ -55,7 +55,7 @@ function Picture({ graph, life, mayOperate, isSmall }) {
   const rings = Object.values(graph.buses).filter(bus => bus.shape === 'ring');
   return html`<section class="picture" aria-labelledby="picture-title"><h2 id="picture-title">Rig <small>${counts}</small><${Legend} /></h2>
     ${refusal && html`<p class="refusal" role="alert"><b>${refusal.what}</b> ${refusal.remedy}</p>`}
-    <div class=${`grid ${isSmall ? 'large' : ''}`} ref=${host} style=${places ? gridOf(places) : {}}>
+    <div class=${`cards ${isSmall ? 'large' : ''}`} ref=${host} style=${places ? gridOf(places) : {}}>
       ${places && html`${rings.map(bus => html`<${Ring} key=${bus.name} bus=${bus} host=${host} cuts=${life.parts[bus.name]?.cuts || NOTHING} mayOperate=${mayOperate} stamp=${places}
           onCut=${after => act('POST', 'faults', { part: bus.name, what: 'break', after })} onHeal=${number => act('DELETE', `faults/${bus.name}/${number}`)} />`)}
         ${places.strips.map(strip => html`<${Strip} key=${`${strip.bus} ${strip.row} ${strip.first}`} strip=${strip} bus=${graph.buses[strip.bus]} part=${life.parts[strip.bus] || NOTHING} places=${places} />`)}
