@@ -34,12 +34,22 @@ from fieldrig_page.live import Live, Topic
 from fieldrig_page.programs import Programs
 from fieldrig_page.rig_link import RigLink
 from fieldrig_page.rig_state import RigState
+from fieldrig_page.scope.scope import Scope
 from fieldrig_page.traffic import Traffic
 from fieldrig_page.values import Values
 
 STATIC: Final = Path(__file__).parent / "static"
 
-TOPICS: Final[tuple[Callable[[RigLink], Topic], ...]] = (RigState, Life, Fronts, Values, Traffic, Faults, Programs)
+TOPICS: Final[tuple[Callable[[RigLink], Topic], ...]] = (
+    RigState,
+    Life,
+    Fronts,
+    Values,
+    Traffic,
+    Faults,
+    Programs,
+    Scope,
+)
 OPERATIONS: Final[tuple[Callable[[RigLink], Iterable[Operation]], ...]] = (
     rig_api.operations,
     picture_api.operations,

@@ -25,6 +25,8 @@ class MemoryControl:
         self._answers: dict[str, Answer] = {}
         self._listeners: dict[str, list[Callable[[str, bytes], None]]] = {}
         self._streams: list[MemoryStream] = []
+        self._lives: set[str] = set()
+        self._watchers: list[tuple[str, Callable[[str, bool], None]]] = []
 
     @property
     def served(self) -> Collection[str]:
@@ -76,6 +78,30 @@ class MemoryControl:
                 return await asyncio.wait_for(_answer(answer, path, message), timeout_s)
         raise NoAnswerError(f"there is no answer to {path}", "the rig may have been stopped")
 
+    async def ask_bytes(self, path: str, message: Any, timeout_s: float) -> bytes:
+        data: bytes = await asyncio.wait_for(self._answers[path](path.rpartition("/")[2], message), timeout_s)
+        return data
+
+    def outlet(self, path: str) -> "MemoryOutlet":
+        return MemoryOutlet(self, path)
+
+    def show_life(self, path: str) -> Callable[[], None]:
+        name = path.rpartition("/")[2]
+        self._tell_life(path, name, True)
+        return lambda: self._tell_life(path, name, False)
+
+    def watch_life(self, path: str, handler: Callable[[str, bool], None]) -> None:
+        self._watchers.append((path, handler))
+        for life in sorted(self._lives):
+            if _fits(path, life):
+                handler(life.rpartition("/")[2], True)
+
+    def _tell_life(self, path: str, name: str, is_alive: bool) -> None:
+        (self._lives.add if is_alive else self._lives.discard)(path)
+        for pattern, handler in tuple(self._watchers):
+            if _fits(pattern, path):
+                handler(name, is_alive)
+
     async def ask_all(self, path: str, timeout_s: float) -> dict[str, Any]:
         self.asked.append(path)
         star, found = path.split("/").index("*"), {}
@@ -105,6 +131,19 @@ class MemoryStream:
 
     def look(self) -> None:
         self._on_listeners(self._control.has_listeners(self._path))
+
+
+class MemoryOutlet:
+    """What `fieldrig.control.messages.Outlet` is."""
+
+    def __init__(self, control: MemoryControl, path: str) -> None:
+        self._control, self._path = control, path
+
+    def put(self, data: bytes) -> None:
+        self._control.put(self._path, data)
+
+    def end(self) -> None:
+        """Nothing has to be undeclared."""
 
 
 async def _answer(answer: Answer, path: str, message: Any) -> Any:

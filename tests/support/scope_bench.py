@@ -73,10 +73,18 @@ class ScopeBench:
         await page.want(setup)
         return page
 
-    def feed(self, times_ns: Sequence[int], *columns: Sequence[float], lost: int = 0, reader: int = 0) -> None:
-        """Give rows of all signals of a reader."""
-        self.readers[reader].take(rows(times_ns, *columns, lost=lost))
-        if times_ns:
+    def feed(
+        self,
+        times_ns: Sequence[int],
+        *values: Sequence[float],
+        lost: int = 0,
+        reader: int = 0,
+        columns: tuple[int, ...] | None = None,
+    ) -> None:
+        """Give rows of all signals of a reader, or of some, whose process then says that it knows nothing of others."""
+        given = rows(times_ns, *values, lost=lost)
+        self.readers[reader].take(given if columns is None else given._replace(columns=columns))
+        if times_ns and columns is None:
             self.readers[reader].reach(times_ns[-1])
 
 

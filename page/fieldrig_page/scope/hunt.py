@@ -77,29 +77,24 @@ class Hunt:
         """Whether the rest of a picture is awaited."""
         return self._picture is not None
 
-    def look(self, track: Track, now_s: float) -> None:
-        """Look at the new rows of a track."""
+    def look(self, now_s: float) -> None:
+        """Look at what is new, and wait no longer for processes that have fallen silent."""
         if self._picture is not None:
             self._finish(now_s)
-        if track is self._track:
-            self._search(track, now_s)
+        if self._track is not None:
+            self._search(self._track, now_s)
 
     def strike(self, hit: Hit, now_s: float) -> None:
         """Take a hit that is no value of a signal: a message or a fault."""
         if self._picture is None and not self.is_done:
             self._begin(hit, now_s)
 
-    def tick(self, now_s: float) -> None:
-        """Wait no longer for processes that have fallen silent."""
-        if self._picture is not None:
-            self._finish(now_s)
-            if self._track is not None:
-                self._search(self._track, now_s)
-
     def _search(self, track: Track, now_s: float) -> None:
         if track.epoch != self._epoch:
             self._epoch, self._next, self._picture = track.epoch, track.base, None
-        while self._picture is None and not self.is_done and self._range is not None and self._signal is not None:
+        if self._range is None or self._signal is None:
+            return
+        while self._picture is None and not self.is_done and self._next < track.end:
             hit = self._range.first(track, self._signal.column, self._next, track.end)
             if hit is None:
                 self._next = track.end

@@ -38,8 +38,8 @@ OnProgress = Callable[[], None]
 class Signal:
     """A signal that is recorded: what it is, and where its samples are."""
 
-    def __init__(self, name: str, rhythm: Rhythm) -> None:
-        self.name, self.rhythm = name, rhythm
+    def __init__(self, name: str, rhythm: Rhythm, *, is_wire: bool) -> None:
+        self.name, self.rhythm, self._is_wire = name, rhythm, is_wire
         self.kind, self.unit = "", ""
         self.states: Sequence[str] = ()
         self.trouble: RigError | None = None
@@ -51,7 +51,7 @@ class Signal:
     @property
     def holds(self) -> bool:
         """Whether a value holds until the next one, as of a wire or a state, and is drawn so."""
-        return self.rhythm == "change" or self.kind in ("truth", "text")
+        return self._is_wire or self.rhythm == "change" or self.kind in ("truth", "text")
 
 
 class _Recording:
@@ -64,9 +64,10 @@ class _Recording:
         self._rhythm, self._on_rows, self._on_progress = rhythm, on_rows, on_progress
 
     def take(self, rows: Any) -> None:
-        if self._rhythm == "change" and not rows.times_ns:
-            for track in self._tracks.values():
-                track.lose(rows.lost)  # of which of them, nobody knows
+        if not rows.times_ns:  # changes of one of these are lost, and nobody knows of which
+            for columns, track in self._tracks.items():
+                if not set(columns).isdisjoint(rows.columns):
+                    track.lose(rows.lost)
             return
         track = self._tracks.get(rows.columns) or self._track(rows.columns)
         self._on_rows(track, track.add(rows))
@@ -88,7 +89,7 @@ class Recordings:
     """Call it in the thread of the event loop."""
 
     def __init__(self, make_reader: MakeReader, buses: Iterable[str] = ()) -> None:
-        """`buses` are the parts whose signals `auto` records at each change."""
+        """`buses` are the parts whose signals are wires, whose values hold until the next one."""
         self._make_reader, self._buses = make_reader, frozenset(buses)
         self._signals: dict[tuple[str, Rhythm], Signal] = {}
         self._recordings: list[_Recording] = []
@@ -96,23 +97,18 @@ class Recordings:
         self.on_rows: list[OnRows] = []
         self.on_progress: list[OnProgress] = []
 
-    def rhythm_of(self, name: str, rhythm: Rhythm) -> Rhythm:
-        if rhythm != "auto":
-            return rhythm
-        return "change" if name.partition("/")[0] in self._buses else "cycle"
-
     def want(self, user: Hashable, names: Sequence[str], rhythm: Rhythm) -> dict[str, Signal]:
         """Record these signals for a user from now on, and no others, and return them by name."""
-        keys = [(name, self.rhythm_of(name, rhythm)) for name in names]
-        missing = [key for key in keys if key not in self._signals]
-        for key in missing:
-            self._signals[key] = Signal(*key)
-        wanted = {name: self._signals[name, found] for name, found in keys}
+        missing = [name for name in names if (name, rhythm) not in self._signals]
+        for name in missing:
+            is_wire = name.partition("/")[0] in self._buses
+            self._signals[name, rhythm] = Signal(name, rhythm, is_wire=is_wire)
+        wanted = {name: self._signals[name, rhythm] for name in names}
         self._leave(user, wanted.values())
         for signal in wanted.values():
             signal.users.add(user)
-        for found in dict.fromkeys(found for _, found in missing):
-            self._start(self._begin([self._signals[key] for key in missing if key[1] == found], found))
+        if missing:
+            self._start(self._begin([wanted[name] for name in missing], rhythm))
         return wanted
 
     def forget(self, user: Hashable) -> None:

@@ -97,7 +97,7 @@ class Session:
         self._caught: Capture | None = None
         """The newest capture of this scope."""
         self._stopped: Capture | None = None
-        self._trouble = ""
+        self._trouble: RigError | None = None
         self.hits = 0
         self.messages_lost = 0
         """Messages of a bus that did not get here, so that a trigger by a message may have missed one."""
@@ -112,7 +112,7 @@ class Session:
         before, self._wish, self._is_whole = self._wish, wish, True
         self._signals = self._recordings.want(self._user, wish.setup.all_signals, wish.setup.rhythm)
         if before is None or _hunted(before) != _hunted(wish):
-            self._hunt, self._caught, self._trouble, self.hits = None, None, "", 0
+            self._hunt, self._caught, self._trouble, self.hits = None, None, None, 0
             self._arm()
         if not wish.is_stopped:
             self._stopped = None
@@ -125,12 +125,12 @@ class Session:
         if self._hunt is None:
             self._arm(track, first)
         if self._hunt is not None:
-            self._hunt.look(track, self._now_s())
+            self._hunt.look(self._now_s())
 
     def tick(self) -> None:
         """Look whether a picture is complete now."""
         if self._hunt is not None:
-            self._hunt.tick(self._now_s())
+            self._hunt.look(self._now_s())
 
     def strike(self, hit: Hit) -> None:
         """Take a hit of a trigger that is no signal."""
@@ -148,10 +148,10 @@ class Session:
         return self._caught
 
     @property
-    def trouble(self) -> str:
+    def trouble(self) -> RigError | None:
         """Why the trigger cannot be armed, or a signal not be recorded."""
         wrong = [signal.trouble for signal in self._signals.values() if signal.trouble is not None]
-        return self._trouble or (str(wrong[0]) if wrong else "")
+        return self._trouble or (wrong[0] if wrong else None)
 
     def frame(self) -> dict[str, Any] | None:
         """Return what the page does not have yet; None if it has everything."""
@@ -198,7 +198,13 @@ class Session:
     def _arm(self, track: Track | None = None, first: int = 0) -> None:
         """Begin the hunt, once the trigger's signal is known: with the new rows of a track, or with the next."""
         wish = self._wish
-        if wish is None or wish.is_stopped or wish.setup.trigger is None or wish.setup.mode == "run" or self._trouble:
+        if (
+            wish is None
+            or wish.is_stopped
+            or wish.setup.trigger is None
+            or wish.setup.mode == "run"
+            or self._trouble is not None
+        ):
             return
         signal = self._signals.get(wish.setup.trigger.signal)
         if wish.setup.trigger.signal and (signal is None or signal.track is None):
@@ -206,7 +212,7 @@ class Session:
         try:
             self._hunt = Hunt(wish.setup, self._signals, self._on_caught, {} if track is None else {id(track): first})
         except RigError as wrong:
-            self._trouble = str(wrong)
+            self._trouble = wrong
 
     def _on_caught(self, hit: Hit, first_ns: int, end_ns: int, traces: dict[str, Trace]) -> None:
         if self._wish is not None:
@@ -236,13 +242,11 @@ class Session:
         bucket_ns = max(wish.setup.window_ns // wish.pixels, 1)
         count = -(-wish.setup.window_ns // bucket_ns)
         end = max((track.known_ns // bucket_ns for track, _ in tracks), default=0)
-        shape = (
-            "live",
-            [(id(track), track.epoch, tuple(numbers), track.lost, track.pauses) for track, numbers in tracks],
-        )
+        news = [(id(track), track.epoch, tuple(numbers), track.lost, track.pauses) for track, numbers in tracks]
+        facts = [(signal.kind, len(signal.states), signal.trouble is None) for signal in self._signals.values()]
+        self._begin_whole(("live", news, facts))
         if any(self._sent.get(id(track), end) < end - count for track, _ in tracks):
-            self._is_whole = True  # so much is new that the page has nothing to go on from
-        self._begin_whole(shape)
+            self._is_whole, self._sent = True, {}  # so much is new that the page has nothing to go on from
         parts = []
         for track, numbers in tracks:
             known = track.known_ns // bucket_ns
@@ -329,7 +333,7 @@ class Session:
             "state": self._word(wish, capture),
             "hits": self.hits,
             "messages_lost": self.messages_lost,
-            "trouble": self.trouble,
+            "trouble": "" if self.trouble is None else str(self.trouble),
             "lost": lost,
             "pauses": pauses,
             "capture": None if capture is None else self._about(capture),

@@ -9,7 +9,7 @@ from fieldrig.outside.untrusted import MalformedError, items, shown, typed
 from fieldrig_page.scope.triggers import LONGEST_TEXT, ON_SIGNALS, Trigger, read_trigger
 
 Mode = Literal["run", "auto", "normal", "single"]
-Rhythm = Literal["auto", "cycle", "change"] | int
+Rhythm = Literal["cycle", "change"] | int
 
 MODES: Final[tuple[str, ...]] = get_args(Mode)
 MOST_DRAWN: Final = 32
@@ -27,11 +27,9 @@ class Setup(NamedTuple):
     """The signals that are drawn, from top to bottom."""
     recorded: tuple[str, ...] = ()
     """Further signals that are recorded, and go into captures and exports."""
-    rhythm: Rhythm = "auto"
-    """When a value is taken: at the end of each cycle, at each change, or with a period in nanoseconds.
-
-    `auto` takes wires at each change, and values of devices at the end of each cycle.
-    """
+    rhythm: Rhythm = "cycle"
+    """When a value is taken: at the end of each cycle of its device, and of wires at each change; at each change of all
+    signals; or with a period in nanoseconds."""
     window_ns: int = 10 * S
     before: float = 0.5
     """Part of the window before the trigger, 0 to 1."""
@@ -91,15 +89,13 @@ def _names(data: dict[str, Any], key: str, most: int) -> tuple[str, ...]:
 
 def _rhythm(value: Any) -> Rhythm:
     match value:
-        case "auto":
-            return "auto"
         case "cycle":
             return "cycle"
         case "change":
             return "change"
     if isinstance(value, int | float) and not isinstance(value, bool):
         return _within(value, PERIOD_NS, "rhythm")
-    raise MalformedError(f"rhythm: expected auto, cycle, change or a period in ns, found {shown(value)}")
+    raise MalformedError(f"rhythm: expected cycle, change or a period in ns, found {shown(value)}")
 
 
 def _within(value: Any, limits: tuple[int, int], key: str) -> int:

@@ -141,7 +141,6 @@ async def test_a_wrong_signal_is_said_and_takes_nothing_from_the_others() -> Non
 async def test_a_wire_holds_its_value_until_what_is_known() -> None:
     bench = ScopeBench()
     page = await bench.page(signals=["wires/lamp"], window_ns=100 * MS)
-    assert bench.readers[0].rhythm == "change"
     bench.feed([0], [1.0])
     bench.readers[0].reach(150 * MS)
     page.look()
@@ -169,8 +168,8 @@ async def test_stop_keeps_all_that_there_is_to_look_around_in() -> None:
 async def test_another_process_that_is_silent_is_not_awaited_for_ever() -> None:
     bench = ScopeBench()
     page = await bench.page(signals=["io/a", "wires/lamp"], window_ns=20 * MS, mode="single", trigger=RISING)
-    bench.feed([0], [1.0], reader=1)
-    bench.feed([t * MS for t in range(50)], [float(t == 20) for t in range(50)])
+    bench.feed([0], [1.0], columns=(1,))
+    bench.feed([t * MS for t in range(50)], [float(t == 20) for t in range(50)], columns=(0,))
     page.look()
     assert page.status["state"] == "triggered"
     bench.now_s = 2.0
@@ -232,3 +231,17 @@ async def test_time_that_begins_anew_is_drawn_anew() -> None:
 def test_what_is_no_wish_is_refused(wish: Any, wrong: str) -> None:
     with pytest.raises(MalformedError, match=wrong):
         read_wish(wish)
+
+
+@in_loop
+async def test_lost_changes_of_a_wire_leave_it_unknown_until_the_next_one() -> None:
+    bench = ScopeBench()
+    page = await bench.page(signals=["wires/a"], window_ns=100 * MS)
+    bench.feed([0], [1.0])
+    bench.feed([], [], lost=2)
+    bench.readers[0].reach(60 * MS)
+    bench.feed([60 * MS], [3.0])
+    bench.readers[0].reach(100 * MS)
+    page.look()
+    assert isnan(page.high[0][50])
+    assert page.status["lost"] == [2]
