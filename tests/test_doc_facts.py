@@ -121,7 +121,7 @@ OTHER_SECTIONS: Mapping[str, Models] = {
     "Keys of a TCP service fault": tcp_faults.MODELS,
     "Keys of a relay fault": ip_faults.MODELS,
     "Keys of a Modbus fault": modbus_faults.MODELS,
-    "Keys of a serial fault": serial_faults.MODELS,
+    "Keys of a serial fault": serial_faults.TCP_MODELS,
     "Keys of a fault of wires": wire_faults.MODELS,
     "Keys of a DualPort fault": dualport_faults.MODELS,
     "Keys of a ring fault": faults.models_of(RingFault),

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import logging
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Iterable
@@ -9,7 +10,7 @@ from typing import Any, cast
 
 from pydantic import Field
 
-from fieldrig.bus import Hub, Port
+from fieldrig.bus import Doors, Hub, Port, Refusal
 from fieldrig.errors import BusError
 from fieldrig.link import Link
 from fieldrig.loop.pace import Pace
@@ -18,6 +19,8 @@ from fieldrig.outside.limits import Door, Limits
 from fieldrig.outside.portions import MOST_AT_ONCE, Hold, Portions
 from fieldrig.settings import Address, Settings
 from fieldrig_bus.browsers import FirstLine
+
+log = logging.getLogger(__name__)
 
 MOST_UNREAD = 256 * 1024
 """Bytes kept for a client that does not read; data beyond that is lost to it."""
@@ -130,6 +133,10 @@ class TcpServer:
         """True while nothing is read from any client."""
         self._make = make
         self._server: asyncio.Server | None = None
+        self._port: int | None = None
+        """The port on which it has listened; a server that was never opened has none."""
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._coming_back: asyncio.Task[None] | None = None
         self._timer: asyncio.TimerHandle | None = None
 
     @property
@@ -137,13 +144,18 @@ class TcpServer:
         """The port on which it listens; while it is closed, the configured one."""
         if self._server is not None and self._server.sockets:
             return int(self._server.sockets[0].getsockname()[1])
-        return split_address(self.address)[1]
+        return split_address(self.address)[1] if self._port is None else self._port
 
     async def open(self, pace: Pace | None = None) -> None:
         """Listen, and read at this pace.  BusError, with its remedy, if the address is not available."""
-        host, port = split_address(self.address)
-        loop = asyncio.get_running_loop()
         self.pace = pace
+        self._loop = asyncio.get_running_loop()
+        await self._listen()
+        self._port = self.port
+
+    async def _listen(self) -> None:
+        host, port = split_address(self.address)[0], self.port
+        loop = asyncio.get_running_loop()
         try:
             self._server = await loop.create_server(lambda: _Entrance(self), host, port)
         except OSError as cause:
@@ -174,18 +186,36 @@ class TcpServer:
             self._server.close()
             self._server = None
 
+    def refuse(self, is_on: bool) -> None:
+        """Have the system refuse new connections, or listen again; those that there are stay open."""
+        if self._coming_back is not None:
+            self._coming_back.cancel()
+            self._coming_back = None
+        if is_on:
+            self.stop_listening()
+        elif self._server is None and self._loop is not None:
+            self._coming_back = self._loop.create_task(self._come_back())
+
+    async def _come_back(self) -> None:
+        try:
+            await self._listen()
+        except BusError as cause:  # another program has taken the port meanwhile
+            log.warning("%s; %s", cause.what, cause.remedy)
+
     async def close(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        if self._server is None:
-            return
-        self._server.close()
+        if self._coming_back is not None:
+            await cancel(self._coming_back)
+        server, self._server = self._server, None
+        if server is not None:
+            server.close()
         connections = list(self.connections)
         for connection in connections:
             connection.transport.abort()
         await asyncio.gather(*(connection.lost for connection in connections))
-        await self._server.wait_closed()
-        self._server = None
+        if server is not None:
+            await server.wait_closed()
 
     def _watch_the_silent(self) -> None:
         due_s = self.door.next_s()
@@ -219,6 +249,15 @@ class ServingPort(Port):
     def hold(self, is_held: bool) -> None:
         for server in self.servers():
             server.hold(is_held)
+
+    def meet(self, doors: Doors) -> None:
+        """Let a fault have its effect on the clients."""
+        for server in self.servers():
+            if isinstance(doors, Refusal):
+                server.refuse(doors.is_on)
+            else:
+                for connection in server.connections:
+                    connection.transport.close()
 
     def statistics(self) -> dict[str, float]:
         figures: dict[str, float] = {}

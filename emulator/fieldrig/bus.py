@@ -47,6 +47,22 @@ class Reading(NamedTuple):
     unit: str
 
 
+class Refusal(NamedTuple):
+    """New connections of outside clients are refused from now on, or no longer."""
+
+    is_on: bool
+    service: str | None = None
+    """The only service that it concerns; None for all."""
+
+
+class CutOff(NamedTuple):
+    """The connections of outside clients are closed now."""
+
+
+Doors = Refusal | CutOff
+"""The effect of a fault on the ports of a bus, which the model cannot have itself."""
+
+
 class BusModel(ABC, Generic[M]):
     """The medium as a function of time.  It reads no clock, and the same calls give the same deliveries.
 
@@ -121,6 +137,9 @@ class BusModel(ABC, Generic[M]):
         """Return the messages that stand until the next one of the same signal, as those on wires do, by its name."""
         return {}
 
+    def on_doors(self, call: Callable[[Doors], None]) -> None:
+        """Call `call` with the effects of faults on the ports, beginning with those that are on."""
+
 
 class Hub(Protocol):
     """A hub as the ports of its model bus see it, in real time."""
@@ -139,6 +158,9 @@ class Hub(Protocol):
 
     def waiting(self, member: str) -> int:
         """Return how many messages of a member wait on the medium, so that its client may have to wait too."""
+
+    def on_doors(self, call: Callable[[Doors], None]) -> None:
+        """Call `call` with the effects of faults on the ports of this bus, as events of their own."""
 
     def path(self, name: str) -> Path:
         """Return a path in the rig's run folder, and make its folder."""

@@ -161,6 +161,9 @@ class Members:
     def waiting(self, member: str) -> int:
         return 0
 
+    def on_doors(self, call: Any) -> None:
+        raise NotImplementedError
+
     def path(self, name: str) -> Any:
         raise NotImplementedError
 

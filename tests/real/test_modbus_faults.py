@@ -63,6 +63,24 @@ def check(found: Any, wanted: Any) -> None:
     assert found == wanted
 
 
+def is_reached(bench: RealBench) -> bool:
+    try:
+        bench.connect()
+    except ConnectionRefusedError:
+        return False
+    return True
+
+
+def test_a_connection_is_refused_by_the_system_while_the_fault_is_on() -> None:
+    with real_bench(tcp_bus()) as bench:
+        number = bench.hub.add_fault({"what": "refuse"})
+        with pytest.raises(ConnectionRefusedError):
+            bench.connect()
+        bench.hub.clear_fault(number)
+        bench.pump(lambda: is_reached(bench))
+        at_pymodbus(bench, lambda client: check(read(client), [0x22B, 0, 100]))
+
+
 def test_a_refused_connection_is_closed_before_the_first_request() -> None:
     with real_bench(tcp_bus(faults=[{"what": "refuse", "count": 1}])) as bench:
         assert bench.connect().read_end() == b""

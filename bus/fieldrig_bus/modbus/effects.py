@@ -126,6 +126,11 @@ class ModbusEffects(Effects[OnModbus]):
             return self._replaced(settings, delivery, message)
         return self._damaged(settings, delivery, message)
 
+    def turn(self, fault: Fault[Any], now_ns: int, is_on: bool) -> list[Delivery[OnModbus]]:
+        if isinstance(fault.settings, faults.Refuse) and fault.settings.is_for_each:
+            self.refuse(fault, is_on)
+        return []
+
     # ---- parts
 
     def _is_there(self, settings: faults.ModbusWhere, client: str, delivery: Delivery[Any], asked: bytes) -> bool:

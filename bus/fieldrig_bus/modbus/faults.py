@@ -124,7 +124,7 @@ class Cut(ModbusWhere):
 
 
 class Refuse(Repeated):
-    """New connections are closed at once (TCP)."""
+    """New connections are refused; with `nth`, `count` or `probability` they are closed at once (TCP)."""
 
     what: Literal["refuse"]
 

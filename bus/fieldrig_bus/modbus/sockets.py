@@ -133,6 +133,7 @@ class MastersPort(ServingPort):
         masters = Masters(self._address, lambda masters: self._make(masters, hub), self._most, self._idle_s)
         await masters.open(hub.pace)
         self._masters = masters
+        hub.on_doors(self.meet)
 
     def servers(self) -> Iterable[TcpServer]:
         return () if self._masters is None else (self._masters,)

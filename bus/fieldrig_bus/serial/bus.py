@@ -1,6 +1,7 @@
 """`SerialBus`: what all serial lines have in common, and their settings."""
 
-from typing import Any, ClassVar, Literal
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
@@ -9,12 +10,21 @@ from fieldrig.clock import US
 from fieldrig.settings import Settings
 from fieldrig_bus.net import HubSettings
 from fieldrig_bus.serial import codec
-from fieldrig_bus.serial.faults import MODELS, SerialEffects, SerialFault
+from fieldrig_bus.serial.faults import (
+    MODELS,
+    TCP_MODELS,
+    SerialEffects,
+    SerialFault,
+    SerialTcpEffects,
+    SerialTcpFault,
+)
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage, check_interest, check_sent
 from fieldrig_bus.serial.model import SerialModel
 from fieldrig_bus.serial.urlhandler import register
 
 register()
+
+FAULTS: Final = "faults from the start"
 
 
 class SerialSettings(Settings):
@@ -30,7 +40,6 @@ class SerialSettings(Settings):
     chunk_us: int = Field(
         default=2000, ge=1, description="longest duration of a chunk in which bytes arrive; a longer byte arrives alone"
     )
-    faults: list[SerialFault] = Field(default_factory=list, description="faults from the start")
     garbling: bool = Field(default=False, description="an end whose format differs from the sender's receives garbage")
 
     @property
@@ -42,6 +51,14 @@ class SerialHubSettings(HubSettings, SerialSettings):
     pass
 
 
+class LineFaults(Settings):
+    faults: list[SerialFault] = Field(default_factory=list, description=FAULTS)
+
+
+class TcpLineFaults(Settings):
+    faults: list[SerialTcpFault] = Field(default_factory=list, description=FAULTS)
+
+
 class SerialBus(ModelBus[SerialMessage]):
     """A serial line; all serial buses are subclasses."""
 
@@ -49,7 +66,7 @@ class SerialBus(ModelBus[SerialMessage]):
     notes_faults: ClassVar[bool] = True
     messages: ClassVar[tuple[type, ...]] = (bytes, ControlLines, Format, Break)
     times: ClassVar[frozenset[Time]] = frozenset({"real", "virtual"})
-    fault_models = MODELS
+    fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
     settings: Any
 
     encode = staticmethod(codec.encode)
@@ -63,4 +80,5 @@ class SerialBus(ModelBus[SerialMessage]):
         return SerialModel(settings.format, settings.chunk_us * US, settings.paced, settings.garbling)
 
     def effects(self) -> SerialEffects:
-        return SerialEffects(self.settings.faults)
+        effects = SerialTcpEffects if self.fault_models is TCP_MODELS else SerialEffects
+        return effects(self.settings.faults)

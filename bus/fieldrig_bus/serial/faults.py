@@ -3,13 +3,13 @@
 Bytes travel in chunks (`model`); a fault that says how often it applies counts chunks.
 """
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Mapping
 from random import Random
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fieldrig.bus import Delivery
+from fieldrig.bus import CutOff, Delivery
 from fieldrig.clock import MS
 from fieldrig.faults import faults
 from fieldrig.faults.disturbed import Effects, Struck
@@ -122,16 +122,31 @@ class Unplugged(Timed):
     what: Literal["unplugged"]
 
 
-SerialFault = Annotated[
-    Drop | Delay | Duplicate | Replace | Garbage | Noise | LoseBytes | WrongBaud | LineBreak | Stuck | Unplugged,
-    Field(discriminator="what"),
-]
+class Cut(OfChunks):
+    """The connection of the client is closed when the next bytes pass, which are lost (TCP)."""
+
+    what: Literal["cut"]
+
+
+class Refuse(Timed):
+    """New connections are refused (TCP)."""
+
+    what: Literal["refuse"]
+
+
+_OnAnyLine = (
+    Drop | Delay | Duplicate | Replace | Garbage | Noise | LoseBytes | WrongBaud | LineBreak | Stuck | Unplugged
+)
+SerialFault = Annotated[_OnAnyLine, Field(discriminator="what")]
+SerialTcpFault = Annotated[_OnAnyLine | Cut | Refuse, Field(discriminator="what")]
 MODELS: Final = faults.models_of(SerialFault)
+TCP_MODELS: Final = faults.models_of(SerialTcpFault)
+"""The faults of a line with an end on a TCP port."""
 _OFF: Final = ControlLines(dtr=False, rts=False, ri=False, dcd=False)
 
 
 class SerialEffects(Effects[SerialMessage]):
-    models = MODELS
+    models: ClassVar[Mapping[str, type[Timed]]] = MODELS
     medium: SerialModel
     turns_are_struck = False
 
@@ -151,7 +166,7 @@ class SerialEffects(Effects[SerialMessage]):
         message = delivery.message
         if isinstance(settings, Unplugged):
             return message != _OFF
-        if type(message) is not bytes or not delivery.receivers:
+        if isinstance(settings, Refuse) or type(message) is not bytes or not delivery.receivers:
             return False
         return settings.end in (None, delivery.sender)
 
@@ -164,6 +179,9 @@ class SerialEffects(Effects[SerialMessage]):
         match settings:
             case Drop() | Stuck() | LineBreak():
                 return Struck([], f"{len(data)} bytes lost")
+            case Cut():
+                self.tell(CutOff())
+                return Struck([], "connection cut")
             case Delay(delay_ms=delay_ms):
                 return Struck([delivery._replace(time_ns=delivery.time_ns + round(delay_ms * MS))], "delayed")
             case Duplicate():
@@ -191,6 +209,8 @@ class SerialEffects(Effects[SerialMessage]):
                 return self._held(fault, now_ns, end, round(duration_ms or LONGEST_BREAK_MS))
             case Unplugged():
                 return self._plugged(fault, now_ns, is_on)
+            case Refuse():
+                self.refuse(fault, is_on)
         return []
 
     def _held(self, fault: Fault[Any], now_ns: int, end: str | None, duration_ms: int) -> list[Delivery[SerialMessage]]:
@@ -218,3 +238,9 @@ class SerialEffects(Effects[SerialMessage]):
     def _as(self, delivery: Delivery[Any], data: bytes, what: str) -> Struck[SerialMessage]:
         """Bytes that chance leaves as they are arrive; none at all are no delivery."""
         return Struck([delivery._replace(message=data)] if data else [], what)
+
+
+class SerialTcpEffects(SerialEffects):
+    """The same, and those on the connections of the end on a TCP port."""
+
+    models = TCP_MODELS

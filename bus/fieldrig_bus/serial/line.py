@@ -14,15 +14,16 @@ from pydantic import Field
 from fieldrig.bus import Port, Time
 from fieldrig.device import WayIn
 from fieldrig.settings import Address, RunPath
-from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings, SerialSettings
+from fieldrig_bus.serial.bus import LineFaults, SerialBus, SerialHubSettings, SerialSettings, TcpLineFaults
+from fieldrig_bus.serial.faults import TCP_MODELS
 from fieldrig_bus.serial.program import ProgramPort
 from fieldrig_bus.serial.pty import PtyPort, SerialPtySettings
 from fieldrig_bus.serial.tcp import SerialTcpSettings, TcpPort
 
-_HERE = frozenset({"path", "listen"})
+_HERE = frozenset({"path", "listen", "faults"})
 
 
-class SerialVirtualSettings(SerialSettings):
+class SerialVirtualSettings(SerialSettings, TcpLineFaults):
     path: RunPath | None = Field(
         default=None, description="path in the run folder where a program in virtual time opens the line"
     )
@@ -32,6 +33,7 @@ class SerialVirtualSettings(SerialSettings):
 class SerialVirtual(SerialBus):
     about: ClassVar[str] = "a serial line between devices, in virtual time"
     times: ClassVar[frozenset[Time]] = frozenset({"virtual"})
+    fault_models = TCP_MODELS
 
     def __init__(self, name: str, settings: SerialVirtualSettings) -> None:
         super().__init__(name, settings)
@@ -56,10 +58,14 @@ class SerialVirtual(SerialBus):
         return ProgramPort(url, self.settings)
 
 
+class SerialLineSettings(SerialHubSettings, LineFaults):
+    pass
+
+
 class SerialLine(SerialBus):
     about: ClassVar[str] = "a serial line between devices, in real time"
 
-    def __init__(self, name: str, settings: SerialHubSettings) -> None:
+    def __init__(self, name: str, settings: SerialLineSettings) -> None:
         super().__init__(name, settings)
 
     def program_port(self, url: str) -> Port:

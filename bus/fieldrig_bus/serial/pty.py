@@ -25,7 +25,7 @@ from fieldrig.device import Tool, WayIn
 from fieldrig.settings import RunPath
 from fieldrig_bus.net import join_as_client
 from fieldrig_bus.pty import Terminal, terminal
-from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings, SerialSettings
+from fieldrig_bus.serial.bus import LineFaults, SerialBus, SerialHubSettings, SerialSettings
 from fieldrig_bus.serial.end import OFF, LineEnd
 
 OFF_NS = 250 * MS
@@ -38,7 +38,7 @@ AFTER_LAST_NS = 1 * MS
 """Time from the last byte of a program until its lines go off."""
 
 
-class SerialPtySettings(SerialHubSettings):
+class SerialPtySettings(SerialHubSettings, LineFaults):
     path: RunPath | None = Field(default=None, description="path of the link to the pty, in the run folder")
 
 

@@ -13,19 +13,22 @@ from fieldrig.bus import Hub, Port
 from fieldrig.device import Tool, WayIn
 from fieldrig.settings import Address
 from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
-from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings
+from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings, TcpLineFaults
 from fieldrig_bus.serial.com_port import ComPort
 from fieldrig_bus.serial.end import LineEnd
+from fieldrig_bus.serial.faults import TCP_MODELS
 from fieldrig_bus.serial.message import ControlLines, SerialMessage
 from fieldrig_bus.serial.outside import ClientPlace
 
 
-class SerialRfc2217Settings(SerialHubSettings):
+class SerialRfc2217Settings(SerialHubSettings, TcpLineFaults):
     listen: Address = Field(description="host:port where a client connects")
 
 
 class SerialRfc2217(SerialBus):
     about: ClassVar[str] = "a serial line with one end on a TCP port, with control lines (RFC 2217)"
+
+    fault_models = TCP_MODELS
 
     def __init__(self, name: str, settings: SerialRfc2217Settings) -> None:
         super().__init__(name, settings)
@@ -62,6 +65,7 @@ class Rfc2217Port(ServingPort):
         self._end.hang_up()
         link.on_receive(self._on_line, ("data", "lines", "break"))
         await self.place.open(hub.pace)
+        hub.on_doors(self.meet)
 
     def servers(self) -> Iterable[TcpServer]:
         return (self.place.server,)

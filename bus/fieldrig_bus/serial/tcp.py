@@ -15,12 +15,13 @@ from fieldrig.bus import Hub, Port
 from fieldrig.device import Tool, WayIn
 from fieldrig.settings import Address
 from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
-from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings
+from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings, TcpLineFaults
 from fieldrig_bus.serial.end import LineEnd
+from fieldrig_bus.serial.faults import TCP_MODELS
 from fieldrig_bus.serial.outside import ClientPlace
 
 
-class SerialTcpSettings(SerialHubSettings):
+class SerialTcpSettings(SerialHubSettings, TcpLineFaults):
     listen: Address | None = Field(default=None, description="host:port where a client connects")
     dial: Address | None = Field(
         default=None, description="host:port of a serial server to connect to, instead of listening"
@@ -35,6 +36,8 @@ class SerialTcpSettings(SerialHubSettings):
 
 class SerialTcp(SerialBus):
     about: ClassVar[str] = "a serial line with one end on a TCP port (raw)"
+
+    fault_models = TCP_MODELS
 
     def __init__(self, name: str, settings: SerialTcpSettings) -> None:
         super().__init__(name, settings)
@@ -69,6 +72,7 @@ class TcpPort(ServingPort):
         self._end.hang_up()
         link.on_receive(self.place.write)
         await self.place.open(hub.pace)
+        hub.on_doors(self.meet)
 
     def servers(self) -> Iterable[TcpServer]:
         return (self.place.server,)

@@ -16,7 +16,7 @@ from fieldrig_bus.tcp.model import TcpModel
 
 
 class Refuse(Repeated):
-    """New connections are closed at once."""
+    """New connections are refused; with `nth`, `count` or `probability` they are closed at once."""
 
     what: Literal["refuse"]
     service: str | None = Field(default=None, description="name of the service; left out: any")
@@ -62,3 +62,8 @@ class TcpEffects(Effects[OnTcp]):
         if owner is not None:
             self.medium.submit(delivery.time_ns, owner, Close(message.connection))
         return Struck([], "refused" if isinstance(settings, Refuse) else "connection cut")
+
+    def turn(self, fault: Fault[Any], now_ns: int, is_on: bool) -> list[Delivery[OnTcp]]:
+        if isinstance(fault.settings, Refuse) and fault.settings.is_for_each:
+            self.refuse(fault, is_on, fault.settings.service)
+        return []

@@ -7,7 +7,7 @@ from collections.abc import Callable, Coroutine, Iterable, Mapping
 from ipaddress import ip_address
 from typing import Any, Final
 
-from fieldrig.bus import Hub
+from fieldrig.bus import Doors, Hub, Refusal
 from fieldrig.errors import BusError
 from fieldrig.link import Link
 from fieldrig.outside.limits import Limits
@@ -77,6 +77,7 @@ class TcpPort(ServingPort):
         self._link.on_receive(self._on_message)
         for server in self._servers.values():
             await server.open(hub.pace)
+        hub.on_doors(self.meet)
 
     async def close(self) -> None:
         for task in self._tasks:
@@ -106,6 +107,12 @@ class TcpPort(ServingPort):
 
     def servers(self) -> Iterable[TcpServer]:
         return (*self._servers.values(), *self._extra.values())
+
+    def meet(self, doors: Doors) -> None:
+        if isinstance(doors, Refusal):
+            for service, server in self._servers.items():
+                if doors.service in (None, service):
+                    server.refuse(doors.is_on)
 
     def left(self, number: int) -> None:
         if self._connections.pop(number, None) is not None:

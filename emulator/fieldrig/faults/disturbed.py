@@ -6,12 +6,12 @@ a bus without faults costs nothing more.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from heapq import heappop, heappush
 from random import Random
 from typing import Any, ClassVar, Final, Generic, NamedTuple, TypeVar
 
-from fieldrig.bus import BusModel, Delivery, ModelBus
+from fieldrig.bus import BusModel, Delivery, Doors, ModelBus, Refusal
 from fieldrig.clock import NEVER_NS
 from fieldrig.faults.faults import Fault, Faults, Timed, fault_of
 from fieldrig.faults.note import FaultNote
@@ -40,6 +40,32 @@ class Effects(ABC, Generic[M]):
     def __init__(self, given: Iterable[Timed] = ()) -> None:
         """`given` are the faults that the bus has from the start."""
         self.given = tuple(given)
+        self._doors: list[Callable[[Doors], None]] = []
+        self._refusing: dict[int, Refusal] = {}
+
+    def on_doors(self, call: Callable[[Doors], None]) -> None:
+        """Call `call` with the effects on ports, beginning with those that are on."""
+        self._doors.append(call)
+        for refusal in self._refusing.values():
+            call(refusal)
+
+    def refuse(self, fault: Fault[Any], is_on: bool, service: str | None = None) -> None:
+        """Refuse new connections for a fault from now on, or no longer."""
+        if is_on:
+            fault.applied = 1
+            self._refusing[fault.number] = Refusal(True, service)
+        elif self._refusing.pop(fault.number, None) is None:
+            return
+        others = {refusal.service for refusal in self._refusing.values()}
+        if is_on or not others & {None, service}:
+            self.tell(Refusal(is_on, service))
+        for other in others - {None} if not is_on and None not in others else ():
+            self.tell(Refusal(True, other))
+
+    def tell(self, doors: Doors) -> None:
+        """Have an effect on the ports."""
+        for call in self._doors:
+            call(doors)
 
     def begin(self, medium: BusModel[M], random: Random) -> None:
         """Begin with the model under the faults."""
@@ -152,6 +178,9 @@ class Disturbed(BusModel[M]):
     def given(self) -> int:
         """The highest number of a fault so far."""
         return self._faults.given
+
+    def on_doors(self, call: Callable[[Doors], None]) -> None:
+        self.effects.on_doors(call)
 
     def add_fault(self, now_ns: int, fault: Mapping[str, Any], number: int | None = None) -> int:
         """Add a fault, under `number` if the caller adds it in several places."""

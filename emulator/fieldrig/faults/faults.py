@@ -72,6 +72,11 @@ class Repeated(Timed):
     count: int | None = Field(default=None, ge=1, description="number of messages; left out: any number")
     probability: float = Field(default=1.0, gt=0, le=1, description="probability for each message")
 
+    @property
+    def is_for_each(self) -> bool:
+        """True if it applies to every message that matches."""
+        return self.nth == 1 and self.count is None and self.probability >= 1
+
 
 @runtime_checkable
 class Counted(Protocol):

@@ -11,7 +11,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from fieldrig.bus import Delivery, ModelBus
+from fieldrig.bus import Delivery, Doors, ModelBus
 from fieldrig.clock import MS, Alarm
 from fieldrig.errors import refusals
 from fieldrig.faults.disturbed import medium_of
@@ -132,6 +132,10 @@ class LocalHub:
             self.model.power_lost(self.clock.now_ns(), member)
         self.carry()
 
+    def on_doors(self, call: Callable[[Doors], None]) -> None:
+        """Call `call` with the effects of faults on ports."""
+        self.model.on_doors(call)
+
     def note(self, member: str, fault: FaultNote) -> None:
         """Add a fault of a member to the trace."""
         if self.on_delivery is not None:
@@ -246,6 +250,7 @@ class LocalHub:
             for port in self.bus.ports():
                 self._ports.append(port)
                 await port.open(self)
+            self.carry()  # a fault from the start may concern the ports
         except BaseException:
             await self.close()
             raise

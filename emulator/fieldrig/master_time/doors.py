@@ -13,7 +13,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
-from fieldrig.bus import ModelBus, Port, ProgramBus
+from fieldrig.bus import Doors, ModelBus, Port, ProgramBus
 from fieldrig.clock import S, Timer, VirtualClock, Watchdog
 from fieldrig.device import WayIn
 from fieldrig.link import Link
@@ -82,6 +82,10 @@ class DoorHub:
 
     def waiting(self, member: str) -> int:
         return self._doors.rig.clients.waiting(member, self._bus)
+
+    def on_doors(self, call: Callable[[Doors], None]) -> None:
+        arrived = self._doors.arrived.append
+        self._doors.rig.clients.on_doors(self._bus, lambda doors: arrived((call, doors)))
 
     def terminal(self, name: str) -> Terminal:
         """Return a serial port that programs open by this path, instead of a pty."""

@@ -12,7 +12,7 @@ from random import Random
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar, overload
 
-from fieldrig.bus import Bus, BusModel, Delivery, ModelBus
+from fieldrig.bus import Bus, BusModel, Delivery, Doors, ModelBus
 from fieldrig.clock import MS, NEVER_NS, VirtualClock, whole_ns
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
@@ -736,6 +736,10 @@ class Clients:
         if not buses:
             del self._buses[member]
             rig._remove(member)
+
+    def on_doors(self, bus: str, call: Callable[[Doors], None]) -> None:
+        """Call `call` with the effects of faults of a bus on its ports."""
+        self._rig._model(bus).on_doors(call)
 
     def waiting(self, member: str, bus: str) -> int:
         """Return how many messages of a client wait to be sent."""

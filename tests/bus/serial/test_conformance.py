@@ -20,8 +20,8 @@ import serial
 from fieldrig.clock import MS, S
 from fieldrig.hub.hub import LocalHub
 from fieldrig.loop.real_clock import RealClock
-from fieldrig_bus.serial.bus import SerialBus, SerialHubSettings
-from fieldrig_bus.serial.line import SerialLine, SerialVirtual, SerialVirtualSettings
+from fieldrig_bus.serial.bus import SerialBus
+from fieldrig_bus.serial.line import SerialLine, SerialLineSettings, SerialVirtual, SerialVirtualSettings
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage, inputs_from
 from fieldrig_bus.serial.pty import SerialPty, SerialPtySettings
 from fieldrig_bus.serial.rfc2217 import Rfc2217Port, SerialRfc2217, SerialRfc2217Settings
@@ -164,7 +164,7 @@ class Real(Bench):
 
 class Line(Real, FarDevice):
     def bus(self) -> SerialBus:
-        return SerialLine("com1", SerialHubSettings(baud=self.baud))
+        return SerialLine("com1", SerialLineSettings(baud=self.baud))
 
     async def open(self) -> None:
         await super().open()

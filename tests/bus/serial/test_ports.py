@@ -1,6 +1,7 @@
 """The specific behaviour of each port of a serial line, beyond what all of them promise."""
 
 import asyncio
+import errno
 import os
 import socket
 import sys
@@ -89,6 +90,11 @@ def connect(port: int) -> socket.socket:
     return socket.create_connection(("127.0.0.1", port), 20)
 
 
+def refuses(port: int) -> bool:
+    with socket.socket() as client:
+        return client.connect_ex(("127.0.0.1", port)) == errno.ECONNREFUSED
+
+
 async def read(client: socket.socket, count: int) -> bytes:
     return await asyncio.to_thread(client.recv, count)
 
@@ -116,6 +122,49 @@ async def test_second_tcp_client_is_refused(bench: Bench, free_port: int) -> Non
         assert await is_hung_up(second)
         first.sendall(b"first")
         await bench.until(lambda: bench.data() == b"first")
+
+
+@on_both_loops
+async def test_a_connection_is_refused_while_the_fault_is_on_and_others_stay(bench: Bench, free_port: int) -> None:
+    hub = await bench.open(tcp(free_port))
+    with connect(free_port) as client:
+        await bench.until(lambda: bench.heard[-1:] == [ON])
+        numbers = [hub.add_fault({"what": "refuse"}) for _ in range(2)]
+        await bench.until(lambda: refuses(free_port))
+        assert hub.faults()[numbers[0]]["applied"] == 1
+        client.sendall(b"first")
+        await bench.until(lambda: bench.data() == b"first")
+        hub.clear_fault(numbers[0])
+        await asyncio.sleep(0)
+        assert refuses(free_port), "another fault is still on"
+    hub.clear_fault(numbers[1])
+    await bench.until(lambda: not refuses(free_port))
+    with connect(free_port) as client:
+        client.sendall(b"again")
+        await bench.until(lambda: bench.data() == b"firstagain")
+
+
+@on_both_loops
+async def test_a_fault_from_the_start_refuses_connections_for_its_time(bench: Bench, free_port: int) -> None:
+    fault = {"what": "refuse", "duration_ms": 200}
+    hub = await bench.open(tcp(free_port, faults=[fault]))
+    await bench.until(lambda: refuses(free_port) or hub.faults()[1]["state"] == "over")
+    await bench.until(lambda: hub.faults()[1]["state"] == "over" and not refuses(free_port))
+
+
+@on_both_loops
+async def test_a_connection_is_cut_when_the_next_bytes_pass(bench: Bench, free_port: int) -> None:
+    hub = await bench.open(tcp(free_port, baud=1_000_000))
+    with connect(free_port) as client:
+        await bench.until(lambda: bench.heard[-1:] == [ON])
+        hub.add_fault({"what": "cut", "count": 1})
+        bench.send(b"lost")
+        assert await is_hung_up(client)
+        await bench.until(lambda: bench.heard[-1:] == [OFF])
+    with connect(free_port) as client:
+        await bench.until(lambda: bench.heard[-1:] == [ON])
+        bench.send(b"there")
+        assert await read(client, 5) == b"there"
 
 
 @on_both_loops

@@ -1,6 +1,7 @@
 """An unchanged Modbus master in virtual time, while its bus and its device have faults: no time-out costs wall time."""
 
 import logging
+import socket
 import time
 from pathlib import Path
 from typing import Any
@@ -62,6 +63,19 @@ def test_pyserial_reads_the_bytes_that_the_fault_makes(rig: Rig) -> None:
     with OPEN(LINE, 19200, timeout=1) as port:
         port.write(rtu(bytes.fromhex("01 04 0000 0002")))
         assert port.read(100) == b"\x00\xfe" + rtu(bytes.fromhex("01 04 04 01F4 0000"))
+
+
+def test_a_connection_is_refused_while_the_fault_is_on(rig: Rig) -> None:
+    number = rig.add_fault("mb_tcp", {"what": "refuse", "duration_ms": 10_000})
+    time.sleep(1)
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", 5020), 5)
+    client: Any = ModbusTcpClient("127.0.0.1", port=5020)
+    assert not client.connect()
+    assert rig.faults("mb_tcp")[number]["state"] == "on"
+    time.sleep(10)
+    with ModbusTcpClient("127.0.0.1", port=5020) as again:
+        assert again.read_input_registers(0, count=1).registers == [500]
 
 
 def test_a_connection_that_is_cut_and_a_device_without_power(rig: Rig) -> None:
