@@ -11,6 +11,7 @@ from doc_pages import ROOT, blocks
 
 from fieldrig import Rig, S
 from fieldrig.pytest_plugin import MasterRigMaker
+from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.timeout(120)
 PAGE = ROOT / "docs" / "cia402.md"
@@ -92,8 +93,9 @@ def test_an_unknown_bus_is_named(fieldrig_master: MasterRigMaker) -> None:
         can.Bus(interface="fieldrig", channel="can1")
 
 
-def test_a_program_in_real_time_is_told_to_use_an_address() -> None:
-    with pytest.raises(can.CanInitializationError, match="not in virtual time"):
+def test_a_program_in_real_time_without_a_rig_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FIELDRIG_CONTROL", f"tcp/127.0.0.1:{free_port()}")
+    with pytest.raises(can.CanInitializationError, match="no rig"):
         can.Bus(**FIELDRIG)
 
 
