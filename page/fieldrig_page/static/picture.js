@@ -19,7 +19,7 @@ export function View({ role }) {
   if (refusal) return html`<p class="refusal" role="alert">${refusal.what} ${refusal.remedy}</p>`;
   if (!graph) return html`<p class="quiet">The picture is loading.</p>`;
   const isSmall = Object.keys(graph.devices).length <= SMALL;
-  return html`<div class=${isSmall ? 'beside' : ''}><${Picture} graph=${graph} life=${life} mayOperate=${role === 'operate'} isSmall=${isSmall} />
+  return html`<div class=${isSmall ? 'with-scope' : ''}><${Picture} graph=${graph} life=${life} mayOperate=${role === 'operate'} isSmall=${isSmall} />
     ${isSmall && html`<${Beside} role=${role} />`}</div><${Events} events=${life.events} buses=${graph.buses} />`;
 }
 
