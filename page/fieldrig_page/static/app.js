@@ -11,6 +11,7 @@ const VIEWS = [
   { title: 'Values', hash: 'values', load: () => import('./values.js') },
   { title: 'Traffic', hash: 'traffic', load: () => import('./traffic.js') },
   { title: 'Scope', hash: 'scope', load: () => import('./scope/scope.js') },
+  { title: 'Bus', hash: 'bus', isHidden: true, load: () => import('./traffic.js') },
   { title: 'Faults', hash: 'faults', load: () => import('./faults.js') },
   { title: 'Programs', hash: 'programs', load: () => import('./programs.js') },
   { title: 'Time', hash: 'time', load: () => import('./time.js') },

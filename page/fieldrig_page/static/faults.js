@@ -91,9 +91,9 @@ function Adding({ part: given }) {
   return html`<section aria-labelledby="faults-new">
     <h2 id="faults-new">New fault</h2>
     <div class="fields">
-      <label>part <select onChange=${(event) => { setPart(event.target.value); setWhat(''); }}>
-        ${Object.entries(groups).map(([sort, names]) => names.length > 0 && html`<optgroup label=${sort === 'bus' ? 'buses' : 'devices'}>${names.map((name) => html`<option selected=${name === chosen}>${name}</option>`)}</optgroup>`)}</select></label>
-      <label>fault <select disabled=${!fault} onChange=${(event) => setWhat(event.target.value)}>${Object.keys(known).map((name) => html`<option selected=${name === fault}>${name}</option>`)}</select></label>
+      <div class="field"><label for="fault-part">part</label><select id="fault-part" onChange=${(event) => { setPart(event.target.value); setWhat(''); }}>
+        ${Object.entries(groups).map(([sort, names]) => names.length > 0 && html`<optgroup label=${sort === 'bus' ? 'buses' : 'devices'}>${names.map((name) => html`<option selected=${name === chosen}>${name}</option>`)}</optgroup>`)}</select></div>
+      <div class="field"><label for="fault-what">fault</label><select id="fault-what" disabled=${!fault} onChange=${(event) => setWhat(event.target.value)}>${Object.keys(known).map((name) => html`<option selected=${name === fault}>${name}</option>`)}</select></div>
     </div>
     ${fault ? html`<${Form} key=${`${chosen}/${fault}`} schema=${known[fault]} form=${form} onSubmit=${send} />`
       : html`<p class="quiet">${kinds[chosen]?.none || 'this part takes no faults'}</p>`}
@@ -149,10 +149,10 @@ export function TimeLine({ lines }) {
   const newest = [...lines].reverse();
   return html`<section aria-labelledby="faults-line">
     <h2 id="faults-line">What happened</h2>
-    ${newest.length === 0 ? html`<p class="quiet">nothing since this page’s server has started</p>` : html`<ol class="line" role="log">${newest.map((line) => html`
+    ${newest.length === 0 ? html`<p class="quiet">nothing since this page’s server has started</p>` : html`<div class="line" role="log" tabindex="0" aria-label="what happened, newest first"><ol>${newest.map((line) => html`
       <li key=${line.number}><time datetime=${new Date(line.time_ns / 1e6).toISOString()}>${clock(line.time_ns)}</time>
         <span class=${`pill ${line.is_over ? 'ok' : line.kind === 'event' ? 'quiet' : 'fault'}`}>${line.is_over ? 'over' : line.kind}</span>
-        <span><b>${line.part}</b> ${[line.key, line.text].filter(Boolean).join(': ')}</span></li>`)}</ol>`}
+        <span><b>${line.part}</b> ${[line.key, line.text].filter(Boolean).join(': ')}</span></li>`)}</ol></div>`}
   </section>`;
 }
 

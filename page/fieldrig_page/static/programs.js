@@ -16,8 +16,8 @@ export function View({ path, role }) {
   if (devices === null) return html`<p class="quiet" role="status">asking ...</p>`;
   if (!chosen) return html`<section><h2>Programs</h2><p class="quiet">no device of this rig has a program</p></section>`;
   return html`<div class="programs">
-    ${devices.length > 1 && html`<div class="bar"><label>device <select value=${chosen} onChange=${(event) => { location.hash = `#/programs/${encodeURIComponent(event.target.value)}`; }}>
-      ${devices.map((name) => html`<option value=${name} selected=${name === chosen}>${name}</option>`)}</select></label></div>`}
+    ${devices.length > 1 && html`<div class="bar"><label for="program-device">device</label><select id="program-device" value=${chosen} onChange=${(event) => { location.hash = `#/programs/${encodeURIComponent(event.target.value)}`; }}>
+      ${devices.map((name) => html`<option value=${name} selected=${name === chosen}>${name}</option>`)}</select></div>`}
     <${Program} key=${chosen} device=${chosen} role=${role} />
   </div>`;
 }
@@ -63,17 +63,17 @@ function Program({ device, role }) {
           <button onClick=${() => act('stop')} disabled=${state.state !== 'running'}>Stop</button>
           <button onClick=${() => act('reset', { kind: 'warm' })}>Reset</button>
           <button onClick=${() => act('reset', { kind: 'cold' })}>Cold reset</button>`}
-        ${state.files.length > 1 && html`<label>file <select onChange=${(event) => setFile(event.target.value)}>${state.files.map((name) => html`<option selected=${name === file}>${name}</option>`)}</select></label>`}
+        ${state.files.length > 1 && html`<label for="program-file">file</label><select id="program-file" onChange=${(event) => setFile(event.target.value)}>${state.files.map((name) => html`<option selected=${name === file}>${name}</option>`)}</select>`}
       </div>
       <${Refused} refusal=${refusal} />
       ${state.problem && html`<pre class="refusal">${state.problem}</pre>`}
       ${file && html`<${Rows} label=${`source ${file}`} count=${lines.length} height=${LINE} onShow=${(first, last) => setSpan([first, last])}
-        columns=${[{ title: '', look: 'number quiet' }, { title: file, look: 'source' }, { title: 'values', look: 'live' }]}
+        columns=${[{ title: 'line', look: 'number quiet' }, { title: file, look: 'source' }, { title: 'values', look: 'live' }]}
         row=${(index) => ({
           key: `${file}:${index}`,
           look: current.has(index + 1) ? 'current' : '',
           cells: [index + 1, html`<code>${lines[index]}</code>${current.has(index + 1) && html` <span class="here">${current.get(index + 1).join(', ')}</span>`}`,
-            html`<${LiveValues} names=${names.get(index) ?? []} values=${values} forced=${forced} />`],
+            html`<${LiveValues} names=${names.get(index) ?? []} scope=${scopes[index]} values=${values} forced=${forced} />`],
         })} />`}
     </section>
     <div class="beside">
@@ -103,7 +103,7 @@ function namesIn(lines, scopes, [first, last]) {
   const found = new Map();
   for (let index = first; index < Math.min(last, lines.length); index += 1) {
     const names = [...new Set(lines[index].match(NAME) ?? [])];
-    if (names.length > 0) found.set(index, names.map((name) => (scopes[index] ? `${scopes[index]}.${name}` : name)));
+    if (names.length > 0) found.set(index, names.flatMap((name) => (scopes[index] ? [`${scopes[index]}.${name}`, name] : [name])));
   }
   return found;
 }
@@ -117,9 +117,9 @@ function currentLines(state, file) {
   return found;
 }
 
-function LiveValues({ names, values, forced }) {
+function LiveValues({ names, scope, values, forced }) {
   const known = names.filter((name) => values[name] !== null && values[name] !== undefined);
-  return known.map((name) => html`<span class=${`live-value ${forced.some((one) => one.path === name) ? 'forced' : ''}`} key=${name}>${name.split('.').slice(1).join('.') || name} = <b>${String(values[name])}</b></span>`);
+  return known.map((name) => html`<span class=${`live-value ${forced.some((one) => one.path === name) ? 'forced' : ''}`} key=${name}>${name.startsWith(`${scope}.`) ? name.slice(scope.length + 1) : name} = <b>${String(values[name])}</b></span>`);
 }
 
 function Tasks({ threads, tasks }) {

@@ -16,8 +16,8 @@ export function View({ path, role }) {
   return html`<section class="tall" aria-labelledby="values-title">
     <div class="bar">
       <h2 id="values-title">Values</h2>
-      <label>device <select value=${chosen} onChange=${(event) => { location.hash = `#/values/${encodeURIComponent(event.target.value)}`; }}>
-        ${devices.map((name) => html`<option value=${name} selected=${name === chosen}>${name}</option>`)}</select></label>
+      <label for="values-device">device</label><select id="values-device" value=${chosen} onChange=${(event) => { location.hash = `#/values/${encodeURIComponent(event.target.value)}`; }}>
+        ${devices.map((name) => html`<option value=${name} selected=${name === chosen}>${name}</option>`)}</select>
     </div>
     ${chosen && html`<${Values} key=${chosen} device=${chosen} role=${role} />`}
   </section>`;
@@ -118,12 +118,13 @@ function Value({ device, point, value, trouble, role, onWritten }) {
 function Edit({ device, point, value, onWritten, onClose }) {
   const box = useRef(null);
   const field = useRef(null);
+  const [first] = useState(value); // what comes meanwhile does not change what is being typed
   const [refusal, setRefusal] = useState(null);
   useEffect(() => { box.current.showModal(); field.current?.select?.(); }, []);
   const send = async (event) => {
     event.preventDefault();
     try {
-      onWritten(point.key, await write(device, point.key, typed(field.current, value)));
+      onWritten(point.key, await write(device, point.key, typed(field.current, first)));
       box.current.close();
     } catch (cause) {
       setRefusal(cause);
@@ -135,7 +136,7 @@ function Edit({ device, point, value, onWritten, onClose }) {
     <form onSubmit=${send}>
       <h3 id=${id}>${device}/${point.key}</h3>
       ${point.about && html`<p class="quiet">${point.about}</p>`}
-      <label>new value ${fieldOf(point, value, field)} ${point.unit}</label>
+      <label>new value ${fieldOf(point, first, field)} ${point.unit}</label>
       <p class="quiet">${[point.type, limits].filter(Boolean).join(', ')}</p>
       ${refusal && html`<p class="refusal" role="alert">${refusal.what}${refusal.remedy && html`<br />${refusal.remedy}`}</p>`}
       <div class="bar"><button class="main">Write</button><button type="button" onClick=${() => box.current.close()}>Close</button></div>
@@ -146,7 +147,7 @@ function Edit({ device, point, value, onWritten, onClose }) {
 function fieldOf(point, value, field) {
   if (point.states) return html`<select ref=${field}>${point.states.map((state) => html`<option selected=${state === value}>${state}</option>`)}</select>`;
   if (typeof value === 'boolean') return html`<select ref=${field}><option selected=${value}>true</option><option selected=${!value}>false</option></select>`;
-  return html`<input ref=${field} type="text" inputmode=${typeof value === 'number' ? 'decimal' : 'text'} value=${shown(value)} spellcheck="false" />`;
+  return html`<input ref=${field} type="text" inputmode=${typeof value === 'number' ? 'decimal' : 'text'} defaultValue=${shown(value)} spellcheck="false" />`;
 }
 
 // What is in the field, in the type of the present value; a text that is no number goes as it is, and the rig says why not.
