@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, Literal
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 from running_rig import RunningRig
 
 from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
@@ -20,6 +20,7 @@ QUIET: Final = (
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
 PATIENCE_MS: Final = 60_000
+expect.set_options(timeout=PATIENCE_MS)  # the host of the tests may be busy
 Role = Literal["operate", "look"]
 
 
@@ -63,9 +64,10 @@ def opened(
     context.set_default_timeout(PATIENCE_MS)
     page = context.new_page()
     mistakes: list[str] = []
-    page.on("pageerror", lambda error: mistakes.append(str(error)))
+    page.on("pageerror", lambda error: mistakes.append(f"{error.message}\n{error.stack}"))
     page.goto(rig.addresses()[role])
     page.goto(f"{page.url.partition('#')[0]}#{path}")
     yield page
+    found = "\n".join(mistakes)  # before the window closes in the middle of something
     context.close()
-    assert not mistakes
+    assert not found, found

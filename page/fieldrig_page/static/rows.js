@@ -12,6 +12,7 @@ export function Rows({ label, columns, count, row, height, onShow, follows }) {
   const [place, setPlace] = useState({ top: 0, high: 600 });
   const isAtEnd = useRef(true);
   const look = () => {
+    if (box.current === null) return; // the table has gone, its last scroll has not
     const { scrollTop, clientHeight, scrollHeight } = box.current;
     isAtEnd.current = scrollTop + clientHeight > scrollHeight - 2 * height;
     setPlace((before) => (before.top === scrollTop && before.high === clientHeight ? before : { top: scrollTop, high: clientHeight }));

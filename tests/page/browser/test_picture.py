@@ -10,7 +10,16 @@ from browser_page import ServedRig, opened
 from playwright.sync_api import Browser, Locator, Page, expect
 
 CONFIGS = Path(__file__).parents[3] / "configs"
-VIEWS = ("/", "/time")
+VIEWS = {
+    "/": "Rig",
+    "/device/max4": "max4",
+    "/values": "Values",
+    "/traffic": "Traffic",
+    "/faults": "fault",
+    "/programs": "IEC 61131-3",
+    "/time": "time",
+}
+"""The addresses of all views, with a word of their first heading."""
 
 pytestmark = pytest.mark.real
 
@@ -105,23 +114,28 @@ def test_virtual_time_is_stepped_and_run_until_a_time(browser: Browser, lab: Ser
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("path", VIEWS)
-def test_axe_finds_no_violation(browser: Browser, ring: ServedRig, path: str, scheme: Literal["light", "dark"]) -> None:
-    with opened(browser, ring, path=path, scheme=scheme) as page:
-        if path == "/":
-            expect(state(page, "panel")).to_have_text("ready")
-            card(page, "film").get_by_role("button").click()
-        expect(page.locator("section h2").first).to_be_visible()
-        found = Axe().run(page)  # by the debugging protocol: the policy of the page lets no script of others in
-        assert found.violations_count == 0, found.generate_report()
+def test_axe_finds_no_violation(browser: Browser, ring: ServedRig, scheme: Literal["light", "dark"]) -> None:
+    with opened(browser, ring, scheme=scheme) as page:
+        for view in shown_views(page):
+            if view == "/":
+                card(page, "film").get_by_role("button").click()
+            found = Axe().run(page)  # by the debugging protocol: the policy of the page lets no script of others in
+            assert found.violations_count == 0, f"{view}\n{found.generate_report()}"
 
 
-@pytest.mark.parametrize("path", VIEWS)
-def test_a_telephone_shows_two_columns_and_scrolls_only_downwards(browser: Browser, ring: ServedRig, path: str) -> None:
-    with opened(browser, ring, path=path, width=390, height=844) as page:
-        expect(page.locator("section h2").first).to_be_visible()
-        if path == "/":
-            expect(state(page, "panel")).to_have_text("ready")
-            lefts = {round(one.bounding_box()["x"]) for one in page.locator("article").all()}  # type: ignore[index]
-            assert len(lefts) == 2
-        assert page.evaluate("document.documentElement.scrollWidth") == 390
+def test_a_telephone_scrolls_only_downwards_and_shows_two_cards_abreast(browser: Browser, ring: ServedRig) -> None:
+    with opened(browser, ring, width=390, height=844) as page:
+        for view in shown_views(page):
+            assert page.evaluate("document.documentElement.scrollWidth") == 390, view
+            if view == "/":
+                boxes = [one.bounding_box() for one in page.locator("article").all()]
+                assert len({round(box["x"]) for box in boxes if box is not None}) == 2
+
+
+def shown_views(page: Page) -> Iterator[str]:
+    """Show one view after the other, and yield its address when it is there."""
+    expect(state(page, "panel")).to_have_text("ready")
+    for view in VIEWS:
+        page.evaluate(f"location.hash = '#{view}'")
+        expect(page.locator("main section h2").first).to_contain_text(VIEWS[view])
+        yield view
