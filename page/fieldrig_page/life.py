@@ -112,6 +112,7 @@ class Life:
             await self._ask_all()
         await self._ask_changed()
         if self._looks % LOAD_LOOKS == 0:
+            status = await self._link.ask("rig/status")  # at the same instant, for rates
             self._take_loads(status.get("now_ns", time.monotonic_ns()), await self._link.ask_all("bus/*/status"))
         self._looks += 1
         self._tell(_processes(status))
