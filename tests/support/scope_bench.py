@@ -7,9 +7,10 @@ from struct import unpack
 from types import SimpleNamespace
 from typing import Any
 
-from scope_rows import Rows, rows
+from scope_rows import rows
 
 from fieldrig.errors import ControlError
+from fieldrig.recording.reader import Rows
 from fieldrig_page.scope.captures import Captures
 from fieldrig_page.scope.recordings import Recordings
 from fieldrig_page.scope.session import Session, read_wish
@@ -38,7 +39,7 @@ class FakeReader:
     def _column(name: str) -> Any:
         states = ["off", "ready", "on"] if name.endswith("state") else []
         kind = "text" if states else "truth" if name.endswith("lamp") else "number"
-        return SimpleNamespace(name=name, kind=kind, unit="V", states=states)
+        return SimpleNamespace(name=name, kind=kind, unit="V", states=states, is_held=name.startswith("wires/"))
 
 
 class ScopeBench:
@@ -48,7 +49,7 @@ class ScopeBench:
         self.readers: list[FakeReader] = []
         self.now_s = 0.0
         self.captures = Captures()
-        self.recordings = Recordings(self._reader, ["wires"])
+        self.recordings = Recordings(self._reader)
         self.sessions: list[Session] = []
         self.recordings.on_rows.append(self._on_rows)
         self.recordings.on_progress.append(self._on_progress)

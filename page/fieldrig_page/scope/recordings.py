@@ -38,8 +38,10 @@ OnProgress = Callable[[], None]
 class Signal:
     """A signal that is recorded: what it is, and where its samples are."""
 
-    def __init__(self, name: str, rhythm: Rhythm, *, is_wire: bool) -> None:
-        self.name, self.rhythm, self._is_wire = name, rhythm, is_wire
+    def __init__(self, name: str, rhythm: Rhythm) -> None:
+        self.name, self.rhythm = name, rhythm
+        self.is_held = False
+        """Whether there is a sample for each change."""
         self.kind, self.unit = "", ""
         self.states: Sequence[str] = ()
         self.trouble: RigError | None = None
@@ -51,7 +53,7 @@ class Signal:
     @property
     def holds(self) -> bool:
         """Whether a value holds until the next one, as of a wire or a state, and is drawn so."""
-        return self._is_wire or self.rhythm == "change" or self.kind in ("truth", "text")
+        return self.is_held or self.kind in ("truth", "text")
 
 
 class _Recording:
@@ -88,9 +90,8 @@ class _Recording:
 class Recordings:
     """Call it in the thread of the event loop."""
 
-    def __init__(self, make_reader: MakeReader, buses: Iterable[str] = ()) -> None:
-        """`buses` are the parts whose signals are wires, whose values hold until the next one."""
-        self._make_reader, self._buses = make_reader, frozenset(buses)
+    def __init__(self, make_reader: MakeReader) -> None:
+        self._make_reader = make_reader
         self._signals: dict[tuple[str, Rhythm], Signal] = {}
         self._recordings: list[_Recording] = []
         self._tasks: set[asyncio.Task[None]] = set()
@@ -101,8 +102,7 @@ class Recordings:
         """Record these signals for a user from now on, and no others, and return them by name."""
         missing = [name for name in names if (name, rhythm) not in self._signals]
         for name in missing:
-            is_wire = name.partition("/")[0] in self._buses
-            self._signals[name, rhythm] = Signal(name, rhythm, is_wire=is_wire)
+            self._signals[name, rhythm] = Signal(name, rhythm)
         wanted = {name: self._signals[name, rhythm] for name in names}
         self._leave(user, wanted.values())
         for signal in wanted.values():
@@ -157,6 +157,7 @@ class Recordings:
             return
         for signal, column in zip(signals, columns, strict=True):
             signal.kind, signal.unit, signal.states = str(column.kind), column.unit, column.states
+            signal.is_held = column.is_held
         self._recordings.append(recording)
         alike = [each for each in self._recordings if each.signals[0].rhythm == rhythm]
         if len(alike) > MOST_READERS:

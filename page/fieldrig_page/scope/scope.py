@@ -27,7 +27,7 @@ class Scope:
 
     def __init__(self, link: RigLink, make_reader: MakeReader | None = None) -> None:
         self.link = link
-        self.recordings = Recordings(make_reader or self._reader, link.config.buses)
+        self.recordings = Recordings(make_reader or self._reader)
         self.captures = Captures()
         self.setups = Setups(link.config.run)
         self.origin_ns = 0 if link.config.time == "virtual" else time.monotonic_ns()
