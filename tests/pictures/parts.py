@@ -1,10 +1,10 @@
-"""Large rigs, by the files that the rig file extends: an overview of the parts, and the wiring of each part."""
+"""Large rigs, by the files that the rig file extends: an overview of the parts."""
 
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from tests.pictures.wiring import Part, addresses_of, draw_wiring
+from tests.pictures.wiring import Part, addresses_of
 
 from fieldrig.config.rig_file import load
 from fieldrig.text.svg import Drawing
@@ -45,17 +45,6 @@ def overview(file: Path, names: Mapping[str, str], title: str, about: str) -> st
     for name, part in parts_of(file, names).items():
         top = _draw_part(drawing, name, part, top) + GAP
     drawing.line("wires-line", [(WIRES, TOP), (WIRES, top - GAP)])
-    return drawing.render(top)
-
-
-def wiring_by_parts(file: Path, names: Mapping[str, str], title: str, about: str) -> str:
-    """The wiring of each part, one below the other."""
-    parts = parts_of(file, names)
-    drawing = Drawing(max(part.width for part in parts.values()), title, about)
-    top: float = 0
-    for name, part in parts.items():
-        drawing.text(20, top + HEADING, name, "name")
-        top = draw_wiring(drawing, part, top + HEADING - 14) + 10
     return drawing.render(top)
 
 

@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from tests.pictures.chart import chart
-from tests.pictures.parts import overview, wiring_by_parts
+from tests.pictures.parts import overview
 from tests.pictures.recording import ROOT, Sent, block_named, frame_bar, recorded
 from tests.pictures.timing import Bar, Lane, draw_timing
 from tests.pictures.wiring import Part, draw_wiring, wiring
@@ -150,11 +150,6 @@ def machine() -> str:
     return overview(MACHINE, PARTS_OF_MACHINE, "The machine: its parts, buses and devices", about)
 
 
-def machine_wiring() -> str:
-    about = "The devices of each part of the machine side by side, with the buses that they are linked to."
-    return wiring_by_parts(MACHINE, PARTS_OF_MACHINE, "The wiring of machine.yaml", about)
-
-
 def machine_page() -> str:
     """The machine as its page shows it."""
     return draw_rig(graph_of(load(MACHINE)))
@@ -166,7 +161,6 @@ PICTURES: Final[Mapping[str, Callable[[], str]]] = {
     "bench-rig": bench,
     "ring-rig": rig("ring", "A controller, four drives, a motor encoder and a panel on a ring, CAN, Modbus and wires."),
     "machine-parts": machine,
-    "machine-rig": machine_wiring,
     "machine-page": machine_page,
     "arp-cell-rig": rig("arp-cell", "Two cards, their nodes, a terminal and a winder on CAN, serial lines and wires."),
     "own-device-rig": rig("own-device", "A press on a CAN bus and on wires."),
