@@ -126,6 +126,13 @@ class Device:
         """Return the front in values that JSON has, with the kind of the device and the units of its points."""
         return self.front().words(self.kind, self.about, self.points())
 
+    def further_point(self, key: str) -> Point | None:
+        """Return a point that `points` does not list, such as `program:Main.count`; None if there is none of this key.
+
+        Recordings find them by their keys, as a program may have more variables than anyone wants to list.
+        """
+        return None
+
     def troubles(self) -> Mapping[str, Value]:
         """Return what the device itself reports as wrong now, by the key of the point that shows it.
 

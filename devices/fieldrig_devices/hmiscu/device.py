@@ -216,6 +216,9 @@ class Hmiscu(Device):
 
     # ---- tools
 
+    def further_point(self, key: str) -> Point | None:
+        return self._debugging.point(key)
+
     def answer(self, question: str, message: Any) -> Any:
         """Answer `debug` questions (`languages/debugging/service.py`)."""
         if question != "debug":

@@ -136,6 +136,9 @@ class Max4(Device):
         axes = self.firmware.axes
         return {**super().troubles(), **{f"{symbol}.DiagCode": axis.diag_code for symbol, axis in axes.items()}}
 
+    def further_point(self, key: str) -> Point | None:
+        return self._debugging.point(key)
+
     def answer(self, question: str, message: Any) -> Any:
         match question:
             case "debug":

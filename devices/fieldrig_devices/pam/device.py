@@ -197,6 +197,9 @@ class Pam(Device):
         if self._cycle is not None:
             self.reset()
 
+    def further_point(self, key: str) -> Point | None:
+        return self._debugging.point(key)
+
     def answer(self, question: str, message: Any) -> Any:
         """Answer `debug` questions (`languages/debugging/service.py`)."""
         if question != "debug":

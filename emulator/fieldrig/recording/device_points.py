@@ -12,12 +12,20 @@ EVERY: Final = 64
 """Rows after which the points of a device are looked up again, if it makes other ones at each call."""
 
 
-def describe(name: str, points: Mapping[str, Point], keys: Sequence[str]) -> list[Described]:
+def describe(name: str, device: Device, keys: Sequence[str]) -> list[Described]:
     """Return what is known of these points.  ControlError, with the nearest key, for one that does not exist."""
+    points = device.points()
+    described: list[Described] = []
     for key in keys:
-        if key not in points:
+        point = _found(device, points, key)
+        if point is None:
             raise ControlError(f"{name} has no value {key!r}", closest(key, list(points)))
-    return [Described(points[key].read(), points[key].unit, points[key].states) for key in keys]
+        described.append(Described(point.read(), point.unit, point.states))
+    return described
+
+
+def _found(device: Device, points: Mapping[str, Point], key: str) -> Point | None:
+    return points[key] if key in points else device.further_point(key)
 
 
 class PointReads:
@@ -50,7 +58,8 @@ class PointReads:
         points = device.points()
         self._is_steady = points is device.points()
         self._bound, self._points, self._age = device, points, 0
-        self._reads = [points[key].read if key in points else _nothing for key in self._keys]
+        found = [_found(device, points, key) for key in self._keys]
+        self._reads = [_nothing if point is None else point.read for point in found]
 
 
 def _nothing() -> Value:

@@ -78,7 +78,7 @@ class DeviceSignals:
     def describe(self, keys: Sequence[str]) -> list[Described]:
         if self._local is not None:
             self._local.look_at(self._rig.now_ns)
-            return describe(self._name, self._local.device.points(), keys)
+            return describe(self._name, self._local.device, keys)
         values, facts = self._rig.values(self._name, keys), self._rig.facts(self._name)
         return [Described(values[key], facts[key]["unit"], facts[key].get("states", ())) for key in keys]
 

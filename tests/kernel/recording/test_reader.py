@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from in_loop import in_loop
 from recording_bench import HandLine, process_on
@@ -227,7 +227,8 @@ QUESTIONS = st.fixed_dictionaries(
 )
 
 
-@given(st.lists(QUESTIONS | JSON, max_size=20))
+@settings(max_examples=50)
+@given(st.lists(QUESTIONS | JSON, max_size=6))
 def test_any_question_is_answered_or_refused(questions: list[Any]) -> None:
     async def main() -> None:
         line = HandLine()

@@ -42,7 +42,7 @@ from fieldrig_devices.arp.parameters import GENERAL, Par
 from fieldrig_devices.arp.runtime.program import ProgramState
 from fieldrig_devices.arp.runtime.slices import Slices
 from fieldrig_devices.arp.user_port.server import UserPort
-from fieldrig_devices.languages.debugging.service import DebugService
+from fieldrig_devices.languages.debugging.service import PROGRAM, DebugService
 
 
 class ArpCard(Device):
@@ -135,6 +135,9 @@ class ArpCard(Device):
                 lambda: self.missed_cycles, about="control loops that were skipped because the host was busy"
             ),
         }
+
+    def further_point(self, key: str) -> Point | None:
+        return self._debugging.point(key) if key.startswith(PROGRAM) else None  # it begins with the first question
 
     def answer(self, question: str, message: Any) -> Any:
         return self._debugging.answer(message) if question == "debug" else super().answer(question, message)

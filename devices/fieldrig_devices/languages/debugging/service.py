@@ -7,10 +7,11 @@ stops: it grows whenever a thread stops at a breakpoint, after a step, or becaus
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from math import nan
 from typing import Any, Final, NamedTuple
 
 from fieldrig.clock import Clock
-from fieldrig.device import Value
+from fieldrig.device import Point, Value
 from fieldrig.outside.untrusted import MalformedError, field, items, shown, typed
 from fieldrig_devices.languages.debugging.breakpoints import Breakpoints
 from fieldrig_devices.languages.debugging.debuggee import Debuggee, ProgramState, Reset, Step, Variable
@@ -23,6 +24,8 @@ MOST_SAMPLES_IN_ANSWER: Final = 5_000
 LONGEST_DOWNLOAD: Final = 8 << 20
 """Longest source of a download in characters, over all of its parts."""
 
+PROGRAM: Final = "program:"
+"""Begins the keys of points that are variables of the program by the names that the debugger has for them."""
 MOST_TRACES: Final = 8
 LONGEST_TRACE_NAME: Final = 64
 
@@ -68,6 +71,22 @@ class DebugService:
             "record": self._record,
             "samples": self._samples,
         }
+
+    def point(self, key: str) -> Point | None:
+        """Return the point `program:NAME` of a variable or an expression; None for another key or an unknown name."""
+        name = key.removeprefix(PROGRAM)
+        if name == key:
+            return None
+        try:
+            read = self._reader(name)
+        except ValueError:
+            return None
+
+        def present() -> Value:
+            value = read()
+            return nan if value is None else value
+
+        return Point(present)
 
     def answer(self, message: Any) -> Answer:
         """Answer one question.  ValueError, saying what was expected, if it is not understood or not possible now."""

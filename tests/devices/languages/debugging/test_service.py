@@ -1,5 +1,6 @@
 """The debugging service, with a program of two lines that counts."""
 
+import math
 from typing import Any
 
 import pytest
@@ -189,3 +190,16 @@ def test_no_question_raises_anything_but_value_error(command: str, keys: dict[st
     except ValueError:
         return
     assert isinstance(answer, dict)
+
+
+def test_a_variable_is_a_point_that_recordings_find(counter: CountingProgram, service: DebugService) -> None:
+    point = service.point("program:n")
+    assert point is not None
+    assert (point.read(), point.write) == (0, None)
+    counter.run_line()
+    counter.run_line()
+    assert point.read() == counter.values["n"]
+    del counter.values["n"]
+    assert math.isnan(point.read())  # type: ignore[arg-type]  # it is no text
+    for key in ("n", "program:", "program:k", "programn"):
+        assert service.point(key) is None
