@@ -324,10 +324,10 @@ class Bus(ABC, Generic[M]):
         """Return the value of the signal that a message carries at `now_ns`; None for a message that carries none."""
         return None
 
-    def signals(self, standing: Mapping[str, Any], now_ns: int) -> dict[str, dict[str, str]]:
-        """Return the facts of the signals that these standing messages carry, by name."""
+    def signals(self, standing: Mapping[str, Any], now_ns: int) -> dict[str, dict[str, Any]]:
+        """Return the unit and the present value of the signals that these standing messages carry, by name."""
         readings = (self.reading(message, now_ns) for message in standing.values())
-        return {found.name: {"unit": found.unit} for found in readings if found is not None}
+        return {found.name: {"unit": found.unit, "value": found.value} for found in readings if found is not None}
 
     def check(self, message: Any) -> None:
         """Check a message before a member sends it.

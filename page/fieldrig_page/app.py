@@ -37,12 +37,14 @@ from fieldrig_page.rig_state import RigState
 from fieldrig_page.scope.scope import Scope
 from fieldrig_page.traffic import Traffic
 from fieldrig_page.values import Values
+from fieldrig_page.wires import Wires
 
 STATIC: Final = Path(__file__).parent / "static"
 
 TOPICS: Final[tuple[Callable[[RigLink], Topic], ...]] = (
     RigState,
     Life,
+    Wires,
     Fronts,
     Values,
     Traffic,

@@ -103,3 +103,29 @@ async def test_the_picture_as_data() -> None:
         assert places["cards"].keys() == rig["devices"].keys()
         assert (await page.get("rig/layout?width=0")).status == 422
         assert (await page.get("rig/layout?width=wide")).status == 422
+
+
+@in_loop
+async def test_the_wires_of_a_device_have_values_and_units() -> None:
+    async with page_of(LAB) as page:
+        socket = await page.socket("look")
+        await socket.send({"t": "want", "topic": "wires", "wish": "io"})
+        whole = await socket.until("wires")
+        assert whole["whole"]
+        assert whole["values"]["wires/tank.level"] == [0.5, "m"]
+        assert whole["values"].keys() == {"wires/tank.level", "wires/tank.high", "wires/tank.low", "wires/tank.outlet"}
+        await page.call("PUT", "devices/tank/points/level", {"value": 1.5})
+        await page.call("POST", "rig/step", {"for": "1 s"})
+        frame = await socket.until("wires", lambda frame: "wires/tank.level" in frame["values"])
+        assert frame["values"]["wires/tank.level"] == [1.5, "m"]
+        await socket.close()
+
+
+@in_loop
+async def test_wires_of_a_device_that_is_not_there_close_the_socket() -> None:
+    async with page_of(LAB) as page:
+        for wish in ("tnk", 5, ["tank"]):
+            socket = await page.socket("look")
+            await socket.send({"t": "want", "topic": "wires", "wish": wish})
+            with pytest.raises(ConnectionError, match="1003"):
+                await socket.until("wires")

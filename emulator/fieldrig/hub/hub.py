@@ -211,7 +211,7 @@ class LocalHub:
             figures |= self._server.statistics()
         return figures | self.reached.figures()
 
-    def signals(self) -> dict[str, dict[str, str]]:
+    def signals(self) -> dict[str, dict[str, Any]]:
         return self.bus.signals(self.model.standing(), self.clock.now_ns())
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:

@@ -289,7 +289,7 @@ class Rig:
         """Return frames, load and other figures of a bus, by name.  ControlError if there is no such bus."""
         return self._model(bus).statistics(self.now_ns)
 
-    def signals(self, bus: str) -> dict[str, dict[str, str]]:
+    def signals(self, bus: str) -> dict[str, dict[str, Any]]:
         """Return the facts of each signal that stands on a bus, such as its wires, by name."""
         standing = self._model(bus).standing()
         return self.buses[bus].signals(standing, self.now_ns)

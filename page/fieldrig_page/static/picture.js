@@ -8,6 +8,8 @@ import { Chosen } from './picture/chosen.js';
 import { EMPTY, reduce } from './picture/life.js';
 import { Ring } from './picture/ring.js';
 
+const MOST_SIGNALS = 6;
+const SAMPLED_NS = 10_000_000;  // often enough for a first look, and seldom enough for any host
 const SMALL = 8;  // devices of a rig that leaves room for the scope beside its picture
 const NOTHING = {};
 
@@ -20,14 +22,21 @@ export function View({ role }) {
   if (!graph) return html`<p class="quiet">The picture is loading.</p>`;
   const isSmall = Object.keys(graph.devices).length <= SMALL;
   return html`<div class=${isSmall ? 'with-scope' : ''}><${Picture} graph=${graph} life=${life} mayOperate=${role === 'operate'} isSmall=${isSmall} />
-    ${isSmall && html`<${Beside} role=${role} />`}</div><${Events} events=${life.events} buses=${graph.buses} />`;
+    ${isSmall && html`<${Beside} role=${role} life=${life} names=${Object.keys(graph.devices)} />`}</div><${Events} events=${life.events} buses=${graph.buses} />`;
 }
 
-// The scope beside the picture of a small rig, if this installation has it.
-function Beside(props) {
-  const [scope, setScope] = useState(null);
-  useEffect(() => { import('./scope/scope.js').then(module => setScope(() => module.View), () => undefined); }, []);
-  return scope && html`<${scope} ...${props} path=${[]} isBeside=${true} />`;
+// The scope beside the picture of a small rig, with the first number of each card from the start.
+function Beside({ role, life, names }) {
+  const [scope, setScope] = useState(null), signals = useRef(null);
+  useEffect(() => { import('./scope/scope.js').then((module) => setScope(() => module.Scope)); }, []);
+  if (signals.current === null && names.every((name) => life.samples[name])) signals.current = names.flatMap((name) => firstNumber(life, name)).slice(0, MOST_SIGNALS);
+  return scope && signals.current && html`<${scope} role=${role} signals=${signals.current} usual=${{ rhythm: SAMPLED_NS }} isCompact=${true} />`;
+}
+
+function firstNumber(life, name) {
+  const now = life.samples[name].at(-1);
+  const at = life.values[name].findIndex((_, place) => typeof now[place] === 'number');
+  return at < 0 ? [] : [`${name}/${life.values[name][at].key}`];
 }
 
 function usePlaces(host) {

@@ -78,7 +78,7 @@ def test_the_chosen_card_shows_its_wires_and_partners_and_each_part_is_a_link(br
     with opened(browser, lab) as page:
         card(page, "io").get_by_role("button").click()
         about = page.get_by_role("complementary", name="about io")
-        expect(about.get_by_role("row", name="tank.level")).to_contain_text("tank")
+        expect(about.get_by_role("row", name="tank.level")).to_contain_text("0.500 m")
         expect(card(page, "tank")).to_have_class("card ok partner")
         about.get_by_role("button", name="tank").first.click()
         expect(page.get_by_role("complementary", name="about tank")).to_be_visible()

@@ -1,14 +1,14 @@
 // What is known of the chosen card: why it is as it is, its wires with values and units, its partners, and its power.
 import { html } from 'htm/preact';
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { api } from '../live.js';
+import { api, useLive, useWish } from '../live.js';
 import { familyOf } from './card.js';
 import { show } from './life.js';
 
 const POWER_OFF = 'power_off';
 
 export function Chosen({ name, graph, part, mayOperate, onChoose, onClose }) {
-  const device = graph.devices[name], wires = {}, [refusal, setRefusal] = useState(null), close = useRef(null);
+  const device = graph.devices[name], wires = useWires(name), [refusal, setRefusal] = useState(null), close = useRef(null);
   useEffect(() => { setRefusal(null); close.current?.focus(); }, [name]);
   const own = graph.wires.filter(wire => wire.publisher === name || wire.readers.includes(name));
   const act = (method, path, body) => api(method, path, body).then(() => setRefusal(null), setRefusal);
@@ -31,4 +31,11 @@ export function Chosen({ name, graph, part, mayOperate, onChoose, onClose }) {
         : html`<button class="main" onClick=${() => act('DELETE', `faults/${name}/${part.off}`)}>Power on</button>`}
         <button onClick=${() => act('POST', `restart/${name}`)}>Restart</button><a class="button" href=${`#/device/${name}`}>Open</a></p>`}
     </div></aside>`;
+}
+
+// The present values of the wires of a device, by BUS/WIRE: value and unit.
+function useWires(name) {
+  const wires = useLive('wires', (before, frame) => (frame.whole ? frame.values : { ...before, ...frame.values }), {});
+  useWish('wires', name);
+  return wires;
 }

@@ -34,6 +34,6 @@ export function show(value) {
   if (typeof value !== 'number') return String(value ?? '').trim() || '–';
   if (Number.isInteger(value)) return value.toLocaleString('en').replaceAll(',', '\u202f');
   const size = Math.abs(value);
-  if (size < 1e-4) return '0';
-  return size >= 1e6 ? value.toExponential(2) : value.toFixed(Math.max(DIGITS - 1 - Math.floor(Math.log10(size)), 0)).replace(/^(-?\d{1,3})\.?(\d{3}).*/, '$1.$2');
+  if (size < 0.1) return String(Number(value.toPrecision(DIGITS - 1)));
+  return size >= 1e6 ? value.toExponential(2) : value.toFixed(Math.max(DIGITS - 1 - Math.floor(Math.log10(Math.max(size, 1))), 0));
 }

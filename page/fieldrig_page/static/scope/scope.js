@@ -19,11 +19,11 @@ export function View({ path, role, isBeside = false }) {
   return html`<${Scope} role=${role} signals=${signals} isCompact=${isBeside} />`;
 }
 
-// A scope beside something else is compact.  `signals` are drawn if this tab had no set-up before.
-export function Scope({ role, signals = [], isCompact = false }) {
+// A scope beside something else is compact.  `signals` are drawn, with `usual` in the set-up, if this tab had none before.
+export function Scope({ role, signals = [], usual = {}, isCompact = false }) {
   const rig = live.greeting?.rig ?? '';
   const place = `scope:${rig}`;
-  const [setup, setSetup] = useState(() => remembered(place)?.setup ?? { ...USUAL, signals });
+  const [setup, setSetup] = useState(() => remembered(place)?.setup ?? { ...USUAL, ...usual, signals });
   const [look, setLook] = useState(() => remembered(place)?.look ?? LIVE);
   const [width, setWidth] = useState(0);
   const [status, setStatus] = useState({ state: 'asking', lost: [], pauses: [], hits: 0, capture: null, trouble: '', messages_lost: 0 });
