@@ -17,7 +17,7 @@ export function Typed({ part, value, mayOperate, onOperate }) {
     if (typed === null) return;
     const given = isNumber ? Number(typed.replace(',', '.')) : typed;
     setTyped(null);
-    if (!Number.isNaN(given) && typed !== now) onOperate(part, given);
+    if ((!isNumber || Number.isFinite(given)) && typed !== now) onOperate(part, given);
   };
   const onKeyDown = (event) => {
     if (event.key === 'Enter') set();

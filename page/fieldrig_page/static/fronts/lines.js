@@ -9,7 +9,7 @@ export function Lines({ part, values }) {
   const lines = linesOf(part, values);
   const texts = values[part.texts] ? values[part.texts].split('\n').map(placed).filter(Boolean) : lines.map((text, at) => ({ line: at + 1, column: 1, size: 1, text }));
   const cursor = (values[part.cursor] ?? '').split(' ').map(Number);
-  const spoken = lines.map((line) => line.trim()).filter(Boolean).join(' / ');
+  const spoken = texts.map(({ text }) => text.trim()).filter(Boolean).join(' / ');
   const blinks = values[part.blinks] === true;
   const wide = columns > 20 ? 5 : CELL; // a wide display has narrow characters
   return html`<svg class=${`lines ${blinks ? 'blinks' : ''}`} style=${{ maxWidth: `${3.2 * (wide * columns + 8)}px` }} viewBox=${`-4 -4 ${wide * columns + 8} ${CELL * rows + 8}`} role="img" tabindex="-1"

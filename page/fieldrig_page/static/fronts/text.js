@@ -7,7 +7,7 @@ export function Text({ part, values }) {
   const look = (part.bad ?? []).includes(value) ? 'down' : (part.good ?? []).includes(value) ? 'ok' : '';
   const words = named(value, part.names);
   return html`<div class="fact" title=${part.about}><dt>${part.label}</dt>
-    <dd class=${words.includes('\n') ? 'many' : ''}>${look ? html`<span class=${`pill ${look}`}>${words}</span>` : words || '–'}</dd></div>`;
+    <dd class=${words.includes('\n') ? 'many' : ''} tabindex=${words.includes('\n') ? 0 : null}>${look ? html`<span class=${`pill ${look}`}>${words}</span>` : words || '–'}</dd></div>`;
 }
 
 export function Number({ part, values, units }) {
