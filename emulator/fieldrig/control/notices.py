@@ -62,13 +62,25 @@ class Watched:
         ]
 
 
-async def look_on(control: Control, watched: Sequence[Watched], also: Callable[[], object] = lambda: None) -> None:
-    """Publish what changes, until cancelled; `also` is called as often."""
+async def look_on(
+    control: Control,
+    watched: Sequence[Watched],
+    now_ns: Callable[[], int],
+    also: Callable[[], object] = lambda: None,
+) -> None:
+    """Publish what changes, until cancelled; `also` is called as often.
+
+    A notice has the instants between which it happened: `after_ns` of the look before, and `at_ns` of this one.
+    """
+    after_ns = now_ns()
     while True:
         also()
+        at_ns = now_ns()
         for part in watched:
             for notice in part.look():
-                control.publish(f"notice/{notice.part}", notice._asdict())
+                span = {"after_ns": after_ns, "at_ns": at_ns}
+                control.publish(f"notice/{notice.part}", notice._asdict() | span)
+        after_ns = at_ns
         await asyncio.sleep(PERIOD_S)
 
 
@@ -78,6 +90,14 @@ def in_words(notice: Notice) -> str:
     if notice.is_over:
         return f"{notice.key if is_fault else notice.text}: over"
     return f"{notice.key}: {notice.text}" if is_fault else notice.text
+
+
+def span_of(message: Any) -> tuple[int, int] | None:
+    """Return the instants between which a notice happened, on the clock of the rig; None if it does not say."""
+    match message:
+        case {"after_ns": int(after_ns), "at_ns": int(at_ns)}:
+            return after_ns, at_ns
+    return None
 
 
 def taken(message: Any) -> Notice | None:

@@ -142,7 +142,8 @@ class Host:
             watched.append(Watched(device_name, points.faults))
         if self._points:
             control.listen_to("late/*", self._on_late)
-        self._looking = asyncio.get_running_loop().create_task(look_on(control, watched, self._troubles))
+        looking = look_on(control, watched, process.clock.now_ns, self._troubles)
+        self._looking = asyncio.get_running_loop().create_task(looking)
         gc.collect()
         gc.freeze()  # what is there now stays: later collections needn't look at it
         gc.set_threshold(*COLLECTION)

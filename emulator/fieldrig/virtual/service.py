@@ -104,7 +104,7 @@ class VirtualService:
             self._rebase()
             self.publish("ready")
             pacer = self._loop.create_task(self._pace())
-            looking = self._loop.create_task(look_on(self._control, self._watched))
+            looking = self._loop.create_task(look_on(self._control, self._watched, lambda: self._rig.now_ns))
             both: set[asyncio.Future[Any]] = {pacer, self._ended}
             await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
             self.publish("stopping")

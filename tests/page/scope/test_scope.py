@@ -161,7 +161,25 @@ async def test_a_fault_triggers(tmp_path: Path) -> None:
         socket = await looked(page, setup)
         await page.ask("rig/step", {"ns": S})
         await page.ask("device/source/add_fault", {"fault": {"what": "power_off"}})
-        page.control.publish(
-            "notice/source", {"part": "source", "key": "fault 1", "text": "power_off", "is_over": False}
-        )
-        await socket.until("scope", lambda frame: frame.get("status", {}).get("state") == "triggered")
+        frame = await socket.until("scope", lambda frame: bool(frame.get("events")))
+        assert [(event["sort"], event["part"], event["text"]) for event in frame["events"]] == [
+            ("fault", "source", "power_off")
+        ]
+        await page.ask("rig/step", {"ns": S})
+        frame = await socket.until("scope", lambda frame: frame.get("status", {}).get("state") == "caught")
+        assert 0 <= frame["status"]["capture"]["after_ns"] <= frame["status"]["capture"]["trigger_ns"] == S
+
+
+@in_loop
+async def test_a_message_on_a_bus_triggers_at_its_instant(tmp_path: Path) -> None:
+    hot = {"power_w": 100, "heat_capacity_j_per_k": 100, "resistance_k_per_w": 1, "initial_degc": 90}
+    devices = {"boiler": {"kind": "plant.heater", **hot, "links": {"wires": "wires"}}}
+    rig = {"name": "boiler", "time": "virtual", "run": str(tmp_path), "devices": devices}
+    async with page_of({**rig, "buses": {"wires": {"kind": "wires.virtual"}}}) as page:
+        points = (await page.get("scope/signals")).json
+        setup = {"signals": [points[0]["name"]], "window_ns": 10 * MS, "mode": "single"}
+        socket = await looked(page, {**setup, "trigger": {"kind": "message", "part": "wires", "words": "boiler"}})
+        await page.ask("rig/step", {"ns": 3 * S})
+        frame = await socket.until("scope", lambda frame: frame.get("status", {}).get("state") == "caught")
+        assert frame["status"]["capture"]["trigger_ns"] == frame["status"]["capture"]["after_ns"] > 0
+        assert frame["status"]["messages_lost"] == 0
