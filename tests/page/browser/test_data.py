@@ -1,0 +1,195 @@
+"""Values, traffic, faults and programs in a browser: by what a person does, beside masters from outside."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal
+
+import canopen
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from browser_page import ServedRig, opened
+from playwright.sync_api import Browser, expect
+from pymodbus.client import ModbusTcpClient
+
+from fieldrig.testing import free_port
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
+VIEWS = ("/values/io", "/traffic/can0", "/faults", "/programs/feeder")
+
+pytestmark = pytest.mark.real
+
+PORTS = {"can": free_port(), "tcp": free_port()}
+
+
+@pytest.fixture(scope="module")
+def lab() -> Iterator[ServedRig]:
+    can, tcp = PORTS["can"], PORTS["tcp"]
+    with ServedRig(
+        CONFIGS / "lab.yaml",
+        f"--set=buses.can0.socketcand=127.0.0.1:{can}",
+        f"--set=buses.mb_tcp.listen=127.0.0.1:{tcp}",
+    ) as rig:
+        yield rig
+
+
+@pytest.fixture(scope="module")
+def feeder() -> Iterator[ServedRig]:
+    with ServedRig(CONFIGS / "feeder-virtual.yaml", "--set=speed=1") as rig:
+        yield rig
+
+
+@pytest.fixture
+def master() -> Iterator[ModbusTcpClient]:
+    client = ModbusTcpClient("127.0.0.1", port=PORTS["tcp"], timeout=1, retries=0)
+    assert client.connect()
+    yield client
+    client.close()
+
+
+@pytest.fixture
+def network(lab: ServedRig) -> Iterator[canopen.Network]:
+    network = canopen.Network()
+    network.connect(interface="socketcand", host="127.0.0.1", port=PORTS["can"], channel="can0")
+    yield network
+    network.disconnect()
+
+
+def test_a_register_is_found_by_name_and_a_value_beyond_its_limits_is_refused_with_the_reason(
+    browser: Browser, lab: ServedRig, master: ModbusTcpClient
+) -> None:
+    with opened(browser, lab, path="/values/drive") as page:
+        page.get_by_label("find").fill("set point")
+        expect(page.locator(".rows tbody tr")).to_have_count(1)
+        page.get_by_role("button", name="speed_set, 0 %, change").click()
+        dialog = page.get_by_role("dialog")
+        expect(dialog).to_contain_text("u16, holding register 0, 0 to 100 %")
+        dialog.get_by_label("new value").fill("120")
+        dialog.get_by_role("button", name="Write").click()
+        expect(dialog.get_by_role("alert")).to_contain_text("expected a number from 0 to 100 %, got 120")
+        assert master.read_holding_registers(0, count=1, device_id=1).registers == [0]
+        dialog.get_by_label("new value").fill("12.5")
+        dialog.get_by_role("button", name="Write").click()
+        expect(page.get_by_role("button", name="speed_set, 12.5 %, change")).to_be_visible()
+        assert master.read_holding_registers(0, count=1, device_id=1).registers == [125]
+
+
+def test_a_value_that_a_foreign_master_writes_appears(
+    browser: Browser, lab: ServedRig, master: ModbusTcpClient
+) -> None:
+    with opened(browser, lab, path="/values/drive") as page:
+        page.get_by_label("find").fill("level_limit")
+        expect(page.get_by_role("button", name="level_limit, 1.8 m, change")).to_be_visible()
+        master.write_register(2, 1500, device_id=1)
+        expect(page.get_by_role("button", name="level_limit, 1.5 m, change")).to_be_visible()
+
+
+def test_a_fault_given_by_the_form_reaches_a_foreign_master_and_is_cleared(
+    browser: Browser, lab: ServedRig, network: canopen.Network
+) -> None:
+    node = canopen.RemoteNode(5, str(CONFIGS / "eds" / "io32.eds"))
+    network.add_node(node)
+    node.sdo.RESPONSE_TIMEOUT = 0.5
+    assert node.sdo.upload(0x1000, 0)
+    with opened(browser, lab, path="/faults/io") as page:
+        page.get_by_label("part", exact=True).select_option("io")
+        page.get_by_label("fault", exact=True).select_option("power_off")
+        page.get_by_role("button", name="Give the fault").click()
+        row = page.get_by_role("row", name="io 1 power_off")
+        expect(row).to_contain_text("on")
+        with pytest.raises(canopen.SdoCommunicationError):
+            node.sdo.upload(0x1000, 0)
+        expect(page.get_by_role("log")).to_contain_text("power_off")
+        row.get_by_role("button", name="Clear fault 1 of io").click()
+        expect(page.get_by_text("none", exact=True)).to_be_visible()
+        assert node.sdo.upload(0x1000, 0)
+
+
+def test_a_wrong_fault_is_refused_beside_its_form(browser: Browser, lab: ServedRig) -> None:
+    with opened(browser, lab, path="/faults") as page:
+        page.get_by_label("probability").fill("two")
+        page.get_by_role("button", name="Give the fault").click()
+        expect(page.get_by_role("alert")).to_contain_text("probability")
+        expect(page.get_by_text("none", exact=True)).to_be_visible()
+
+
+def test_traffic_is_named_filtered_and_paused(browser: Browser, lab: ServedRig, network: canopen.Network) -> None:
+    node = canopen.RemoteNode(5, str(CONFIGS / "eds" / "io32.eds"))
+    network.add_node(node)
+    with opened(browser, lab, path="/traffic/can0") as page:
+        expect(page.get_by_role("button", name="can0")).to_have_attribute("aria-pressed", "true")
+        page.get_by_label("kind").fill("SDO")
+        expect(page.get_by_role("status").filter(has_text="messages")).to_have_text("0 messages")
+        node.sdo.upload(0x1008, 0)
+        rows = page.locator(".rows tbody tr")
+        expect(rows.first).to_contain_text("SDO read")
+        expect(rows.first).to_contain_text("1008:00 Manufacturer device name")
+        before = rows.count()
+        page.get_by_role("button", name="Pause").click()
+        node.sdo.upload(0x1000, 0)
+        go_on = page.get_by_role("button", name="Go on (2 wait)")
+        expect(go_on).to_be_visible()
+        assert rows.count() == before
+        go_on.click()
+        expect(rows).to_have_count(before + 2)
+        expect(rows.last).to_contain_text("1000:00 Device type = ")
+        with page.expect_download() as download:
+            page.get_by_role("link", name="log").click()
+        log = download.value.path().read_text()
+        assert "can0 605#4000100000000000" in log
+
+
+def test_a_variable_is_forced_and_released(browser: Browser, feeder: ServedRig) -> None:
+    with opened(browser, feeder, path="/programs/feeder") as page:
+        expect(page.get_by_role("region", name="source feeder.st")).to_contain_text("g_udiRamp = 200")
+        page.get_by_label("variable", exact=True).fill("g_udiRamp")
+        page.get_by_label("value", exact=True).fill("77")
+        page.get_by_role("button", name="Force").click()
+        expect(page.get_by_role("button", name="Release g_udiRamp")).to_be_visible()
+        expect(page.get_by_role("region", name="source feeder.st")).to_contain_text("g_udiRamp = 77")
+        page.get_by_role("button", name="Release g_udiRamp").click()
+        expect(page.get_by_role("button", name="Release g_udiRamp")).to_have_count(0)
+
+
+def test_a_program_is_stopped_and_started(browser: Browser, feeder: ServedRig) -> None:
+    with opened(browser, feeder, path="/programs/sealer") as page:
+        page.get_by_role("button", name="Stop").click()
+        expect(page.get_by_role("button", name="Start")).to_be_enabled()
+        page.get_by_role("button", name="Start").click()
+        expect(page.get_by_role("button", name="Stop")).to_be_enabled()
+
+
+def test_of_a_long_list_only_the_rows_on_the_screen_exist(browser: Browser, lab: ServedRig) -> None:
+    with opened(browser, lab, path="/values/io") as page:
+        expect(page.get_by_text("245 of 245 values")).to_be_visible()
+        rows = page.locator(".rows tbody tr:not(.gap)")
+        assert rows.count() < 60
+        page.locator(".rows").evaluate("box => box.scrollTo(0, box.scrollHeight)")
+        expect(page.get_by_text("the node's clock, which TIME sets")).to_be_visible()
+        assert rows.count() < 60
+
+
+def test_a_page_for_looking_only_has_no_field_to_write(browser: Browser, lab: ServedRig) -> None:
+    with opened(browser, lab, "look", path="/values/drive") as page:
+        expect(page.locator(".rows tbody tr").first).to_be_visible()
+        expect(page.locator(".rows button")).to_have_count(0)
+    with opened(browser, lab, "look", path="/faults") as page:
+        expect(page.get_by_role("heading", name="Given faults")).to_be_visible()
+        expect(page.get_by_role("button")).to_have_count(0)
+
+
+@pytest.mark.parametrize("path", VIEWS)
+def test_axe_finds_no_violation_and_a_telephone_scrolls_only_downwards(
+    browser: Browser, lab: ServedRig, feeder: ServedRig, path: str
+) -> None:
+    with opened(browser, feeder if path.endswith("feeder") else lab, path=path) as page:
+        expect(page.locator("section h2").first).to_be_visible()
+        if "values" in path:
+            page.locator(".rows button").first.click()
+            expect(page.get_by_role("dialog")).to_be_visible()
+        for scheme in SCHEMES:
+            page.emulate_media(color_scheme=scheme)
+            found = Axe().run(page)
+            assert found.violations_count == 0, found.generate_report()
+        page.set_viewport_size({"width": 390, "height": 844})
+        assert page.evaluate("document.documentElement.scrollWidth") == 390
