@@ -122,6 +122,15 @@ def test_devices_then_the_keys_of_one(rig: RunningRig) -> None:
     assert at_once(rig, "get", "door/") == []
 
 
+def test_signals_of_devices_and_of_buses_that_have_some(rig: RunningRig) -> None:
+    assert in_rig(rig, "record", "") == ["wires", "tank", "terrace_io"]
+    assert in_rig(rig, "record", "wires/tank.l") == ["wires/tank.level", "wires/tank.low"]
+    assert in_rig(rig, "record", "wires/tank.level", "tank/lev") == ["tank/level"]
+    assert "wires/tank.level" in in_rig(rig, "record", "wires")
+    assert in_rig(rig, "record", "tank/level", "--ch") == ["--changes"]
+    assert at_once(rig, "record", "can0/") == []
+
+
 def test_keys_that_can_be_written(rig: RunningRig) -> None:
     assert in_rig(rig, "set", "t") == ["tank/", "terrace_io/"]
     assert in_rig(rig, "set", "tank/") == ["tank/level="]

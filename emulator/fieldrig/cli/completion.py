@@ -64,13 +64,14 @@ def watched(ctx: typer.Context, incomplete: str) -> Offers:
 
 
 def signal(ctx: typer.Context, incomplete: str) -> Offers:
-    """Offer points and wires for `record`: devices and buses, and the keys of one of them."""
+    """Offer points and wires for `record`: devices and buses with signals, and the keys of one of them."""
 
     def offer(rig: "Client", word: str, before: list[str]) -> Iterable[str]:
         part, slash, _ = word.partition("/")
-        buses = [bus for bus in _status(rig)["buses"] if bus == part or (not slash and bus.startswith(part))]
-        wires = [f"{bus}/{wire}" for bus in buses if bus == part for wire in _wires(rig, bus)]
-        return [*([] if slash else buses), *wires, *_points(rig, word, is_to_write=False)]
+        named = [bus for bus in _status(rig)["buses"] if bus == part or (not slash and bus.startswith(part))]
+        wires = {bus: found for bus in named if (found := _wires(rig, bus))}
+        of_one = [f"{part}/{wire}" for wire in wires.get(part, ())]
+        return [*([] if slash else wires), *of_one, *_points(rig, word, is_to_write=False)]
 
     return _offer(ctx, "signals", incomplete, offer)
 
