@@ -85,6 +85,19 @@ def test_ctrl_c_ends_a_recording_with_all_that_was_recorded(rig: RunningRig) -> 
     assert pulses[0][0] == pulses[1][0], "the pulse is over at the instant at which it begins"
 
 
+def test_a_recording_ends_with_a_recorder_that_is_killed(rig: RunningRig) -> None:
+    if rig.status()["time"] == "virtual":
+        pytest.skip("a rig in virtual time has one log, on its output")
+    file = rig.folder / "killed.csv"
+    command = [*FIELDRIG, "record", "beat/count", "-o", str(file)]
+    recorder = subprocess.Popen(command, env=rig.environment, stderr=subprocess.DEVNULL)
+    until(lambda: file.exists() and file.stat().st_size > 500)
+    assert "its reader is gone" not in rig.log("beat")
+    recorder.kill()
+    recorder.wait()
+    until(lambda: "its reader is gone" in rig.log("beat"))
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

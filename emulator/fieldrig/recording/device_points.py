@@ -46,7 +46,13 @@ class PointReads:
             return [NAN] * len(self._keys)
         if device is not self._bound or self._is_stale(device):
             self._bind(device)
-        return [read() for read in self._reads]
+        try:
+            return [read() for read in self._reads]
+        except (LookupError, AttributeError, ValueError):
+            if self._is_steady:
+                raise
+            self._bind(device)  # a point may have gone since they were looked up
+            return [read() for read in self._reads]
 
     def _is_stale(self, device: Device) -> bool:
         if self._is_steady:

@@ -34,7 +34,7 @@ from fieldrig.recording.signals import (
 MOST_BEHIND: Final = 64
 """Batches that may wait for their acknowledgement."""
 MOST_KEPT: Final = 4 * MOST_BEHIND
-MOST_KEPT_BYTES: Final = 16 << 20
+MOST_KEPT_BYTES: Final = 8 << 20
 PATIENCE_S: Final = 5.0
 """How long a rig in virtual time waits for a reader that says nothing."""
 MARK_NS: Final = 500_000_000

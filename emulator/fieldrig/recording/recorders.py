@@ -201,7 +201,7 @@ class Recorders:
     @property
     def is_behind(self) -> bool:
         """True while a rig in virtual time has to wait for a reader."""
-        return any(recording.record_set.is_behind for recording in self._recordings.values())
+        return bool(self._recordings) and any(recording.record_set.is_behind for recording in self._recordings.values())
 
     async def until_room(self) -> None:
         """Wait until no reader is behind."""

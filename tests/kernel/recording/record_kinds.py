@@ -1,6 +1,7 @@
 """Devices for the tests of recordings; a module of its own so that the processes of a rig can import it."""
 
 from collections.abc import Mapping
+from functools import partial
 
 from fieldrig.clock import MS, Clock
 from fieldrig.device import Device, Point, Value
@@ -54,6 +55,30 @@ class Beat(Device):
                     self.look()
         if self._wires is not None:
             self._wires.send(Signal(f"{self._name}.count", self.count, "1"))
+        if self.end_of_cycle is not None:
+            self.end_of_cycle()
+
+
+class Shifting(Device):
+    """Makes its points again at each call, and loses one of them after some cycles."""
+
+    has_cycle = True
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._values = {"left": 1, "right": 2}
+
+    def start(self) -> None:
+        self._clock.call_at(self._clock.now_ns() + MS, self._on_cycle)
+
+    def points(self) -> Mapping[str, Point]:
+        return {key: Point(partial(self._values.__getitem__, key)) for key in self._values}
+
+    def _on_cycle(self) -> None:
+        self._clock.call_at(self._clock.now_ns() + MS, self._on_cycle)
+        self._values["right"] += 1
+        if self._values["right"] == 6:
+            del self._values["left"]
         if self.end_of_cycle is not None:
             self.end_of_cycle()
 

@@ -18,6 +18,7 @@ BEATS: dict[str, Any] = {
     "devices": {
         "beat": {"kind": "record_kinds:Beat", "links": {"wires": "wires"}},
         "slow": {"kind": "record_kinds:Beat", "cycle_ms": 30, "links": {"wires": "wires"}},
+        "shifting": {"kind": "record_kinds:Shifting"},
         "ramp": {"kind": "record_kinds:Ramp"},
     },
 }
@@ -120,6 +121,23 @@ def test_points_that_were_made_anew_are_read(rig: Rig) -> None:
     rig.restart("beat")
     rig.run_for(20 * MS)
     assert list(recording.values["beat/count"]) == [1, 2, -3, 1, 2]
+
+
+def test_a_point_that_has_gone_has_no_value_any_more(rig: Rig) -> None:
+    recording = rig.record(["shifting/left", "shifting/right"])
+    rig.run_for(6 * MS)
+    assert list(recording.values["shifting/right"]) == [3, 4, 5, 6, 7, 8]
+    assert list(recording.values["shifting/left"])[:3] == [1, 1, 1]
+    assert all(map(math.isnan, list(recording.values["shifting/left"])[3:]))
+
+
+def test_what_was_recorded_is_there_when_the_rig_is_closed(rig: Rig) -> None:
+    recordings = [rig.record("beat/count", rhythm) for rhythm in ("cycle", 10 * MS, "change")]
+    rig.run_for(20 * MS)
+    rig.close()
+    assert [list(recording.values["beat/count"]) for recording in recordings] == [[1, 2], [1, 2], [0, 1, 2]]
+    for recording in recordings:
+        recording.end()
 
 
 def test_two_recordings_run_beside_each_other_and_end_alone(rig: Rig) -> None:
