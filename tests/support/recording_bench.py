@@ -51,6 +51,7 @@ class HandSource:
     def __init__(self) -> None:
         self.hand, self.at_ns = HandPart(), 0
         self.ticks: list[Callable[[int, int], None]] = []
+        self.on_rows: Callable[[], None] = lambda: None
 
     def now_ns(self) -> int:
         return self.at_ns

@@ -32,6 +32,7 @@ class ProcessSource:
         self._due: list[tuple[int, Callable[[int], None]]] = []
         self._looks: list[Callable[[], None]] = []
         self._is_dirty = False
+        self.on_rows: Callable[[], None] = lambda: None
 
     def now_ns(self) -> int:
         """Return the instant up to which all rows have been taken."""
@@ -79,6 +80,7 @@ class ProcessSource:
         due, self._due = self._due, []
         for instant_ns, rows in groupby(due, itemgetter(0)):
             self.clock.look_at(instant_ns, self._take_at, rows)
+        self.on_rows()
 
     def _take_at(self, rows: Iterable[tuple[int, Callable[[int], None]]]) -> None:
         now_ns = self.clock.now_ns()

@@ -82,6 +82,9 @@ class RecordedPart(Protocol):
 class Source(Protocol):
     """The devices and buses of one process."""
 
+    on_rows: Callable[[], None]
+    """Set by the recordings: called after the rows of a cycle were taken, when there is time until the next one."""
+
     def part(self, name: str) -> RecordedPart:
         """ControlError, with the nearest name, if there is no such part."""
 

@@ -25,6 +25,8 @@ class RigSource:
 
     def __init__(self, rig: "Rig") -> None:
         self._rig = rig
+        self.on_rows: Callable[[], None] = lambda: None
+        """Never called: a rig in virtual time is in no hurry."""
 
     def now_ns(self) -> int:
         return self._rig.now_ns
