@@ -32,8 +32,8 @@ class RowsFile(ABC):
     def __init__(self, file: BinaryIO, columns: Sequence[Column], begin_ns: int) -> None:
         """`begin_ns` is the instant at which the recording began."""
         self._columns, self._begin_ns = columns, begin_ns
-        self._waiting: list[tuple[int, int, int, float]] = []
-        """Instant, number in the order of arrival, column and value."""
+        self._waiting: list[tuple[int, int, tuple[int, ...], tuple[float, ...]]] = []
+        """Instant, number in the order of arrival, columns and their values."""
         self._before: dict[int, float] = {}
         """The values that hold at the beginning, as processes begin one after the other."""
         self._taken = 0
@@ -43,19 +43,19 @@ class RowsFile(ABC):
         self._open(file)
 
     def take(self, rows: Rows) -> None:
-        for column, values in zip(rows.columns, rows.values, strict=True):
-            for time_ns, value in zip(rows.times_ns, values, strict=False):
-                if time_ns < self._begin_ns:
-                    if self._columns[column].is_held:
-                        self._before[column] = value
-                    continue
-                self._taken += 1
-                heappush(self._waiting, (max(time_ns, self._last_ns), self._taken, column, value))
+        for time_ns, *values in zip(rows.times_ns, *rows.values, strict=False):
+            if time_ns < self._begin_ns:
+                early = zip(rows.columns, values, strict=True)
+                self._before |= {column: value for column, value in early if self._columns[column].is_held}
+                continue
+            self._taken += 1
+            heappush(self._waiting, (max(time_ns, self._last_ns), self._taken, rows.columns, tuple(values)))
 
     def advance(self, until_ns: int) -> None:
         """Write what came up to this instant."""
-        while self._before and until_ns >= self._begin_ns:
-            heappush(self._waiting, (self._begin_ns, 0, *self._before.popitem()))
+        if self._before and until_ns >= self._begin_ns:
+            heappush(self._waiting, (self._begin_ns, 0, tuple(self._before), tuple(self._before.values())))
+            self._before.clear()
         for time_ns, values in self._instants(until_ns):
             self._last_ns = time_ns
             self.lines += 1
@@ -70,12 +70,12 @@ class RowsFile(ABC):
         """Yield the values of each instant by their columns; a column with two values at one instant comes again."""
         waiting, present, now_ns = self._waiting, dict[int, float](), 0
         while waiting and waiting[0][0] <= until_ns:
-            time_ns, _, column, value = heappop(waiting)
-            if present and (time_ns != now_ns or column in present):
+            time_ns, _, columns, values = heappop(waiting)
+            if present and (time_ns != now_ns or not present.keys().isdisjoint(columns)):
                 yield now_ns, present
                 present = {}
             now_ns = time_ns
-            present[column] = value
+            present.update(zip(columns, values, strict=True))
         if present:
             yield now_ns, present
 

@@ -38,6 +38,8 @@ EVERY: Final = 8
 """Batches after which an acknowledgement is sent at once."""
 MOST_WAITING: Final = 512
 """Batches behind a gap that are kept until it is filled; each of them can be asked for again."""
+MOST_STATES: Final = 10 * MOST_TEXTS
+"""Texts of a column, over all restarts of its process."""
 LEAST_LOST: Final = 1
 """The rows that count as lost where their number is not known, as after the restart of a process."""
 
@@ -248,14 +250,17 @@ class Assembler:
         if lost:  # it is not known of which of the columns
             none = [array("d") for _ in columns]
             self._on_rows(Rows(self._process, tuple(columns), part.first, lost, array("q"), none))
-        for column in dict.fromkeys(part.columns):
-            if column >= len(columns):
-                continue
-            chosen = [place for place, of_it in enumerate(part.columns) if of_it == column]
-            times_ns = array("q", (part.times_ns[place] for place in chosen))
-            values = array("d", (part.values[0][place] for place in chosen))
-            shown = self._translated(columns[column], values)
-            self._on_rows(Rows(self._process, (columns[column],), part.first, 0, times_ns, [shown]))
+        found: dict[int, tuple[array[int], array[float]]] = {}
+        for time_ns, column, value in zip(part.times_ns, part.columns, part.values[0], strict=True):
+            if column not in found:
+                found[column] = array("q"), array("d")
+            times_ns, values = found[column]
+            times_ns.append(time_ns)
+            values.append(value)
+        for column, (times_ns, values) in found.items():
+            if column < len(columns):
+                shown = self._translated(columns[column], values)
+                self._on_rows(Rows(self._process, (columns[column],), part.first, 0, times_ns, [shown]))
 
     def _take_texts(self, part: Part) -> None:
         try:
@@ -269,6 +274,8 @@ class Assembler:
     def _learn(self, column: int, texts: Sequence[str]) -> None:
         """Take the texts of a column, which may have other places in a process that was restarted."""
         states = self._columns[column].states
+        if len(states) > MOST_STATES:
+            return
         states += [text for text in dict.fromkeys(texts) if text not in states]
         self._numbers.pop(column, None)
         if list(texts) != states[: len(texts)]:

@@ -12,7 +12,6 @@ from fieldrig.recording import batch
 from fieldrig.recording.reader import Assembler, Rows
 from fieldrig.recording.signals import Column, Sort
 
-COLUMNS = [Column("a/x", Sort.NUMBER, "", []), Column("a/y", Sort.TEXT, "", []), Column("b/z", Sort.NUMBER, "", [])]
 TRACKS = [[0, 1], [2]]
 
 
@@ -34,7 +33,9 @@ def batches_of(sizes: list[int]) -> list[bytes]:
 class Bench:
     def __init__(self) -> None:
         self.rows: list[Rows] = []
-        self.assembler = Assembler("p", TRACKS, [*COLUMNS], self.rows.append)
+        kinds = {"a/x": Sort.NUMBER, "a/y": Sort.TEXT, "b/z": Sort.NUMBER}
+        self.columns = [Column(name, kind, "", []) for name, kind in kinds.items()]
+        self.assembler = Assembler("p", TRACKS, self.columns, self.rows.append)
 
     def column(self, number: int) -> list[float]:
         found = array("d")
@@ -102,9 +103,30 @@ def test_texts_of_a_column_come_before_the_values_that_stand_for_them() -> None:
     bench = Bench()
     part = batch.rows_part(0, 0, 0, [1], 2, struct.pack("<2d", 0.0, 1.0))
     bench.assembler.put(batch.encode(0, 1, [batch.texts_part(1, b'["off", "on"]'), part]))
-    assert COLUMNS[1].states[int(bench.column(1)[0])] == "on"
+    assert bench.columns[1].states[int(bench.column(1)[0])] == "on"
     for junk in (b"{", b'{"a": 1}', b"[1]", b"\xff"):
         bench.assembler.put(
             batch.encode(bench.assembler.next, 1, [batch.texts_part(1, junk), batch.texts_part(9, b"[]")])
         )
-    assert COLUMNS[1].states == ["off", "on"]
+    assert bench.columns[1].states == ["off", "on"]
+
+
+def rows_of_zeros(track: int, first: int, missed: int, count: int) -> bytes:
+    return batch.rows_part(track, first, missed, [0] * count, 2, bytes(16 * count))
+
+
+INTS = st.integers(0, 5)
+PARTS = st.one_of(
+    st.builds(rows_of_zeros, INTS, INTS, INTS, INTS),
+    st.builds(batch.events_part, INTS, INTS, st.lists(st.tuples(INTS, INTS, st.floats()))),
+    st.builds(batch.texts_part, INTS, st.binary(max_size=9) | st.just(b'["off","on"]')),
+)
+
+
+@given(st.lists(st.lists(PARTS, max_size=4), max_size=5))
+def test_parts_of_other_tracks_and_columns_harm_nothing(batches: list[list[bytes]]) -> None:
+    bench = Bench()
+    for number, parts in enumerate(batches):
+        bench.assembler.put(batch.encode(number, number, parts))
+    assert bench.assembler.next == len(batches)
+    assert {place for rows in bench.rows for place in rows.columns} <= {0, 1, 2}

@@ -32,6 +32,7 @@ async def until(condition: Any) -> None:
             await asyncio.sleep(0.001)
 
 
+@pytest.mark.long
 @given(st.lists(st.booleans(), max_size=120), st.integers(1, 40), st.integers(1, 9))
 def test_what_is_lost_on_the_way_is_asked_for_again(losses: list[bool], batches: int, cycles: int) -> None:
     fate: Iterator[bool] = iter(losses)
@@ -227,6 +228,7 @@ QUESTIONS = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=50)
 @given(st.lists(QUESTIONS | JSON, max_size=6))
 def test_any_question_is_answered_or_refused(questions: list[Any]) -> None:
