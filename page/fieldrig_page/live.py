@@ -133,12 +133,13 @@ class Live:
             self.refused += 1
             await socket.close()  # before it is accepted: HTTP status 403
             return
-        await socket.accept()
         page = Page(socket.scope["role"])
         page.send([{"t": "hello", "role": page.role, **self._greeting}])
-        self.pages[page] = socket
-        sending = asyncio.get_running_loop().create_task(_send_all(page, socket))
+        self.pages[page] = socket  # before it is accepted, so that sockets at the same instant are counted
+        sending: asyncio.Task[None] | None = None
         try:
+            await socket.accept()
+            sending = asyncio.get_running_loop().create_task(_send_all(page, socket))
             while True:
                 self.take(page, await _received(socket))
         except MalformedError as cause:
@@ -148,7 +149,8 @@ class Live:
             pass
         finally:
             self.pages.pop(page, None)
-            sending.cancel()
+            if sending is not None:
+                sending.cancel()
             for topic in self._topics.values():
                 topic.forget(page)
 

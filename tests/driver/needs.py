@@ -31,6 +31,7 @@ def program(name: str, *packages: str) -> Need:
     return Need(name, packages or (name,), lambda: shutil.which(name) is not None)
 
 
+CHROMIUM = program("chromium")
 CAN_UTILS = program("cansend", "can-utils")
 MBPOLL = program("mbpoll")
 SOCAT = program("socat")

@@ -22,6 +22,7 @@ BYTECODE = Path("build") / "bytecode"
 NODE = Path("tests") / "real" / "node"
 GUEST_LIMIT_S = 1200
 FOREIGN = "tests/real"
+BROWSER = "tests/page/browser"
 # A test that starts a whole rig can wait long for a busy host; its own limits say earlier what hangs.
 PATIENT = ("--timeout=600",)
 COMPILING = Lock()
@@ -203,8 +204,11 @@ WHOLE = (
         "foreign peers on sockets and ptys",
         "real and not vcan and not ppp",
         FOREIGN,
+        BROWSER,
         *PATIENT,
         wants=(
+            needs.CHROMIUM,
+            needs.NPM,
             needs.CAN_UTILS,
             needs.MBPOLL,
             needs.SOCAT,

@@ -1,7 +1,6 @@
 """The page's process beside a rig: its address, its end, and that the rig runs on without it."""
 
 import os
-import re
 import signal
 import socket
 import urllib.request
@@ -11,15 +10,15 @@ from typing import Any
 
 import pytest
 from lamp_rig import KINDS, lamp_rig
+from page_addresses import WITH_PAGE, addresses
 from running_rig import RunningRig, is_running, until
 
-from fieldrig.outside.page_seat import DEFAULT_PAGE, NO_PAGE_VARIABLE
+from fieldrig.outside.page_seat import DEFAULT_PAGE
 from fieldrig.system.exits import Exit
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
 
-WITH_PAGE = {NO_PAGE_VARIABLE: "0"}
 REAL = lamp_rig()
 VIRTUAL = lamp_rig(time="time: virtual", wires="wires.virtual")
 
@@ -31,15 +30,9 @@ def rig_with_page(rig: str, *options: str) -> Iterator[RunningRig]:
         yield running.until_ready()
 
 
-def address(rig: RunningRig, role: str) -> str:
-    found = re.search(rf"^page to {role}: +(\S+)$", rig.output(), re.MULTILINE)
-    assert found is not None, rig.output()
-    return found[1]
-
-
 def asked(rig: RunningRig, path: str) -> bytes:
     """Return what the page answers, with the token of who operates."""
-    place, _, token = address(rig, "operate").partition("?token=")
+    place, _, token = addresses(rig)["operate"].partition("?token=")
     request = urllib.request.Request(f"{place}{path}", headers={"Authorization": f"Bearer {token}"})
     with urllib.request.urlopen(request, timeout=60) as answer:
         content: bytes = answer.read()
@@ -84,16 +77,16 @@ def test_status_shows_the_page_without_its_tokens() -> None:
         until(lambda: b'"state": "ready"' in asked(rig, "api/v1/status"))
         page = rig.json("status")["ui"]
         assert page["state"] == "ready"
-        assert page["address"] == address(rig, "operate").partition("?")[0]
+        assert page["address"] == addresses(rig)["operate"].partition("?")[0]
         assert page["memory_mb"] > 0
         assert f"the page at {page['address']}" in rig.tool("status").stdout
-        token = address(rig, "operate").partition("token=")[2]
+        token = addresses(rig)["operate"].partition("token=")[2]
         assert token not in rig.tool("status", "--json").stdout
 
 
 @pytest.mark.long
 def test_a_rig_without_a_page_prints_no_address_and_listens_nowhere() -> None:
-    with RunningRig(VIRTUAL, KINDS, environment={NO_PAGE_VARIABLE: "0"}) as with_page:
+    with RunningRig(VIRTUAL, KINDS, environment=WITH_PAGE) as with_page:
         assert "page to operate" in with_page.until_ready().output()
         with RunningRig(VIRTUAL, KINDS, "--no-ui", environment=WITH_PAGE) as rig:
             assert "page to" not in rig.until_ready().output()
@@ -132,9 +125,9 @@ def test_beyond_loopback_the_page_needs_the_token_of_the_rig() -> None:
         assert "can be reached from other machines" in rig.output()
     with RunningRig(VIRTUAL, KINDS, *wide, environment={**WITH_PAGE, "FIELDRIG_TOKEN": "secret"}) as rig:
         until(lambda: "ready in " in rig.output())  # this process has no token to ask it
-        token = address(rig, "look").partition("token=")[2]
+        token = addresses(rig)["look"].partition("token=")[2]
         assert "secret" not in rig.output()
         assert rig.end() == Exit.OK
     with RunningRig(VIRTUAL, KINDS, *wide, environment={**WITH_PAGE, "FIELDRIG_TOKEN": "secret"}) as again:
         until(lambda: "ready in " in again.output())
-        assert address(again, "look").endswith(token)  # a page that is open finds it again
+        assert addresses(again)["look"].endswith(token)  # a page that is open finds it again

@@ -1,16 +1,15 @@
 """The page of a running rig in Debian's Chromium: what the tests and the pictures of the page look at."""
 
-import re
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, Literal
 
+from page_addresses import WITH_PAGE, addresses
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 from running_rig import RunningRig
 
-from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.testing import free_port
 
 CHROMIUM: Final = shutil.which("chromium")
@@ -29,12 +28,12 @@ class ServedRig(RunningRig):
 
     def __init__(self, rig: Path, *options: str, environment: Mapping[str, str] | None = None) -> None:
         ui = f"--set=ui.listen=127.0.0.1:{free_port()}"
-        super().__init__(rig, None, ui, *options, environment={NO_PAGE_VARIABLE: "0", **(environment or {})})
+        super().__init__(rig, None, ui, *options, environment={**WITH_PAGE, **(environment or {})})
         self.until_ready()
 
     def addresses(self) -> dict[str, str]:
         """Return the addresses of the page with their tokens, by role."""
-        return dict(re.findall(r"^page to (\w+): +(\S+)$", self.output(), re.MULTILINE))
+        return addresses(self)
 
 
 @contextmanager

@@ -1,0 +1,87 @@
+"""The shell of the page: both addresses, a server that dies, and what a person finds by keyboard."""
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from browser_page import ServedRig, opened
+from playwright.sync_api import Browser, expect
+
+LAB = Path(__file__).parents[3] / "configs" / "lab-virtual.yaml"
+
+pytestmark = pytest.mark.real
+
+
+@pytest.fixture(scope="module")
+def lab() -> Iterator[ServedRig]:
+    """The lab in virtual time, at the speed of real time."""
+    with ServedRig(LAB, "--set=speed=1") as rig:
+        yield rig
+
+
+def test_a_page_connects_again_when_its_server_was_killed_and_the_rig_runs_on(browser: Browser, lab: ServedRig) -> None:
+    with opened(browser, lab) as page:
+        state = page.locator("header").get_by_role("status")
+        expect(state).to_have_text("ready")
+        before = lab.status()
+        os.kill(before["ui"]["pid"], signal.SIGKILL)
+        expect(state).to_have_text("page server away, trying again")
+        expect(state).to_have_text("ready")
+        assert lab.status()["ui"]["restarts"] == before["ui"]["restarts"] + 1
+        assert lab.status()["pid"] == before["pid"]
+        assert lab.status()["now_ns"] > before["now_ns"]
+
+
+def test_the_token_leaves_the_address_and_a_reload_in_the_middle_needs_none(browser: Browser, lab: ServedRig) -> None:
+    with opened(browser, lab, "look", path="/processes") as page:
+        expect(page.get_by_role("heading", name="Processes")).to_be_visible()
+        assert "token" not in page.url
+        page.reload()
+        expect(page.get_by_role("heading", name="Processes")).to_be_visible()
+        expect(page.locator("header .facts")).to_contain_text("looking only")
+        assert page.get_by_role("button", name="Restart").count() == 0
+
+
+def test_no_request_leaves_the_machine_and_nothing_breaks_the_policy(browser: Browser, lab: ServedRig) -> None:
+    with opened(browser, lab) as page:
+        own = urlsplit(page.url).netloc
+        asked: list[str] = []
+        said: list[str] = []
+        page.on("request", lambda request: asked.append(request.url))
+        page.on("console", lambda message: said.append(message.text))
+        page.reload()
+        for link in page.get_by_role("navigation", name="views").get_by_role("link").all():
+            link.click()
+            expect(page.locator("main section").first).to_be_visible()
+        assert len(asked) > 5
+        assert {urlsplit(url).netloc for url in asked if not url.startswith(("data:", "blob:"))} == {own}
+        assert [text for text in said if "Security Policy" in text or "Failed to load" in text] == []
+
+
+def test_the_first_step_by_keyboard_leads_past_the_head(browser: Browser, lab: ServedRig) -> None:
+    with opened(browser, lab) as page:
+        expect(page.locator("header")).to_be_visible()
+        page.keyboard.press("Tab")
+        expect(page.get_by_role("link", name="to the content")).to_be_focused()
+        page.keyboard.press("Enter")
+        expect(page.locator("main")).to_be_focused()
+
+
+def test_two_rigs_of_a_host_do_not_take_each_others_cookies(browser: Browser, lab: ServedRig) -> None:
+    with ServedRig(LAB, "--set=speed=1") as other, opened(browser, lab) as page:
+        page.goto(other.addresses()["look"])
+        expect(page.locator("header .facts")).to_contain_text("looking only")
+        page.goto(lab.addresses()["operate"].partition("?")[0])  # its cookie is still there
+        expect(page.locator("header .facts")).to_contain_text("operating")
+
+
+def test_a_page_whose_rig_was_started_anew_asks_for_the_new_address(browser: Browser) -> None:
+    with ServedRig(LAB, "--set=speed=1") as rig, opened(browser, rig) as page:
+        expect(page.locator("header").get_by_role("status")).to_have_text("ready")
+        port = urlsplit(page.url).port
+        rig.end()
+        rig.process = rig.up(f"--set=ui.listen=127.0.0.1:{port}", "--set=speed=1")  # with other tokens
+        expect(page.locator("header").get_by_role("status")).to_contain_text("this address is no longer good")
