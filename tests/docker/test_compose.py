@@ -38,7 +38,7 @@ UNDER_CONTROL, REACHED = 4, 16
 
 @pytest.fixture(scope="module")
 def stack() -> Iterator[Stack]:
-    with stack_of("compose.yaml", OUTSIDE) as stack:
+    with stack_of("compose.yaml", (*OUTSIDE, "page")) as stack:
         yield stack
 
 

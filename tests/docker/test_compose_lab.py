@@ -1,6 +1,9 @@
 """The small lab in containers: what the machine of test_compose.py has not."""
 
+import re
 from collections.abc import Iterator
+from urllib.parse import urlsplit
+from urllib.request import HTTPCookieProcessor, build_opener
 
 import can
 import pytest
@@ -12,7 +15,7 @@ from pymodbus.client import ModbusTcpClient
 pytestmark = [pytest.mark.docker, pytest.mark.timeout(3600)]
 
 PARTS = {"rig", "can0", "tank", "io", "sensor", "drive"}
-PORTS = ("SOCKETCAND", "SLCAN", "MODBUS", "RTU")
+PORTS = ("SOCKETCAND", "SLCAN", "MODBUS", "RTU", "PAGE")
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +49,16 @@ def test_what_has_a_pty_in_the_lab_has_a_port_here(stack: Stack) -> None:
     with can.Bus(f"socket://127.0.0.1:{stack.ports['SLCAN']}", "slcan", bitrate=250_000) as bus:
         bus.send(can.Message(arbitration_id=0x605, data=bytes.fromhex("40 00 10 00 00 00 00 00"), is_extended_id=False))
         stack.until(lambda: _is_answer(bus.recv(1)), "the I/O node answers")
+
+
+def test_the_page_is_at_the_address_that_is_printed(stack: Stack) -> None:
+    printed = re.search(r"page to look: +(\S+)", stack.compose("logs", "--no-color", "rig"))
+    assert printed is not None
+    assert urlsplit(printed[1]).netloc == f"127.0.0.1:{stack.ports['PAGE']}"
+    browser = build_opener(HTTPCookieProcessor())
+    with browser.open(printed[1], timeout=60) as page:
+        assert (page.status, page.url) == (200, printed[1].partition("?")[0])
+        assert b"<!doctype html>" in page.read()
 
 
 def _is_answer(message: can.Message | None) -> bool:

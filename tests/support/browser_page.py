@@ -41,7 +41,6 @@ def chromium() -> Iterator[Browser]:
     """The browser, without a window."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(QUIET))
-        expect.set_options(timeout=PATIENCE_MS)
         yield browser
         browser.close()
 
