@@ -53,14 +53,20 @@ class Part(NamedTuple):
         return str(self.facts["point"])
 
 
+class State(NamedTuple):
+    """The values of the front of a device, or why there are none now, such as a device without power."""
+
+    values: Mapping[str, Value]
+    why: str = ""
+
+
 class _Look:
-    """The values of the front of one device."""
+    """A look at the front of one device."""
 
     def __init__(self) -> None:
         self.keys: list[str] = []
-        self.values: dict[str, Value] = {}
-        self.why = ""
-        """Why there are no values now, such as a device without power."""
+        self.state = State({})
+        """Another object only if something has changed."""
 
 
 class Fronts:
@@ -74,7 +80,7 @@ class Fronts:
         self._pages: dict[Page, str] = {}
         """The number of each page."""
         self._wanted: dict[Page, list[str]] = {}
-        self._sent: dict[Page, dict[str, Any] | None] = {}
+        self._sent: dict[Page, dict[str, State] | None] = {}
         self._looks: dict[str, _Look] = {}
         self._is_wanted = asyncio.Event()
 
@@ -100,17 +106,12 @@ class Fronts:
 
     def frame(self, page: Page) -> dict[str, Any] | None:
         before = self._sent[page]
-        now = {name: self._state(name) for name in self._wanted[page] if name in self._looks}
+        now = {name: self._looks[name].state for name in self._wanted[page] if name in self._looks}
         self._sent[page] = now
         if before is None:
-            return {"page": self._pages[page], "whole": True, "devices": now}
-        news = {name: _difference(before.get(name), state) for name, state in now.items()}
-        news = {name: new for name, new in news.items() if new}
-        return {"devices": news} if news else None
-
-    def _state(self, name: str) -> dict[str, Any]:
-        look = self._looks[name]
-        return {"values": dict(look.values), "why": look.why}
+            return {"page": self._pages[page], "whole": True, "devices": {name: now[name]._asdict() for name in now}}
+        changed = [name for name, state in now.items() if before.get(name) is not state]
+        return {"devices": {name: _news(before.get(name), now[name]) for name in changed}} if changed else None
 
     # ---- looking
 
@@ -129,11 +130,12 @@ class Fronts:
         try:
             if not look.keys:
                 look.keys = points_of(await self._link.ask(f"device/{name}/front"))
-            look.values = await self._link.ask(f"device/{name}/get", {"keys": look.keys})
-            look.why = ""
+            state = State(await self._link.ask(f"device/{name}/get", {"keys": look.keys}))
         except ControlError as cause:
             look.keys = []  # another program, or the same device after a restart, may have others
-            look.values, look.why = {}, cause.what
+            state = State({}, cause.what)
+        if state != look.state:
+            look.state = state
         self._looks[name] = look
 
     # ---- operations
@@ -221,12 +223,11 @@ def parts_of(front: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
         yield from group["parts"]
 
 
-def _difference(before: Mapping[str, Any] | None, now: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what has changed of a device; all of it if it has lost values."""
-    if before is None or before["why"] != now["why"] or before["values"].keys() != now["values"].keys():
-        return {**now, "whole": True}
-    changed = {key: value for key, value in now["values"].items() if value != before["values"][key]}
-    return {"values": changed} if changed else {}
+def _news(before: State | None, now: State) -> dict[str, Any]:
+    """Return what has changed of a device; all of it if it has other values than before."""
+    if before is None or before.why != now.why or before.values.keys() != now.values.keys():
+        return {**now._asdict(), "whole": True}
+    return {"values": {key: value for key, value in now.values.items() if value != before.values[key]}}
 
 
 async def write(link: RigLink, device: str, point: str, value: Value) -> None:

@@ -37,8 +37,8 @@ class HeldKey(NamedTuple):
 
 
 class HeldKeys:
-    def __init__(self, write: Write, file: Path) -> None:
-        self._write, self._file = write, file
+    def __init__(self, write: Write, file: Path, again_s: float = AGAIN_S) -> None:
+        self._write, self._file, self._again_s = write, file, again_s
         self._holders: dict[HeldKey, set[str]] = {}
         """The pages that hold a key."""
         self._locks: dict[HeldKey, asyncio.Lock] = {}
@@ -68,6 +68,11 @@ class HeldKeys:
             if key not in self._holders:
                 await self._write(key.device, key.point, key.released)
 
+    async def settled(self) -> None:
+        """Wait until what pages that have gone held is released."""
+        while self._releasing:
+            await asyncio.wait(self._releasing)
+
     def drop(self, page: str) -> None:
         """Release every key of a page that has gone."""
         for key in [key for key, holders in self._holders.items() if page in holders]:
@@ -83,7 +88,7 @@ class HeldKeys:
             try:
                 return await self.release(key, page)
             except NoAnswerError:
-                await asyncio.sleep(AGAIN_S)
+                await asyncio.sleep(self._again_s)
             except ControlError as cause:  # such as a device without power, whose keys are up when it starts again
                 return log.info("%s of %s: %s", key.point, key.device, cause.what)
 
@@ -115,4 +120,11 @@ class HeldKeys:
             return []
         if not isinstance(rows, list):
             return []
-        return [HeldKey(*row) for row in rows if isinstance(row, list) and len(row) == len(HeldKey._fields)]
+        return [HeldKey(*row) for row in rows if _is_key(row)]
+
+
+def _is_key(row: Any) -> bool:
+    match row:
+        case [str(), str(), bool() | int() | float() | str()]:
+            return True
+    return False
