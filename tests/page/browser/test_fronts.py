@@ -1,10 +1,10 @@
 """Fronts in a browser, by what a person does: press keys of a terminal, set terminals of a card, hold a key and go."""
 
+import json
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
-import yaml
 from axe_playwright_python.sync_playwright import Axe
 from browser_page import ServedRig, opened
 from every_kind import DEVICES, whole
@@ -49,7 +49,7 @@ def echo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServedRig]:
     folder = tmp_path_factory.mktemp("echo")
     (folder / "echo.I01").write_text(ECHO)
     file = folder / "echo.yaml"
-    file.write_text(yaml.safe_dump(RIG))
+    file.write_text(json.dumps(RIG))
     with ServedRig(file) as rig:
         yield rig
 
@@ -59,7 +59,7 @@ def kinds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServedRig]:
     """A rig of every kind, paused."""
     folder = tmp_path_factory.mktemp("kinds")
     file = folder / "kinds.yaml"
-    file.write_text(yaml.safe_dump({**whole(folder), "speed": 1}))
+    file.write_text(json.dumps({**whole(folder), "speed": 1}))
     with ServedRig(file) as rig:
         yield rig
 
