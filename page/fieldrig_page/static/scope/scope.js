@@ -29,6 +29,7 @@ export function Scope({ role, signals = [], usual = {}, isCompact = false }) {
   const [status, setStatus] = useState({ state: 'asking', lost: [], pauses: [], hits: 0, capture: null, trouble: '', messages_lost: 0 });
   const [columns, setColumns] = useState([]);
   const [talk, setTalk] = useState({ newest: [], values: [], events: [] });
+  const [isChoosing, setChoosing] = useState(setup.signals.length === 0 && !isCompact);
   const held = useRef(null);
   held.current ??= { buckets: new Buckets(), axes: new Axes(), columns: [], gaps: [], events: [], status: null, xy: null };
   const canvas = useRef(null);
@@ -157,7 +158,7 @@ export function Scope({ role, signals = [], usual = {}, isCompact = false }) {
       ${setup.xy && html`<canvas ref=${xyCanvas} class="scope-xy" role="img" aria-label=${`${setup.xy[1]} over ${setup.xy[0]}`} style=${{ width: '280px', height: '280px' }}></canvas>
         ${held.current.xy?.each > 1 && html`<p class="quiet">each ${held.current.xy.each}th sample is drawn</p>`}`}
       <${Timeline} events=${talk.events} zeroNs=${zeroNs} />
-      <details open=${!isCompact && setup.signals.length === 0 ? true : undefined}><summary>Signals</summary><${Signals} setup=${setup} onChange=${(next) => { setSetup(next); if (look.isStopped) setLook({ ...LIVE, arm: look.arm + 1 }); }} /></details>
+      <details open=${isChoosing} onToggle=${(event) => setChoosing(event.currentTarget.open)}><summary>Signals</summary><${Signals} setup=${setup} onChange=${(next) => { setSetup(next); if (look.isStopped) setLook({ ...LIVE, arm: look.arm + 1 }); }} /></details>
       <details><summary>Set-ups</summary><${Files} setup=${setup} role=${role} onOpen=${change} /></details>
     </section>`;
 }
