@@ -137,7 +137,7 @@ export function Scope({ role, signals = [], usual = {}, isCompact = false }) {
       <div class="scope-body">
         <div class="scope-plot" ref=${useWidth(setWidth)}>
           <canvas ref=${canvas} class=${isStill ? 'still' : ''} role="img" style=${{ height: `${height}px` }} tabindex="0"
-            aria-label=${`${columns.length} signals over ${exactly(view[1] - view[0])}, ${status.state}`}
+            aria-label=${`${columns.length} signals over ${exactly(isStill ? view[1] - view[0] : setup.window_ns)}, ${status.state}`}
             aria-describedby="scope-values" ...${pointer}></canvas>
           ${columns.length === 0 && html`<p class="quiet scope-empty">Choose signals below: any value of a device, wire, object or variable of a program.</p>`}
           ${isStill && html`<div class="scope-row" role="group" aria-label="look around">
