@@ -33,6 +33,7 @@ from fieldrig_devices.mc4 import idns
 from fieldrig_devices.mc4.energy import SLOW_NS
 from fieldrig_devices.mc4.faults import MODELS
 from fieldrig_devices.mc4.front import front_of
+from fieldrig_devices.mc4.idn_points import idn_points
 from fieldrig_devices.mc4.machine import Machine
 from fieldrig_devices.mc4.points import limited_load, points_of
 from fieldrig_devices.mc4.probes import PROBES
@@ -210,9 +211,9 @@ class Mc4(Device):
 
     @cached_property
     def _points(self) -> Mapping[str, Point]:
-        return points_of(
-            self.machine, self._ring_side, self._settings.load.gear_ratio, self._plate_text, self._on_inverter_enable
-        )
+        side = self._ring_side
+        own = points_of(self.machine, side, self._settings.load.gear_ratio, self._plate_text, self._on_inverter_enable)
+        return {**own, **dict(idn_points(side.slave.table, lambda: side.slave.phase))}
 
     def _plate_text(self) -> str:
         return self._encoder.why or ("read" if self.machine.motor else "not read")
