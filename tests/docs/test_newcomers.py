@@ -35,6 +35,15 @@ print(json.dumps({one: {str(p): hashlib.sha256(d).hexdigest() for p, d in conten
 """
 
 
+FILES_OF_THE_PAGE = """
+import hashlib, json, fieldrig_page
+from pathlib import Path
+top = Path(fieldrig_page.__file__).parent
+files = [path for path in (top / "static").rglob("*") if path.is_file()]
+print(json.dumps({str(path.relative_to(top)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}))
+"""
+
+
 ENDING = "trap 'jobs -p | xargs -r kill' EXIT\n"
 """Whatever a script has started ends with it."""
 
@@ -110,6 +119,14 @@ def test_the_wheel_has_the_examples_of_the_clone(newcomer: Newcomer) -> None:
         for name in menu()
     }
     assert json.loads(newcomer.python(IN_THE_WHEEL)) == ours
+
+
+def test_the_wheel_has_the_files_of_the_page_with_their_licences(newcomer: Newcomer) -> None:
+    top = ROOT / "page" / "fieldrig_page"
+    files = [path for path in (top / "static").rglob("*") if path.is_file()]
+    ours = {str(path.relative_to(top)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+    assert json.loads(newcomer.python(FILES_OF_THE_PAGE)) == ours
+    assert {"static/vendor/preact.mjs", "static/vendor/LICENSE.preact", "static/vendor/LICENSE.htm"} <= ours.keys()
 
 
 def test_the_files_of_every_example_of_the_wheel_are_right(newcomer: Newcomer) -> None:

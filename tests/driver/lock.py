@@ -4,6 +4,7 @@ The first has what fieldrig runs with and what builds it, for the image and `mak
 tests.  Both hold for every Python and system that fieldrig supports, with the hashes of all files of each package.
 """
 
+import json
 import re
 import subprocess
 import sys
@@ -28,6 +29,14 @@ another version. `make lock` writes this table from the metadata of the packages
 | package | version | licence | source |
 |---|---|---|---|
 """
+VENDORED = Path("page/fieldrig_page/static/vendor/lock.json")
+IN_THE_PAGE = """
+The page of a rig has files of these packages of npm, unchanged, beside their licence texts
+(`page/fieldrig_page/static/vendor`).
+
+| package | version | licence | source |
+|---|---|---|---|
+"""
 # Where a package states no licence in its metadata, or a whole text instead of a name.
 STATED_ELSEWHERE = {"eclipse-zenoh": "EPL-2.0 OR Apache-2.0"}
 PROJECT_PAGES = ("homepage", "source", "source code", "repository", "github", "documentation")
@@ -36,7 +45,9 @@ PROJECT_PAGES = ("homepage", "source", "source code", "repository", "github", "d
 def main() -> None:
     compile_lock(ALL, "--extra", "dev")
     compile_lock(RUN, "--constraint", str(ALL))
-    LICENCES.write_text(INTRODUCTION + "".join(rows(packages(RUN))), encoding="utf-8")
+    LICENCES.write_text(
+        "".join((INTRODUCTION, *rows(packages(RUN)), IN_THE_PAGE, *vendored(VENDORED))), encoding="utf-8"
+    )
 
 
 def compile_lock(target: Path, *options: str) -> None:
@@ -55,6 +66,13 @@ def rows(versions: dict[str, str]) -> Iterator[str]:
         except metadata.PackageNotFoundError:
             continue  # for another system or Python than this one
         yield f"| {name} | {version} | {licence(name, about)} | {page(about)} |\n"
+
+
+def vendored(lock: Path) -> Iterator[str]:
+    """Yield the rows of the packages of npm that a lock file beside their files names."""
+    for package, about in json.loads(lock.read_text(encoding="utf-8")).items():
+        name, _, version = package.rpartition("@")
+        yield f"| {name} | {version} | {about['licence']} | {about['source']} |\n"
 
 
 def licence(name: str, about: metadata.PackageMetadata) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
-from tests.driver.lock import ALL, LICENCES, RUN, packages
+from tests.driver.lock import ALL, LICENCES, RUN, VENDORED, packages, vendored
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -48,3 +48,8 @@ def test_the_base_of_the_image_is_named_by_its_digest() -> None:
     text = (ROOT / "docker" / "Dockerfile").read_text(encoding="utf-8")
     assert re.search(r"^ARG FIELDRIG_BASE=\S+@sha256:[0-9a-f]{64}$", text, re.MULTILINE)
     assert set(re.findall(r"^FROM (\S+)", text, re.MULTILINE)) == {"${FIELDRIG_BASE}"}
+
+
+def test_each_package_of_the_page_is_listed_with_its_licence() -> None:
+    listed = (ROOT / LICENCES).read_text(encoding="utf-8").splitlines(keepends=True)
+    assert [row for row in vendored(ROOT / VENDORED) if row not in listed] == []
