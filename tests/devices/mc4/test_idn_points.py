@@ -3,6 +3,7 @@
 import pytest
 from mc4_bench import DriveBench
 
+from fieldrig.device import Value
 from fieldrig.errors import ControlError
 
 
@@ -43,9 +44,9 @@ def test_texts_and_lists_are_texts(bench: DriveBench) -> None:
         ("S-0-0032", 3, "the drive refuses it with 7005h, protected now"),
     ],
 )
-def test_a_value_is_refused_as_over_the_service_channel(bench: DriveBench, key: str, value: object, why: str) -> None:
+def test_a_value_is_refused_as_over_the_service_channel(bench: DriveBench, key: str, value: Value, why: str) -> None:
     before = bench.rig.get(f"d1/{key}")
     with pytest.raises(ControlError) as refused:
-        bench.rig.set(f"d1/{key}", value)  # type: ignore[arg-type]
+        bench.rig.set(f"d1/{key}", value)
     assert why in str(refused.value)
     assert bench.rig.get(f"d1/{key}") == before

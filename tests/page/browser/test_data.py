@@ -40,10 +40,8 @@ def feeder() -> Iterator[ServedRig]:
 
 @pytest.fixture
 def master() -> Iterator[ModbusTcpClient]:
-    client = ModbusTcpClient("127.0.0.1", port=PORTS["tcp"], timeout=1, retries=0)
-    assert client.connect()
-    yield client
-    client.close()
+    with ModbusTcpClient("127.0.0.1", port=PORTS["tcp"], timeout=1, retries=0) as client:
+        yield client
 
 
 @pytest.fixture

@@ -60,7 +60,7 @@ def pulses(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServedRig]:
 
 def remember(page: Page, setup: dict[str, Any]) -> None:
     """Give the page a set-up, as an earlier visit of this tab would have left it."""
-    look = {"isStopped": False, "capture": None, "view": None, "cursors": [], "arm": 0}
+    look: dict[str, Any] = {"isStopped": False, "capture": None, "view": None, "cursors": [], "arm": 0}
     text = json.dumps({"setup": {**USUAL, **setup}, "look": look})
     page.evaluate("text => sessionStorage.setItem('scope:pulses', text)", text)
     page.reload()
