@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.recording.recorders import Recorders
-from fieldrig.recording.signals import Described, End, RecordedPart
+from fieldrig.recording.signals import Described, End, OnCycle, RecordedPart
 
 
 class HandPart:
@@ -17,7 +17,7 @@ class HandPart:
 
     def __init__(self) -> None:
         self.values: dict[str, Value] = {"x": 0, "y": 0.5, "on": False, "word": "idle"}
-        self.cycles: list[Callable[[int], None]] = []
+        self.cycles: list[OnCycle] = []
         self.changes: list[tuple[Sequence[str], Callable[[int, int, Value], None]]] = []
 
     def describe(self, keys: Sequence[str]) -> list[Described]:
@@ -29,7 +29,7 @@ class HandPart:
     def reader(self, keys: Sequence[str]) -> Callable[[], Sequence[Value]]:
         return lambda: [self.values[key] for key in keys]
 
-    def on_cycle(self, action: Callable[[int], None]) -> End:
+    def on_cycle(self, action: OnCycle) -> End:
         self.cycles.append(action)
         return lambda: self.cycles.remove(action) if action in self.cycles else None
 
@@ -70,7 +70,7 @@ class HandSource:
         self.at_ns += 1_000_000
         self.hand.values["x"] = int(self.hand.values["x"]) + 1
         for action in tuple(self.hand.cycles):
-            action(self.at_ns)
+            action(self.at_ns, 0)
 
 
 class HandOutlet:

@@ -6,10 +6,8 @@ at the instant of its cycle and 66 us four milliseconds later.
 """
 
 import asyncio
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from itertools import groupby
-from operator import itemgetter
 from typing import ClassVar
 
 from fieldrig.clock import NEVER_NS, Alarm
@@ -19,7 +17,7 @@ from fieldrig.real.process import DeviceProcess
 from fieldrig.real.switched import Switched
 from fieldrig.recording.bus_signals import BusSignals, OnDelivery
 from fieldrig.recording.device_points import PointReads, describe
-from fieldrig.recording.signals import Described, End, RecordedPart
+from fieldrig.recording.signals import Described, End, OnCycle, RecordedPart
 from fieldrig.text.nearest import closest
 
 
@@ -29,14 +27,16 @@ class ProcessSource:
     def __init__(self, process: DeviceProcess) -> None:
         self._process, self.clock = process, process.clock
         self._loop = asyncio.get_running_loop()
-        self._due: list[tuple[int, Callable[[int], None]]] = []
+        self._due: dict[OnCycle, int] = {}
+        """The rows to take, each with the number of cycles before it that were missed."""
+        self._due_ns = NEVER_NS
         self._looks: list[Callable[[], None]] = []
         self._is_dirty = False
         self.on_rows: Callable[[], None] = lambda: None
 
     def now_ns(self) -> int:
         """Return the instant up to which all rows have been taken."""
-        return min(self.clock.now_ns(), self._due[0][0] if self._due else NEVER_NS)
+        return min(self.clock.now_ns(), self._due_ns if self._due else NEVER_NS)
 
     def part(self, name: str) -> RecordedPart:
         process = self._process
@@ -69,23 +69,26 @@ class ProcessSource:
         alarm.at(when_ns, due)
         return alarm.stop
 
-    def after_cycle(self, action: Callable[[int], None]) -> None:
-        """Call `action` with the present instant, at that instant, when the present event has been handled."""
-        self._due.append((self.clock.now_ns(), action))
-        if len(self._due) == 1:
+    def after_cycle(self, action: OnCycle) -> None:
+        """Call `action` when the present event has been handled, at the instant of the latest event.
+
+        Of several cycles that the process handles together, only the last one is read: the state of those before it has
+        gone, so they are counted as missed.
+        """
+        if not self._due:
+            self._due_ns = self.clock.now_ns()
             self._loop.call_soon(self._take)
+        self._due[action] = self._due.get(action, -1) + 1
 
     def _take(self) -> None:
-        """Take all rows that are due; 40 drives of a ring have one instant in common."""
-        due, self._due = self._due, []
-        for instant_ns, rows in groupby(due, itemgetter(0)):
-            self.clock.look_at(instant_ns, self._take_at, rows)
+        due, self._due = self._due, {}
+        self.clock.look_at(self._due_ns, self._take_now, due)
         self.on_rows()
 
-    def _take_at(self, rows: Iterable[tuple[int, Callable[[int], None]]]) -> None:
+    def _take_now(self, due: Mapping[OnCycle, int]) -> None:
         now_ns = self.clock.now_ns()
-        for _, action in rows:
-            action(now_ns)
+        for action, missed in due.items():
+            action(now_ns, missed)
 
     def watch(self, look: Callable[[], None]) -> End:
         """Call `look` after events of this process, once for those that are handled together."""
@@ -127,7 +130,7 @@ class DeviceSignals:
     def reader(self, keys: Sequence[str]) -> Callable[[], Sequence[Value]]:
         return PointReads(self._present, keys)
 
-    def on_cycle(self, action: Callable[[int], None]) -> End | None:
+    def on_cycle(self, action: OnCycle) -> End | None:
         if not self._switched.present.has_cycle:
             return None
         return self._switched.cycle_hook.add(partial(self._source.after_cycle, action))

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from fieldrig.bus import Bus, Delivery
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
-from fieldrig.recording.signals import NAN, Described, End
+from fieldrig.recording.signals import NAN, Described, End, OnCycle
 from fieldrig.text.nearest import closest
 
 OnDelivery = Callable[[Delivery[Any]], None]
@@ -47,7 +47,7 @@ class BusSignals:
 
         return read
 
-    def on_cycle(self, action: Callable[[int], None]) -> None:
+    def on_cycle(self, action: OnCycle) -> None:
         return None
 
     def on_change(self, keys: Sequence[str], action: Callable[[int, int, Value], None]) -> End:

@@ -23,6 +23,9 @@ End = Callable[[], None]
 """Ends what has begun.  Calling it twice does no harm."""
 
 
+OnCycle = Callable[[int, int], None]
+
+
 class Sort(StrEnum):
     """The sort of the values of a column."""
 
@@ -72,8 +75,8 @@ class RecordedPart(Protocol):
     def reader(self, keys: Sequence[str]) -> Callable[[], Sequence[Value]]:
         """Return a function that reads these signals at the present instant; NaN stands for those without a value."""
 
-    def on_cycle(self, action: Callable[[int], None]) -> End | None:
-        """Call `action(instant)` at the end of each cycle.  None if the part has no cycle."""
+    def on_cycle(self, action: OnCycle) -> End | None:
+        """Call `action(instant, cycles missed before it)` at the end of each cycle.  None if the part has no cycle."""
 
     def on_change(self, keys: Sequence[str], action: Callable[[int, int, Value], None]) -> End:
         """Call `action(instant, place in keys, value)` at each change of one of these signals."""

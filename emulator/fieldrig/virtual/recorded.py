@@ -11,7 +11,7 @@ from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.recording.bus_signals import BusSignals, OnDelivery
 from fieldrig.recording.device_points import PointReads, describe
-from fieldrig.recording.signals import NAN, Described, End, RecordedPart
+from fieldrig.recording.signals import NAN, Described, End, OnCycle, RecordedPart
 from fieldrig.text.nearest import closest
 from fieldrig.virtual.node import LocalNode
 
@@ -104,11 +104,11 @@ class DeviceSignals:
             return [NAN] * len(keys)
         return [values[key] for key in keys]
 
-    def on_cycle(self, action: Callable[[int], None]) -> End | None:
+    def on_cycle(self, action: OnCycle) -> End | None:
         local = self._local
         if local is None or not local.device.has_cycle:
             return None
-        return local.cycle_hook.add(lambda: action(local.clock.now_ns()))
+        return local.cycle_hook.add(lambda: action(local.clock.now_ns(), 0))
 
     def on_change(self, keys: Sequence[str], action: Callable[[int, int, Value], None]) -> End:
         rig = self._rig

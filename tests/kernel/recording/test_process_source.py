@@ -1,0 +1,95 @@
+"""When the rows of a process in real time are taken, on a host that is late."""
+
+import asyncio
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, cast
+
+from in_loop import in_loop
+
+from fieldrig.clock import MS, VirtualClock
+from fieldrig.real.recorded import ProcessSource
+
+
+class LateClock(VirtualClock):
+    """A clock by hand whose events are handled later than they happen."""
+
+    late = 0
+
+    def late_ns(self) -> int:
+        return self.late
+
+    def look_at(self, instant_ns: int, read: Callable[..., Any], *arguments: Any) -> Any:
+        return read(*arguments)
+
+
+def source_of(clock: LateClock) -> ProcessSource:
+    return ProcessSource(cast(Any, SimpleNamespace(clock=clock)))
+
+
+@in_loop
+async def test_ticks_that_are_over_are_left_out_and_counted() -> None:
+    clock = LateClock(10 * MS)
+    taken: list[tuple[int, int]] = []
+    end = source_of(clock).every(2 * MS, lambda now_ns, missed: taken.append((now_ns // MS, missed)))
+    clock.advance_to(14 * MS)
+    clock.late = 7 * MS
+    clock.advance_to(16 * MS)  # it is handled at 23 ms: those at 18, 20 and 22 are over
+    clock.late = 0
+    clock.advance_to(26 * MS)
+    assert taken == [(12, 0), (14, 0), (16, 0), (24, 3), (26, 0)]
+    end()
+    clock.advance_to(40 * MS)
+    assert len(taken) == 5
+
+
+@in_loop
+async def test_of_cycles_that_are_handled_together_the_last_one_is_a_row() -> None:
+    clock = LateClock()
+    source = source_of(clock)
+    one, two = list[tuple[int, int]](), list[tuple[int, int]]()
+
+    def take_one(now_ns: int, missed: int) -> None:
+        one.append((now_ns, missed))
+
+    def take_two(now_ns: int, missed: int) -> None:
+        two.append((now_ns, missed))
+
+    for instant_ns in (1, 2, 3):
+        clock.instant_ns = instant_ns
+        source.after_cycle(take_one)
+    source.after_cycle(take_two)
+    assert source.now_ns() == 1, "later rows may still come"
+    assert not one
+    await asyncio.sleep(0)
+    assert (one, two) == ([(3, 2)], [(3, 0)])
+    assert source.now_ns() == 3
+    clock.instant_ns = 4
+    source.after_cycle(take_one)
+    await asyncio.sleep(0)
+    assert one[1:] == [(4, 0)]
+
+
+@in_loop
+async def test_values_are_looked_at_once_after_events_that_are_handled_together() -> None:
+    clock = LateClock()
+    source, looks = source_of(clock), list[str]()
+
+    def one() -> None:
+        looks.append("one")
+
+    def two() -> None:
+        looks.append("two")
+
+    ends = [source.watch(one), source.watch(two)]
+    on_event = cast(Any, clock).on_event
+    for _ in range(3):
+        on_event()
+    await asyncio.sleep(0)
+    assert looks == ["one", "two"]
+    ends[0]()
+    on_event()
+    await asyncio.sleep(0)
+    assert looks == ["one", "two", "two"]
+    ends[1]()
+    assert cast(Any, clock).on_event is None
