@@ -24,6 +24,8 @@ SHORTEST_S: Final = 0.05
 """Least time between the questions to two devices; it makes the round of a large rig longer."""
 SEARCH_ROUNDS: Final = 10
 """Rounds after which the points of a device are asked for again: a controller has more once it has started."""
+AWAY_ROUNDS: Final = 4
+"""Rounds without a look after which the spark lines begin again."""
 ANSWER_S: Final = 1.0
 
 Row = dict[str, list[Value]]
@@ -61,8 +63,11 @@ class CardValues:
         names = list(self._link.config.devices)
         pause_s = max(ROUND_S / max(len(names), 1), SHORTEST_S)
         rounds = 0
+        loop, looked_s = asyncio.get_running_loop(), 0.0
         while True:
             await is_wanted.wait()
+            if loop.time() - looked_s > AWAY_ROUNDS * pause_s * max(len(names), 1):
+                self._rows.clear()  # a line over the time in which nobody looked would show a jump that never was
             row: Row = {}
             for name in names:
                 await self._look(name, row, rounds % SEARCH_ROUNDS == 0)
@@ -70,6 +75,7 @@ class CardValues:
             if not names:
                 await asyncio.sleep(ROUND_S)
             rounds += 1
+            looked_s = loop.time()
             self.sample += 1
             self._rows.append((self.sample, row))
 

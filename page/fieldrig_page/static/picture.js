@@ -21,8 +21,9 @@ export function View({ role }) {
   if (refusal) return html`<p class="refusal" role="alert">${refusal.what} ${refusal.remedy}</p>`;
   if (!graph) return html`<p class="quiet">The picture is loading.</p>`;
   const isSmall = Object.keys(graph.devices).length <= SMALL;
-  return html`<div class=${isSmall ? 'with-scope' : ''}><${Picture} graph=${graph} life=${life} mayOperate=${role === 'operate'} isSmall=${isSmall} />
-    ${isSmall && html`<${Beside} role=${role} life=${life} names=${Object.keys(graph.devices)} />`}</div><${Events} events=${life.events} buses=${graph.buses} />`;
+  const picture = html`<${Picture} graph=${graph} life=${life} mayOperate=${role === 'operate'} isSmall=${isSmall} /><${Events} events=${life.events} buses=${graph.buses} />`;
+  if (!isSmall) return picture;
+  return html`<div class="with-scope"><div>${picture}</div><${Beside} role=${role} life=${life} names=${Object.keys(graph.devices)} /></div>`;
 }
 
 // The scope beside the picture of a small rig, with the first number of each card from the start.
