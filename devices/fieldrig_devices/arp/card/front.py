@@ -50,7 +50,8 @@ FRONT: Final = Front(
         Group([Clamp(name, name, side="out") for name in DIGITAL_OUTPUTS], "digital outputs"),
         Group(
             [
-                *(Clamp(name.upper(), name, is_set=True) for name in (*ANALOG_INPUTS, *ENCODERS)),
+                *(Clamp(name.upper(), name, is_set=True) for name in ANALOG_INPUTS),
+                *(Clamp(name.upper(), name) for name in ENCODERS),
                 *(Clamp(name.upper(), name, side="out") for name in ANALOG_OUTPUTS),
             ],
             "analog terminals and encoders",

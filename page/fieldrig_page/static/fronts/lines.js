@@ -24,8 +24,8 @@ function Placed({ text, wide, rows, columns }) {
   const y = (line - 1) * CELL, x = (column - 1) * wide, shown = [...text.text].slice(0, Math.max(columns - column + 1, 0) / size);
   if (y >= rows * CELL || !shown.length) return null;
   return html`<g><rect class="glass" x=${x} y=${y} width=${shown.length * size * wide} height=${size * CELL} />
-    ${shown.map((character, at) => character !== ' ' && html`<text x=${x + (at + 0.5) * size * wide} y=${y + size * CELL * 0.82}
-      font-size=${size * CELL}>${character}</text>`)}</g>`;
+    ${shown.map((character, at) => character !== ' ' && html`<text x=${x + (at + 0.5) * size * wide} y=${y + size * CELL * 0.84}
+      font-size=${size * CELL * 1.15}>${character}</text>`)}</g>`;
 }
 
 // The lines of a display: those of one point, or a point for each.
