@@ -87,10 +87,11 @@ class ServerBench:
 
 @cache
 def standard_nodes() -> Mapping[ua.NodeId, NodeData]:
-    """The nodes of the standard, which the library makes anew for each server, in a second of CPU time."""
+    """The nodes of the standard, which the library makes again for each server, in a second of CPU time."""
     space = AddressSpace()
     standard_address_space.fill_address_space(NodeManagementService(space))
-    return space._nodes
+    nodes: Mapping[ua.NodeId, NodeData] = space._nodes
+    return nodes
 
 
 def fill(service: NodeManagementService) -> None:
