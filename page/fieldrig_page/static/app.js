@@ -82,7 +82,7 @@ function Loaded({ view, rig, path }) {
 
 // The address after the hash: `#/device/tank` is ["device", "tank"].
 function useHash() {
-  const read = () => location.hash.replace(/^#\/?/, '').split('/').map(decodeURIComponent);
+  const read = () => location.hash.replace(/^#\/?/, '').split('/').map(decoded);
   const [parts, setParts] = useState(read);
   useLayoutEffect(() => {
     const take = () => { if (location.hash.startsWith('#/') || location.hash === '') setParts(read()); };
@@ -90,6 +90,14 @@ function useHash() {
     return () => removeEventListener('hashchange', take);
   }, []);
   return [parts[0], parts.slice(1).join('/')];
+}
+
+function decoded(part) {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return part; // an address that somebody typed
+  }
 }
 
 function focusMain(event) {
