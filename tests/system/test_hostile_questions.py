@@ -62,6 +62,13 @@ HOSTILE: list[bytes] = [
     b'{"ns":18446744073709551615}',
     b'{"ns":-5}',
     b'{"ns":[5]}',
+    b'{"command":"begin","id":"../*","owner":"o","signals":["lamp/on"],"rhythm":"cycle"}',
+    b'{"command":"begin","id":"i","owner":"o","signals":["lamp/nothing"],"rhythm":"cycle"}',
+    b'{"command":"begin","id":"i","owner":"o","signals":[["lamp/on"]],"rhythm":"cycle"}',
+    b'{"command":"begin","id":"i","owner":"o","signals":["lamp/on"],"rhythm":1}',
+    b'{"command":"again","id":"i","first":-9223372036854775808,"end":18446744073709551615}',
+    b'{"command":"acknowledge","id":"i","number":1}',
+    b'{"command":["end"],"id":"i"}',
 ]
 PATHS = [
     *(f"rig/{verb}" for verb in ("restart", "join", "step", "run", "nonsense")),
@@ -86,8 +93,9 @@ def test_a_hostile_question_gets_a_negative_answer_and_everybody_goes_on(rig: st
     with RunningRig(rig, KINDS) as running:
         (running.until_ready if "real" in rig else running.until_there)()
         before = running.status()["processes"]
+        process = running.status()["devices"]["lamp"]["process"]
         with Client(running.environment["FIELDRIG_CONTROL"]) as client:
-            for path in PATHS:
+            for path in (*PATHS, f"process/{process}/record"):
                 for payload in HOSTILE:
                     answers = list(raw_answers(client, path, payload))
                     assert len(answers) == 1, (path, payload[:80], answers)
