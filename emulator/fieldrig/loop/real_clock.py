@@ -62,6 +62,8 @@ class RealClock:
         self._worst_ns = 0
         self.on_event: Callable[[], None] | None = None
         """Called after each event, if it is set."""
+        self.after_timer: Callable[[], None] | None = None
+        """Called after each timer, still at its instant, if it is set."""
         self.host = Lateness()
         """How late the host has been lately."""
         self._fd: timerfd.TimerFd | None = None
@@ -189,6 +191,8 @@ class RealClock:
                     self._instant_ns = self._latest_ns = max(instant_ns, self._latest_ns)
                     owner = timer.owner
                     action()
+                    if self.after_timer is not None:
+                        self.after_timer()
                     if self.on_event is not None:
                         self.on_event()
                     if time.monotonic_ns() > give_up_ns:

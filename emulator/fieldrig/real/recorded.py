@@ -70,18 +70,22 @@ class ProcessSource:
         return alarm.stop
 
     def after_cycle(self, action: OnCycle) -> None:
-        """Call `action` when the present event has been handled, at the instant of the latest event.
+        """Call `action` when the present event has been handled: after its timer, or else after the answer to a cycle.
 
-        Of several cycles that the process handles together, only the last one is read: the state of those before it has
-        gone, so they are counted as missed.
+        A late process handles several timers together, and each is over before the next one.  Of several messages, only
+        the last cycle is read: the state of those before it has gone, so they are counted as missed.
         """
         if not self._due:
             self._due_ns = self.clock.now_ns()
+            self.clock.after_timer = self._take
             self._loop.call_soon(self._take)
         self._due[action] = self._due.get(action, -1) + 1
 
     def _take(self) -> None:
         due, self._due = self._due, {}
+        self.clock.after_timer = None
+        if not due:
+            return
         self.clock.look_at(self._due_ns, self._take_now, due)
         self.on_rows()
 

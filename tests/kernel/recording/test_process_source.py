@@ -8,6 +8,7 @@ from typing import Any, cast
 from in_loop import in_loop
 
 from fieldrig.clock import MS, VirtualClock
+from fieldrig.loop.real_clock import RealClock
 from fieldrig.real.recorded import ProcessSource
 
 
@@ -93,3 +94,29 @@ async def test_values_are_looked_at_once_after_events_that_are_handled_together(
     assert looks == ["one", "two", "two"]
     ends[1]()
     assert cast(Any, clock).on_event is None
+
+
+@in_loop
+async def test_cycles_by_timers_that_are_handled_together_are_all_rows() -> None:
+    clock = RealClock(asyncio.get_running_loop())
+    source, rows, counted = source_of(cast(Any, clock)), list[tuple[int, int, int]](), 0
+    ended = asyncio.Event()
+    begin_ns = clock.now_ns() - 8 * MS
+
+    def take(now_ns: int, missed: int) -> None:
+        rows.append(((now_ns - begin_ns) // MS, missed, counted))
+
+    def cycle() -> None:
+        nonlocal counted
+        counted += 1
+        source.after_cycle(take)
+        if counted == 5:
+            ended.set()
+
+    for number in range(5):
+        clock.call_at(begin_ns + number * MS, cycle)
+    await ended.wait()
+    await asyncio.sleep(0)
+    clock.close()
+    assert [(missed, count) for _, missed, count in rows] == [(0, 1), (0, 2), (0, 3), (0, 4), (0, 5)]
+    assert clock.after_timer is None
