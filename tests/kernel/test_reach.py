@@ -53,7 +53,7 @@ def test_up_has_one_line_for_each_connection(capsys: pytest.CaptureFixture[str])
 def test_up_stays_short_for_every_rig(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     config = load(path)
     shown = introduced(config, capsys)
-    assert len(shown) == 6 + len(list(reach.connections(config)))
+    assert len(shown) == 8 + len(list(reach.connections(config)))
     assert max(map(len, shown)) <= WIDTH
 
 
