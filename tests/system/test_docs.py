@@ -57,7 +57,7 @@ class Desk:
         programs = f"{self.folder / '.venv/bin'}{os.pathsep}{os.environ['PATH']}"
         self._environment = {**os.environ, "PATH": programs}
         self._environment.pop("FIELDRIG_CONTROL", None)
-        if any(block.page.name == "page.md" for block in page):
+        if any("page to operate" in block.text for block in page):
             self._environment.pop(NO_PAGE_VARIABLE, None)
         self._lab: subprocess.Popen[bytes] | None = None
         self.missing: list[str] = []
