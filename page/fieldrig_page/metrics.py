@@ -71,7 +71,7 @@ async def samples(link: RigLink, live: Live) -> list[Sample]:
     page = [Sample("page_sockets", len(live.pages)), Sample("page_frames_left_out_total", live.left_out)]
     try:
         rig = await link.recent("rig/status")
-        processes = await link.recent("process/*/status")
+        processes = await link.recent("process/*/brief")
         buses = await link.recent("bus/*/status")
         faults = {**await link.recent("device/*/faults"), **await link.recent("bus/*/faults")}
     except ControlError:

@@ -49,7 +49,7 @@ class RigState:
             try:
                 status = await self._link.recent("rig/status")
                 if looks % DETAIL_LOOKS == 0:
-                    processes = await self._link.recent("process/*/status")
+                    processes = await self._link.recent("process/*/brief")
                 looks += 1
             except ControlError as cause:
                 self._state = {"state": "away", "why": cause.what}

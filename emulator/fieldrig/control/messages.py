@@ -3,7 +3,7 @@
 Keys, all under `fieldrig/<rig>/`:
 
     rig/<verb>                queries to the rig: status, join, stop, restart, pause, run, step
-    process/<name>/status     query to one process
+    process/<name>/status     query to one process; `brief` for what can be asked all the time
     device/<name>/<verb>      queries to the process that hosts the device: keys, front, get, set, faults, its own
     bus/<name>/<verb>         queries to the process that runs the bus: status, conditions, faults ...
     end/<bus>/<device>/<verb> queries to the process that hosts the device: about its end of a bus (`end_questions`)

@@ -41,7 +41,7 @@ from fieldrig.system.exits import Exit
 from fieldrig.system.host_lateness import WINDOW_NS, LateHost, Lateness, LateRecords
 from fieldrig.system.ready_file import ready_file
 from fieldrig.system.run_folder import join_run
-from fieldrig.system.this_process import facts, on_signals
+from fieldrig.system.this_process import brief_facts, facts, on_signals
 
 log = logging.getLogger(__name__)
 
@@ -124,6 +124,7 @@ class Host:
         await process.open()
         control.show_life(f"alive/{name}")
         control.serve(f"process/{name}/status", lambda _verb, _message: self._status(process, control))
+        control.serve(f"process/{name}/brief", self._brief)
         for bus in process.traced_buses:  # before others may send
             self._streams.append(BusStream(control, bus, name, partial(process.listen, bus.name)))
         step("joining the rig")
@@ -210,6 +211,9 @@ class Host:
                 await asyncio.sleep(RETRY_S)
             else:
                 return terms
+
+    async def _brief(self, _verb: str, _message: Any) -> dict[str, Any]:
+        return {**brief_facts(), "state": self._state, "late": self._late.facts()}
 
     async def _status(self, process: DeviceProcess, control: Control) -> dict[str, Any]:
         return {

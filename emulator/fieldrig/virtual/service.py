@@ -25,7 +25,7 @@ from fieldrig.hub.bus_stream import BusStream, OnDelivery
 from fieldrig.real.roster import ProcessState, Report, event
 from fieldrig.recording.recorders import Recorders
 from fieldrig.system.exits import Exit
-from fieldrig.system.this_process import facts
+from fieldrig.system.this_process import brief_facts, facts
 from fieldrig.virtual.recorded import RigSource
 from fieldrig.virtual.rig import Rig
 
@@ -144,6 +144,7 @@ class VirtualService:
             self._watched.append(Watched(device, points.faults))
         self._recorders = Recorders(control, self._config.name, RigSource(rig), is_lossless=True)
         control.serve(f"process/{self._config.name}/status", self._process_status)
+        control.serve(f"process/{self._config.name}/brief", self._brief)
         control.serve("rig/*", self._answer)
 
     async def _answer(self, verb: str, message: Any) -> Any:
@@ -255,6 +256,9 @@ class VirtualService:
             "buses": list(self._config.buses),
             "devices": list(self._config.devices),
         }
+
+    async def _brief(self, _verb: str, _message: Any) -> dict[str, Any]:
+        return {**brief_facts(), "state": ProcessState.READY}
 
     async def _process_status(self, _verb: str, _message: Any) -> dict[str, Any]:
         return {
