@@ -67,7 +67,7 @@ class CardValues:
         while True:
             await is_wanted.wait()
             if loop.time() - looked_s > AWAY_ROUNDS * pause_s * max(len(names), 1):
-                self._rows.clear()  # a line over the time in which nobody looked would show a jump that never was
+                self._rows.clear()  # a line over the time without a page would show a jump that never was
             row: Row = {}
             for name in names:
                 await self._look(name, row, rounds % SEARCH_ROUNDS == 0)

@@ -15,7 +15,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from browser_page import ServedRig, chromium, opened
 from network_namespace import network_namespace, why_not
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
+from running_rig import until
 from tests.pictures.album import FOLDER
 
 CONFIGS: Final = Path(__file__).parents[2] / "configs"
@@ -24,6 +25,8 @@ SIZES: Final = {"screen": (1280, 860), "telephone": (390, 844)}
 FILLED_MS: Final = 45_000
 """How long the page looks before it is taken: spark lines and the scope are filled from when it does."""
 SETTLED_MS: Final = 2_500
+RUNNING_RAD_PER_S: Final = 3.0
+"""Speed of the nip at which the film runs."""
 
 
 class Scene(NamedTuple):
@@ -36,23 +39,43 @@ class Scene(NamedTuple):
 
 def main(names: Sequence[str]) -> None:
     with nullcontext() if why_not() else network_namespace(), chromium() as browser:
-        with ServedRig(CONFIGS / "lab.yaml") as lab:
-            lab.ask("device/drive/set", {"values": {"speed_set": 80, "run": True}})
-            take_all(browser, lab, [scene for scene in OF_LAB if not names or scene.name in names])
-        with ServedRig(CONFIGS / "machine-virtual.yaml", "--set=speed=1") as machine:
-            take_all(browser, machine, [scene for scene in OF_MACHINE if not names or scene.name in names])
+        if scenes := chosen(OF_LAB, names):
+            with ServedRig(CONFIGS / "lab.yaml") as lab:
+                set_values(lab, drive={"speed_set": 80, "run": True})
+                take_all(browser, lab, scenes)
+        if scenes := chosen(OF_MACHINE, names):
+            with ServedRig(CONFIGS / "machine-virtual.yaml", "--set=speed=1") as machine:
+                start_the_line(machine)
+                take_all(browser, machine, scenes)
+
+
+def chosen(scenes: Sequence[Scene], names: Sequence[str]) -> list[Scene]:
+    return [scene for scene in scenes if not names or scene.name in names]
+
+
+def start_the_line(machine: ServedRig) -> None:
+    """Start glue, film, wrapper and labeller, as their masters do."""
+    machine.until_ready()
+    until(lambda: bool(machine.ask("device/max4/get", {"keys": ["ring.state"]})["ring.state"] == "up"))
+    set_values(machine, drive={"speed_set": 80, "run": True}, line={"F33": True}, plc={"DIF_Start": True})
+    until(lambda: bool(machine.ask("device/nip/get", {"keys": ["speed"]})["speed"] > RUNNING_RAD_PER_S))
+    set_values(machine, max4={"g_bAutomatic": True})
+
+
+def set_values(rig: ServedRig, **values: dict[str, object]) -> None:
+    for device, of_device in values.items():
+        rig.ask(f"device/{device}/set", {"values": of_device})
 
 
 def take_all(browser: Browser, rig: ServedRig, scenes: Sequence[Scene]) -> None:
     """Take each page in each size and scheme; one page that stays open fills their lines from the start."""
-    if not scenes:
-        return
     with opened(browser, rig) as first:
         first.wait_for_timeout(FILLED_MS)
         for scene in scenes:
             for size, (width, height) in SIZES.items():
                 for scheme in SCHEMES:
                     with opened(browser, rig, path=scene.path, width=width, height=height, scheme=scheme) as page:
+                        expect(page.locator("main section h2").first).to_be_visible()
                         page.wait_for_timeout(SETTLED_MS)
                         scene.prepare(page)
                         take(page, FOLDER / f"page-{scene.name}-{size}-{scheme}.png")
@@ -65,12 +88,20 @@ def take(page: Page, picture: Path) -> None:
 
 
 def break_the_ring(page: Page) -> None:
-    page.get_by_role("button", name="break ring between infeed and film").click()
-    page.wait_for_timeout(SETTLED_MS)
+    """Press on the ring between two drives; it stays broken for the pictures that follow."""
+    button = page.get_by_role("button", name="break ring between film and jaw")
+    if button.count():
+        button.click()
+        page.wait_for_timeout(2 * SETTLED_MS)
 
 
-OF_LAB: Final = (Scene("lab", "/"), Scene("time", "/time"))
-OF_MACHINE: Final = (Scene("machine", "/"),)
+OF_LAB: Final = (Scene("lab", "/"),)
+OF_MACHINE: Final = (
+    Scene("front", "/device/max4"),
+    Scene("traffic", "/bus/can1"),
+    Scene("programs", "/programs/max4"),
+    Scene("machine", "/", break_the_ring),
+)
 
 if __name__ == "__main__":
     main(sys.argv[1:])

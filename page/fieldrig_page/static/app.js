@@ -32,6 +32,7 @@ function App() {
   const view = VIEWS.find((one) => one.hash === name) ?? FIRST;
   const greeting = live.greeting;
   useWish('rig', true);
+  useEffect(() => { document.querySelector('nav [aria-current]')?.scrollIntoView({ block: 'nearest', inline: 'center' }); }, [greeting, view]);
   useEffect(() => { document.title = greeting ? `${greeting.rig} · ${view.title}` : 'fieldrig'; }, [greeting, view]);
   if (greeting === null) return html`<main class="alone"><p role="status">${STATES[state]} ...</p></main>`;
   const whole = { ...greeting, ...rig };

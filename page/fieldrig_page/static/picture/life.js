@@ -25,15 +25,16 @@ function withRows(before, rows) {
   return samples;
 }
 
-const DIGITS = 4;
+const DIGITS = 4, LONG = 1e7;
 
 // A value as text: four digits are enough for a card, and do not jump.
 export function show(value) {
   if (value === true) return 'on';
   if (value === false) return 'off';
   if (typeof value !== 'number') return String(value ?? '').trim() || '–';
-  if (Number.isInteger(value)) return value.toLocaleString('en').replaceAll(',', '\u202f');
   const size = Math.abs(value);
+  if (size >= LONG) return `${(value / 1e6).toFixed(2)} M`;
+  if (Number.isInteger(value)) return value.toLocaleString('en').replaceAll(',', '\u202f');
   if (size < 0.1) return String(Number(value.toPrecision(DIGITS - 1)));
-  return size >= 1e6 ? value.toExponential(2) : value.toFixed(Math.max(DIGITS - 1 - Math.floor(Math.log10(Math.max(size, 1))), 0));
+  return value.toFixed(Math.max(DIGITS - 1 - Math.floor(Math.log10(Math.max(size, 1))), 0));
 }
