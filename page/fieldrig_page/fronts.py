@@ -31,7 +31,7 @@ HELD_FILE: Final = "page-held-keys.json"
 
 
 class Operated(BaseModel):
-    """What a person does with a part."""
+    """An act of a person on a part."""
 
     model_config = ConfigDict(extra="forbid")
     value: StrictBool | StrictInt | StrictFloat | StrictStr = Field(
@@ -70,7 +70,7 @@ class _Look:
 
 
 class Fronts:
-    """The topic `front`.  A page wishes for `{"devices": [NAME, ...]}`."""
+    """The topic `front`.  The wish of a page is `{"devices": [NAME, ...]}`."""
 
     name: ClassVar[str] = "front"
 
@@ -236,7 +236,7 @@ async def write(link: RigLink, device: str, point: str, value: Value) -> None:
 
 
 def _found(device: str, front: Mapping[str, Any], name: str) -> Part:
-    """Return a part by its name.  DeniedError for one that is not there, or that nobody can operate."""
+    """Return a part by its name.  DeniedError for one that is not there, or that only shows something."""
     operated = {part["name"]: part for part in parts_of(front) if part["operated"]}
     if name not in operated:
         shown = {part["name"] for part in parts_of(front)}

@@ -49,7 +49,7 @@ class HeldKeys:
         return set(self._holders)
 
     async def press(self, key: HeldKey, page: str, pressed: Value) -> None:
-        """Press a key for a page.  ControlError if the device refuses; then nobody holds it."""
+        """Press a key for a page.  ControlError if the device refuses; then no page holds it."""
         self._holders.setdefault(key, set()).add(page)
         self._keep()
         async with self._lock(key):

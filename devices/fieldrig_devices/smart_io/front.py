@@ -53,7 +53,7 @@ def _keyboard(settings: SmartIoSettings) -> Iterator[Part]:
 
 
 def _key(number: int, settings: SmartIoSettings) -> Part:
-    """Return a key; a wire at its contact is a terminal that nobody presses."""
+    """Return a key, or a terminal without a button if a wire has its contact."""
     is_wired = f"key{number}" in settings.terminals
     return _input(str(number), f"key{number}", settings) if is_wired else Key(str(number), f"key{number}")
 
