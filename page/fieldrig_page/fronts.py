@@ -70,7 +70,7 @@ class _Look:
 
 
 class Fronts:
-    """The topic `front`.  The wish of a page is `{"devices": [NAME, ...]}`."""
+    """The topic `front`.  A page asks for `{"devices": [NAME, ...]}`."""
 
     name: ClassVar[str] = "front"
 
