@@ -150,7 +150,7 @@ class Fronts:
 
         async def operate(call: Call) -> dict[str, Any]:
             device = known(call.path["name"], link.config.devices, "device")
-            part = _found(device, await link.ask(f"device/{device}/front"), call.path["part"])
+            part = _found(device, await link.recent(f"device/{device}/front"), call.path["part"])
             done: Operated = call.body
             await self._operate(part, done)
             if device in self._looks:

@@ -151,3 +151,29 @@ def test_each_point_of_the_fronts_of_shipped_rigs_exists(fronts_of_shipped_rigs:
     for file, devices in fronts_of_shipped_rigs.items():
         for device in devices:
             assert device.front().points - device.points().keys() == set(), (file, device.kind)
+
+
+@pytest.mark.parametrize(("limits", "sort"), [({}, "number"), ({"low_stop_rad": -3.0, "high_stop_rad": 12.0}, "gauge")])
+def test_a_drive_shows_its_position_between_its_limits(limits: dict[str, float], sort: str) -> None:
+    rig = {
+        "time": "virtual",
+        "buses": {"can": {"kind": "can.virtual", "bitrate": 500_000}},
+        "devices": {"drive": {"kind": "cia402.drive", "node_id": 3, "links": {"can": "can"}, **limits}},
+    }
+    front = build_alone(from_dict(rig).devices["drive"]).front()
+    [position] = [part.words() for part in front.parts if part.label == "position"]
+    assert position["sort"] == sort
+    assert [position[key] for key in ("low", "high") if limits] == [*limits.values()]
+
+
+@pytest.mark.manual("SCU-074")
+def test_the_front_of_a_panel_has_the_pins_of_its_pwm_channels() -> None:
+    rig = {
+        "time": "virtual",
+        "buses": {"wires": {"kind": "wires.virtual"}},
+        "devices": {"scu": {"kind": "hmiscu", "channel_0": {"mode": "pwm"}, "links": {"wires": "wires"}}},
+    }
+    front = build_alone(from_dict(rig).devices["scu"]).front()
+    [channel] = [group for group in front.groups if group.title == "channel PWM00"]
+    shown = [part.point for part in channel.parts]
+    assert shown[2:] == ["PWM00.InFrequency", "PWM00.Busy", "PWM00.Error"]

@@ -138,7 +138,7 @@ class Hmiscu(Device):
     # ---- points
 
     def front(self) -> Front:
-        return front_of(self._settings, self._fast.axis)
+        return front_of(self._settings, self._fast.axis, self._points)
 
     def points(self) -> Mapping[str, Point]:
         return self._points

@@ -4,6 +4,7 @@ Source: SCU-095 for the image of the terminals, SCU-075 for the outputs that a c
 (`panel.py`), and the controller's LEDs are ours, as the library manual shows none.
 """
 
+from collections.abc import Collection
 from typing import Final
 
 from fieldrig.front import Clamp, Front, Group, Key, Led, Lines, Number, Part, Plate, Text
@@ -17,8 +18,16 @@ _STATES: Final = (
 )  # fmt: skip
 
 
-def front_of(settings: HmiscuSettings, axis: str) -> Front:
-    """Return the front; `axis` is the name of the axis of channel 0, empty if it has none."""
+_PINS: Final = (".Duty", ".Frequency", ".InFrequency", ".Busy", ".Error")
+"""The pins of a PWM block that its front shows (SCU-074)."""
+
+
+def front_of(settings: HmiscuSettings, axis: str, keys: Collection[str]) -> Front:
+    """Return the front; `axis` is the name of the axis of channel 0, empty if it has none.
+
+    `keys` are those of the points, among which are the pins of the PWM blocks.
+    """
+    blocks = [key.removesuffix(_PINS[0]) for key in keys if key.endswith(_PINS[0])]
     lines = [f"panel.line{number}" for number in range(1, LINES + 1)]
     lamps = [Led(str(number), f"panel.lamp{number}", colour="yellow") for number in range(1, LAMPS + 1)]
     keys = [Key(str(number), f"panel.key{number}") for number in range(1, KEYS + 1)]
@@ -41,6 +50,7 @@ def front_of(settings: HmiscuSettings, axis: str) -> Front:
                 "controller",
             ),
             *([_axis(axis)] if axis else []),
+            *(_pwm(name) for name in blocks if all(f"{name}{pin}" in keys for pin in _PINS)),
             *_terminals(settings),
         ],
     )
@@ -54,6 +64,19 @@ def _axis(name: str) -> Group:
             Led("direction", f"{name}.DirectionLevel", "level of the direction output"),
         ],
         f"axis {name}",
+    )
+
+
+def _pwm(name: str) -> Group:
+    return Group(
+        [
+            Number("duty", f"{name}.Duty", "in %"),
+            Number("frequency", f"{name}.Frequency", "in 0.1 Hz"),
+            Led("in frequency", f"{name}.InFrequency", "the asked frequency is there"),
+            Led("busy", f"{name}.Busy", "a change is under way", colour="yellow"),
+            Led("error", f"{name}.Error", colour="red"),
+        ],
+        f"channel {name}",
     )
 
 

@@ -16,6 +16,8 @@ def front_of(points: Mapping[str, Point], its: Identification) -> Front:
     terminals: list[Part] = []
     registers: list[Part] = []
     for key, point in points.items():
+        if min(len(terminals), len(registers)) >= _MOST:
+            break
         value = point.read()
         if isinstance(value, bool):
             is_set = point.write is not None

@@ -16,5 +16,8 @@ def motion(position: Part, speed: tuple[str, float], torque: tuple[str, float] |
     return Group([drawing, position, *gauges], "axis")
 
 
-def position(point: str = "position", decimals: int | None = None) -> Number:
-    return Number("position", point, decimals=decimals)
+def position(decimals: int | None = None, low: float | None = None, high: float | None = None) -> Number:
+    """Return the position as a number, or as a gauge if the axis has both limits."""
+    if low is None or high is None:
+        return Number("position", "position", decimals=decimals)
+    return Gauge("position", "position", "between its limits", decimals=decimals, low=low, high=high)

@@ -27,7 +27,12 @@ def front_of(settings: St1Settings) -> Front:
                 ],
                 "state",
             ),
-            motion(position(decimals=_DECIMALS), ("speed", parameters.ckv), None, shaft("motor", 1.0, "the motor")),
+            motion(
+                position(_DECIMALS, parameters.phil1, parameters.phil2),
+                ("speed", parameters.ckv),
+                None,
+                shaft("motor", 1.0, "the motor"),
+            ),
             Group(
                 [
                     Number("lag", "lag", "from the shaft to the set position", decimals=_DECIMALS),

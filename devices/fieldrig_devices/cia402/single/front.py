@@ -43,7 +43,7 @@ def front_of(settings: Cia402DriveSettings) -> Front:
                 "state",
             ),
             motion(
-                position(decimals=_DECIMALS),
+                position(_DECIMALS, settings.low_stop_rad, settings.high_stop_rad),
                 ("speed", motor.max_speed_rpm),
                 ("torque", motor.peak_torque_nm),
                 shaft("position", tau),
