@@ -30,12 +30,12 @@ def front_of(settings: HmiscuSettings, axis: str, keys: Collection[str]) -> Fron
     blocks = [key.removesuffix(_PINS[0]) for key in keys if key.endswith(_PINS[0])]
     lines = [f"panel.line{number}" for number in range(1, LINES + 1)]
     lamps = [Led(str(number), f"panel.lamp{number}", colour="yellow") for number in range(1, LAMPS + 1)]
-    keys = [Key(str(number), f"panel.key{number}") for number in range(1, KEYS + 1)]
+    buttons = [Key(str(number), f"panel.key{number}") for number in range(1, KEYS + 1)]
     return Front(
         Plate("Schneider Electric", settings.model),
         [
             Group([Lines("screen", "", "the lines of the panel", columns=WIDTH, rows=LINES, lines=lines)]),
-            Group([*lamps, *keys], "lamps and keys", columns=KEYS),
+            Group([*lamps, *buttons], "lamps and keys", columns=KEYS),
             Group(
                 [
                     Led("RUN", "plc/state", "the program runs", lit=("run",), blinks=("stop",)),
