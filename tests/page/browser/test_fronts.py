@@ -1,6 +1,8 @@
 """Fronts in a browser, by what a person does: press keys of a terminal, set terminals of a card, hold a key and go."""
 
 import json
+import os
+import signal
 from collections.abc import Iterator
 from typing import Any
 
@@ -121,6 +123,17 @@ def test_a_held_key_goes_up_when_its_page_is_gone(browser: Browser, echo: Served
             expect(beside.get_by_role("img", name="F12: lit")).to_be_visible()
         expect(beside.get_by_role("img", name="F12: dark")).to_be_visible()
         expect(beside.get_by_role("button", name="F1", exact=True)).to_be_disabled()
+
+
+@pytest.mark.usefixtures("enabled")
+def test_a_held_key_goes_up_when_the_server_of_the_page_is_killed(browser: Browser, echo: ServedRig) -> None:
+    with opened(browser, echo, path="/device/panel") as page:
+        page.get_by_role("button", name="F1", exact=True).hover()
+        page.mouse.down()
+        expect(page.get_by_role("img", name="F12: lit")).to_be_visible()
+        os.kill(echo.status()["ui"]["pid"], signal.SIGKILL)
+        expect(page.get_by_role("img", name="F12: dark")).to_be_visible(timeout=60_000)
+        assert echo.value("panel/key.F1") is False
 
 
 def test_a_refusal_is_shown_with_its_reason(browser: Browser, kinds: ServedRig) -> None:
