@@ -10,8 +10,9 @@ from fieldrig_page.scope.setup import Setup
 from fieldrig_page.scope.store import Track
 from fieldrig_page.scope.triggers import Hit
 
+MOST: Final = 64
 LARGEST: Final = 192 << 20
-"""Bytes of all captures that are kept; the oldest go first, the newest never."""
+"""Number and bytes of all captures that are kept; the oldest go first, the newest never."""
 
 
 class Trace(NamedTuple):
@@ -54,12 +55,14 @@ class Captures:
     def __init__(self) -> None:
         self._kept: dict[int, Capture] = {}
         self._numbers = count(1)
+        self._size = 0
 
     def add(self, setup: Setup, first_ns: int, end_ns: int, hit: Hit | None, traces: Mapping[str, Trace]) -> Capture:
         capture = Capture(next(self._numbers), setup, first_ns, end_ns, hit, traces)
         self._kept[capture.number] = capture
-        while len(self._kept) > 1 and sum(kept.size for kept in self._kept.values()) > LARGEST:
-            del self._kept[min(self._kept)]
+        self._size += capture.size
+        while len(self._kept) > MOST or (len(self._kept) > 1 and self._size > LARGEST):
+            self._size -= self._kept.pop(min(self._kept)).size
         return capture
 
     def get(self, number: int) -> Capture | None:

@@ -134,6 +134,8 @@ async def all_signals(scope: Scopes) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     for device, facts in (await scope.link.ask_all("device/*/keys")).items():
         found += [{"name": f"{device}/{key}", **_known(fact)} for key, fact in facts.items()]
+    for bus, wires in (await scope.link.ask_all("bus/*/keys")).items():
+        found += [{"name": f"{bus}/{wire}", **_known(fact)} for wire, fact in wires.items()]
     return sorted(found, key=lambda signal: str(signal["name"]))
 
 

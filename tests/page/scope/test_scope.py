@@ -176,8 +176,10 @@ async def test_a_message_on_a_bus_triggers_at_its_instant(tmp_path: Path) -> Non
     devices = {"boiler": {"kind": "plant.heater", **hot, "links": {"wires": "wires"}}}
     rig = {"name": "boiler", "time": "virtual", "run": str(tmp_path), "devices": devices}
     async with page_of({**rig, "buses": {"wires": {"kind": "wires.virtual"}}}) as page:
-        points = (await page.get("scope/signals")).json
-        setup = {"signals": [points[0]["name"]], "window_ns": 10 * MS, "mode": "single"}
+        await page.ask("rig/step", {"ns": MS})
+        found = [signal["name"] for signal in (await page.get("scope/signals?search=temperature")).json]
+        assert "wires/boiler.temperature" in found
+        setup = {"signals": ["wires/boiler.temperature"], "window_ns": 10 * MS, "mode": "single"}
         socket = await looked(page, {**setup, "trigger": {"kind": "message", "part": "wires", "words": "boiler"}})
         await page.ask("rig/step", {"ns": 3 * S})
         frame = await socket.until("scope", lambda frame: frame.get("status", {}).get("state") == "caught")
