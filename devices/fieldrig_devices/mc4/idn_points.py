@@ -39,14 +39,7 @@ def _read(datum: Datum) -> Value:
         data = datum.present()
     except ServiceError:  # a master could not read it now
         data = datum.data
-    attribute = datum.attribute
-    if attribute.format is Format.TEXT:
-        return data.decode("latin-1")
-    numbers = datum.decoded(data)
-    if attribute.length.is_list:
-        return " ".join(map(idn_text if attribute.format is Format.IDN else str, numbers))
-    number = numbers[0]
-    return number / 10**attribute.decimals if attribute.decimals else number
+    return datum.shown(data)
 
 
 def _write(

@@ -1,6 +1,6 @@
 """The keys of an MC-4 in a rig file."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated
 
 from pydantic import AfterValidator, ConfigDict, Field
@@ -9,7 +9,9 @@ from fieldrig.settings import Claim, ConfigFile, Settings
 from fieldrig_devices.drives.load import LoadSettings
 from fieldrig_devices.mc4.diagnosis import Code, Language
 from fieldrig_devices.mc4.faults import DriveFault
-from fieldrig_devices.mc4.idns import settable
+from fieldrig_devices.mc4.idns import idn_table, settable
+from fieldrig_devices.sercos.communication import Communication
+from fieldrig_devices.sercos.datum import Datum
 from fieldrig_devices.sercos.idn import idn_of, idn_text
 
 
@@ -125,6 +127,11 @@ class Mc4Settings(Settings):
     position_wire: str | None = None
     shaft_wire: str | None = None
     faults: list[DriveFault] = Field(default=[], description="faults that the drive has from the start")
+
+    def operation_data(self) -> Iterable[Datum]:
+        table = idn_table()
+        Communication(table, lambda: 0, lambda _phase, _command: None, lambda _is_good: None)  # it adds its own
+        return table
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("ring", "ring address", self.ring_address, ("ring_address",))

@@ -6,7 +6,7 @@ largest length in bytes.
 
 from collections.abc import Callable, Container, Iterable, Iterator
 
-from fieldrig_devices.sercos.idn import READ_ONLY, Attribute, Code, Element, Format, ServiceError
+from fieldrig_devices.sercos.idn import READ_ONLY, Attribute, Code, Element, Format, ServiceError, idn_text
 
 
 class Datum:
@@ -71,6 +71,16 @@ class Datum:
     @property
     def text(self) -> str:
         return self.present().decode("latin-1")
+
+    def shown(self, data: bytes) -> int | float | str:
+        """Return data as people read them: with decimals, and a list as a text.  `data` has no lengths in front."""
+        attribute = self.attribute
+        if attribute.format is Format.TEXT:
+            return data.decode("latin-1")
+        numbers = self.decoded(data)
+        if attribute.length.is_list:
+            return " ".join(map(idn_text if attribute.format is Format.IDN else str, numbers))
+        return numbers[0] / 10**attribute.decimals if attribute.decimals else numbers[0]
 
     def set(self, value: int | str | Iterable[int]) -> None:
         """Set the data from inside the drive, without limits or protection."""
