@@ -138,6 +138,7 @@ def test_watch_shows_messages_and_changes(rig: RunningRig) -> None:
     assert all("switch" in line and "lamp.on = " in line for line in lines)
     message = json.loads(rig.tool("watch", "w*", "-n", "1", "--json").stdout)
     assert (message["bus"], message["sender"]) == ("wires", "switch")
+    assert "lamp.on = " in rig.tool("watch", "wires", "-n", "1", "--rig", str(rig.file)).stdout
     assert "lamp/times = " in rig.tool("watch", "lamp/times", "-n", "2").stdout.splitlines()[1]
     assert rig.tool("watch", "lamp/colour", "--for", "300ms").returncode == 0
 

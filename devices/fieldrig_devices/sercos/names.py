@@ -92,7 +92,7 @@ class _Drive:
         if kind == CONFIGURED:
             data = self.service.written.get(listed, b"")
             return [int.from_bytes(data[at : at + 2], "little") for at in range(0, len(data) - 1, 2)]
-        return STANDARD[kind][side] if kind in STANDARD else ()
+        return STANDARD[kind][side] if kind is not None and kind in STANDARD else ()
 
     def _number(self, idn: int) -> int | None:
         data = self.service.written.get(idn)

@@ -1,11 +1,10 @@
 """The commands `trace record`, `show` and `convert`."""
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from fnmatch import fnmatchcase
-from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -20,14 +19,13 @@ from fieldrig.cli.common import (
     duration_ns,
     echo_json,
 )
+from fieldrig.cli.message_words import OfRig, bus_of, shower_of
 from fieldrig.cli.names import Parts, unfit
 from fieldrig.clock import S
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 from fieldrig.text.digits import with_fewer_digits
 
 if TYPE_CHECKING:
-    from fieldrig.bus import Bus
-    from fieldrig.traces.names import Namer
     from fieldrig.traces.trace import TraceEntry
 
 app = command_group()
@@ -99,15 +97,7 @@ def record(
 def show(
     file: TraceFile,
     buses: Buses = None,
-    rig: Annotated[
-        Path | None,
-        typer.Option(
-            "--rig",
-            metavar="RIG",
-            help="The rig file that the messages belong to: nodes, objects and registers are shown by name.",
-            show_default=False,
-        ),
-    ] = None,
+    rig: OfRig = None,
     as_json: AsJson = False,
 ) -> None:
     """Print a trace, one line for each message.
@@ -118,7 +108,7 @@ def show(
         fieldrig trace show lab.jsonl --rig lab.yaml
         candump -L can0 > x.log; fieldrig trace show x.log
     """
-    shower = _Shower() if rig is None else _NameShower(rig)
+    shower = shower_of(rig)
     for entry in _in_order(file, _survey(file, buses), buses):
         if as_json:
             echo_json(
@@ -189,66 +179,6 @@ class _Counted:
             yield entry
 
 
-class _Shower:
-    """Shows messages in words, by a bus of their family, or in hex where there is none."""
-
-    def __init__(self) -> None:
-        self._show: dict[str, Callable[[bytes], str]] = {}
-
-    def __call__(self, entry: "TraceEntry") -> str:
-        show = self._show.get(entry.family)
-        if show is None:
-            show = self._show[entry.family] = _showing(entry.family)
-        try:
-            return show(entry.data)
-        except ValueError:
-            return entry.data.hex(" ")
-
-
-class _NameShower(_Shower):
-    """Shows messages by the names that a rig knows; a bus that it does not have is shown as without it."""
-
-    def __init__(self, path: Path) -> None:
-        from fieldrig.config.rig_file import load
-
-        super().__init__()
-        self._config = load(path)
-        self._namers: dict[str, Namer] = {}
-
-    def __call__(self, entry: "TraceEntry") -> str:
-        from fieldrig.traces.names import in_words, namer_of
-
-        known = self._config.buses.get(entry.bus)
-        if known is None or known.bus.family != entry.family:
-            return super().__call__(entry)
-        namer = self._namers.get(entry.bus)
-        if namer is None:
-            namer = self._namers[entry.bus] = namer_of(self._config, entry.bus)
-        try:
-            return in_words(namer(known.bus.decode(entry.data)))
-        except ValueError:
-            return entry.data.hex(" ")
-
-
-def _showing(family: str) -> Callable[[bytes], str]:
-    bus = _bus_of(family)
-    return (lambda data: data.hex(" ")) if bus is None else lambda data: bus.show(bus.decode(data))
-
-
-@cache
-def _bus_of(family: str) -> "Bus[Any] | None":
-    """Return a bus of a family, for what it knows of its messages."""
-    from fieldrig.config import kinds
-
-    for kind in kinds.bus_kinds_for("virtual", family):
-        cls = kinds.find_bus(kind)
-        try:
-            return cls(family, kinds.settings_model(cls)())
-        except ValueError:  # it has keys that must be given
-            continue
-    return None
-
-
 def _on_wires(entries: Iterable["TraceEntry"], names: list[str]) -> Iterator["TraceEntry"]:
     """Yield the messages that are values of wires of these names."""
     for entry in entries:
@@ -261,7 +191,7 @@ def _wire_of(entry: "TraceEntry") -> str | None:
     """Return the name of the wire whose value the message is; None for any other message."""
     from fieldrig.bus import ModelBus
 
-    bus = _bus_of(entry.family)
+    bus = bus_of(entry.family)
     if not isinstance(bus, ModelBus) or bus.standing_of is None:
         return None
     try:

@@ -6,12 +6,14 @@ import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Count, Endpoint, For, argument, duration_ns
+from fieldrig.cli.message_words import OfRig, Shower, shower_of
 from fieldrig.cli.names import Parts, check_patterns
 from fieldrig.cli.thinning import Line, thinned
 from fieldrig.clock import S
@@ -34,6 +36,7 @@ def watch(
     ] = None,
     count: Count = None,
     duration: For = None,
+    rig: OfRig = None,
     as_json: AsJson = False,
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
@@ -43,6 +46,7 @@ def watch(
         fieldrig watch                        every bus, and the events of the rig; on busy buses some messages
         fieldrig watch '*'                    every message on every bus
         fieldrig watch can0                   one bus
+        fieldrig watch can0 --rig lab.yaml    the same with the names of nodes, objects and registers
         fieldrig watch tank/level io/6200:*   values of devices, whenever they change
         fieldrig watch can0 -n 1 --json       one message, for a script
 
@@ -57,7 +61,7 @@ def watch(
         raise typer.BadParameter("watch either buses or points (with a /), not both at once")
     give_up_s = None if duration is None else time.monotonic() + duration_ns(duration) / S
     with Client(endpoint) as client:
-        lines = _points(client, points) if points else _messages(client, patterns)
+        lines = _points(client, points) if points else _messages(client, patterns, rig)
         if is_everything and count is None and not as_json:
             lines = thinned(lines, len(client.ask("rig/status")["buses"]), time.monotonic)
         _print(lines, count, give_up_s, as_json)
@@ -78,7 +82,7 @@ def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | N
         return
 
 
-def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
+def _messages(client: "Client", patterns: list[str], rig: Path | None) -> Iterator[Line | None]:
     from fieldrig.control.notices import in_words, taken
     from fieldrig.traces.trace import is_batch
 
@@ -86,7 +90,8 @@ def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
     parts.check_buses(patterns)
     width = max(map(len, parts.buses))
     is_real = parts.status["time"] == "real"
-    inbox = client.inbox(["watch/*", "event", "notice/*"])
+    shower = None if rig is None else shower_of(rig)
+    inbox = client.inbox(["watch/*" if shower is None else "trace/*", "event", "notice/*"])
     expected: dict[tuple[str, str], int] = {}
     for published in inbox:
         if published is None:
@@ -102,7 +107,20 @@ def _messages(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
         elif (notice := taken(published[1])) is not None:
             yield f"{_time_of_day(time.time_ns())}  -- {notice.part}: {in_words(notice)}", {"notice": notice._asdict()}
         elif any(fnmatchcase(published[0], pattern) for pattern in patterns) and is_batch(published[1]):
-            yield from _of_batch(*published, width, is_real, expected)
+            bus, batch = published
+            batch = batch if shower is None else _in_words(bus, batch, shower)
+            yield from _of_batch(bus, batch, width, is_real, expected)
+
+
+def _in_words(bus: str, batch: dict[str, Any], shower: Shower) -> dict[str, Any]:
+    """Return a batch of data as one of texts."""
+    from fieldrig.traces.trace import TraceEntry
+
+    entries = [
+        (time_ns, sender, shower(TraceEntry(time_ns, bus, batch["family"], sender, bytes.fromhex(data))))
+        for time_ns, sender, data in batch["entries"]
+    ]
+    return {**batch, "entries": entries}
 
 
 def _of_batch(
