@@ -9,9 +9,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
+import forked_cli
+
 from fieldrig.control.messages import Client
 from fieldrig.errors import ControlError
-from fieldrig.real.live_rig import FIELDRIG, UpProcess
+from fieldrig.real.live_rig import UpProcess
 
 PATIENCE_S = 120.0
 
@@ -46,15 +48,7 @@ class RunningRig(UpProcess):
 
     def tool(self, *arguments: str) -> subprocess.CompletedProcess[str]:
         """Run another command to its end."""
-        return subprocess.run(
-            [*FIELDRIG, *arguments],
-            cwd=self.folder,
-            env=self.environment,
-            capture_output=True,
-            text=True,
-            timeout=PATIENCE_S,
-            check=False,
-        )
+        return forked_cli.run(arguments, self.folder, self.environment, limit_s=PATIENCE_S)
 
     def lines(self) -> dict[str, str]:
         """Return the lines that `help` prints to be copied, by part and label, such as "io start it"."""

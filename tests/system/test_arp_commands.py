@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Iterator
 from typing import Any
 
+import forked_cli
 import pytest
 from running_rig import PATIENCE_S, RunningRig
 from terminal import Terminal
@@ -69,15 +70,8 @@ devices:
         return ArpPort.open(self.ports[number], number, 115200)
 
     def arp(self, number: int, *arguments: str, script: str | None = None) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [*FIELDRIG, "arp", *arguments, "--port", self.ports[number], "--baud", "115200"],
-            cwd=self.folder,
-            input=script,
-            capture_output=True,
-            text=True,
-            timeout=PATIENCE_S,
-            check=False,
-        )
+        port = ("--port", self.ports[number], "--baud", "115200")
+        return forked_cli.run(("arp", *arguments, *port), self.folder, self.environment, script or "", PATIENCE_S)
 
     def said(self, number: int, *arguments: str) -> str:
         """Return the output of a command that succeeds."""
