@@ -7,6 +7,7 @@ import json
 import os
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -26,9 +27,15 @@ devices:
 COUNTED = """() => {
   window.drawn = []; window.bytes = 0;
   const clear = CanvasRenderingContext2D.prototype.clearRect;
-  CanvasRenderingContext2D.prototype.clearRect = function (...given) { window.drawn.push(performance.now()); return clear.apply(this, given); };
+  CanvasRenderingContext2D.prototype.clearRect = function (...given) {
+    window.drawn.push(performance.now());
+    return clear.apply(this, given);
+  };
 }"""
 """Counts the pictures that the scope draws: each begins with an empty canvas."""
+LOST = """() => import('/static/live.js').then(({ live }) => new Promise(done => {
+  live.on('scope', frame => { if (frame.status) done(Math.max(...frame.status.lost)); });
+}))"""
 
 
 def cpu_s(pid: int) -> float:
@@ -57,7 +64,7 @@ def server_of(rig: ServedRig) -> int:
 
 
 def show(page: Page, setup: dict[str, Any]) -> None:
-    look = {"isStopped": False, "capture": None, "view": None, "cursors": [], "arm": 0}
+    look: dict[str, Any] = {"isStopped": False, "capture": None, "view": None, "cursors": [], "arm": 0}
     usual = {"recorded": [], "rhythm": 1_000_000, "before": 0.5, "mode": "run", "trigger": None, "xy": None}
     text = json.dumps({"setup": {**usual, **setup}, "look": look})
     page.evaluate("text => sessionStorage.setItem('scope:pulses', text)", text)
@@ -75,10 +82,8 @@ def measured(rig: ServedRig, page: Page, chromium_pid: int) -> tuple[list[str], 
     time.sleep(LONG_S)
     took_s = time.monotonic() - start_s
     drawn = page.evaluate("window.drawn")
-    steps = sorted(after - first for first, after in zip(drawn, drawn[1:], strict=False))
-    lost = page.evaluate(
-        "import('/static/live.js').then(({live}) => new Promise(done => live.on('scope', frame => done(Math.max(...frame.status.lost)))))"
-    )
+    steps = sorted(after - first for first, after in pairwise(drawn))
+    lost = page.evaluate(LOST)
     used = {pid: (cpu_s(pid) - before[pid]) / took_s * 100 for pid in before}
     figures = {
         "server": used[server],
@@ -96,8 +101,9 @@ def measured(rig: ServedRig, page: Page, chromium_pid: int) -> tuple[list[str], 
 def run() -> Report:
     report = Report(
         "Scope of the page",
-        f"{SIGNALS} signals of one device sampled at 1 kHz, {DRAWN} of them drawn in Chromium without a GPU. CPU is in percent of"
-        " a core; the first row is the same without a page. Samples lost are those of one signal, with those that the device's process was too late for.",
+        f"{SIGNALS} signals of one device sampled at 1 kHz, {DRAWN} of them drawn in Chromium without a GPU. CPU is in"
+        " percent of a core; the first row is the same without a page. Samples lost are those of one signal, with those"
+        " that the device's process was too late for.",
         (
             "window",
             "device's process",

@@ -134,7 +134,7 @@ class MemoryStream:
 
 
 class MemoryOutlet:
-    """What `fieldrig.control.messages.Outlet` is."""
+    """The `fieldrig.control.messages.Outlet` of one process."""
 
     def __init__(self, control: MemoryControl, path: str) -> None:
         self._control, self._path = control, path

@@ -90,7 +90,7 @@ class ScopeBench:
 
 
 class FakePage:
-    """What a browser keeps of the frames: buckets by row and number, and the newest status."""
+    """The frames as a browser keeps them: buckets by row and number, and the newest status."""
 
     def __init__(self, session: Session) -> None:
         self.session = session

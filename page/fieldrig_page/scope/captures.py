@@ -31,7 +31,7 @@ class Capture(NamedTuple):
     """A picture that stands still."""
 
     number: int
-    """By which a page and the HTTP API ask for it; 1 is the first one."""
+    """Its number for pages and for the HTTP API; 1 is the first one."""
     setup: Setup
     first_ns: int
     end_ns: int

@@ -1,4 +1,4 @@
-"""What a page draws, as numbers: buckets of signals, gaps, values at cursors, and points of the XY view.
+"""The numbers that a page draws: buckets of signals, gaps, values at cursors, and points of the XY view.
 
 Values go as float64: a position that has counted beyond 2**24 would stand still in float32.
 """

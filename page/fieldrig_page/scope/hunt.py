@@ -1,4 +1,4 @@
-"""The hunt of one scope for its trigger: armed, struck, caught.
+"""The hunt of one scope for its trigger: armed, hit, caught.
 
 Every row of the trigger's signal is looked at once, in the order of the rows and not of the batches.  After a hit the
 rows behind the trigger are awaited; each track gives its part as soon as it has come so far, before old rows go.  The
@@ -70,11 +70,11 @@ class Hunt:
             self._next, self._epoch = (begin or {}).get(id(self._track), self._track.end), self._track.epoch
         self.hits = 0
         self.is_done = False
-        """Whether it has caught the only one that it was armed for."""
+        """True if it has caught the only one that it was armed for."""
 
     @property
     def is_struck(self) -> bool:
-        """Whether the rest of a picture is awaited."""
+        """True while the rest of a picture is awaited."""
         return self._picture is not None
 
     def look(self, now_s: float) -> None:

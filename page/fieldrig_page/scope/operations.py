@@ -48,7 +48,7 @@ class Shot(BaseModel):
 
 
 class Scopes(Protocol):
-    """What the operations need of the topic."""
+    """The topic, as far as the operations need it."""
 
     link: RigLink
     captures: Captures

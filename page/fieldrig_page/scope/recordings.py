@@ -41,7 +41,7 @@ class Signal:
     def __init__(self, name: str, rhythm: Rhythm) -> None:
         self.name, self.rhythm = name, rhythm
         self.is_held = False
-        """Whether there is a sample for each change."""
+        """True if there is a sample for each change."""
         self.kind, self.unit = "", ""
         self.states: Sequence[str] = ()
         self.trouble: RigError | None = None
@@ -52,7 +52,7 @@ class Signal:
 
     @property
     def holds(self) -> bool:
-        """Whether a value holds until the next one, as of a wire or a state, and is drawn so."""
+        """True if a value holds until the next one, as of a wire or a state, and is drawn so."""
         return self.is_held or self.kind in ("truth", "text")
 
 
@@ -66,7 +66,7 @@ class _Recording:
         self._rhythm, self._on_rows, self._on_progress = rhythm, on_rows, on_progress
 
     def take(self, rows: Any) -> None:
-        if not rows.times_ns:  # changes of one of these are lost, and nobody knows of which
+        if not rows.times_ns:  # changes of one of these are lost, and it is unknown of which
             for columns, track in self._tracks.items():
                 if not set(columns).isdisjoint(rows.columns):
                     track.lose(rows.lost)
@@ -130,7 +130,7 @@ class Recordings:
             asyncio.get_running_loop().call_later(LINGER_S, self._sweep)
 
     def _sweep(self) -> None:
-        """End recordings without a user, and forget signals that could not be recorded, so that they are tried anew."""
+        """End recordings without a user, and forget signals that could not be recorded, to try them again."""
         for recording in [each for each in self._recordings if not any(signal.users for signal in each.signals)]:
             self._recordings.remove(recording)
             self._drop(recording.signals)

@@ -36,7 +36,7 @@ class Scope:
         self._told: dict[object, int] = {}
         """How many events each page has."""
         self._ends: dict[str, Callable[[], None]] = {}
-        """What is listened to, for triggers by messages."""
+        """Each ends a subscription, by its path."""
         self._next_message: dict[str, int] = {}
         self._newest_ns = self.origin_ns
         self.recordings.on_rows.append(self._on_rows)

@@ -28,22 +28,22 @@ LONGEST_NS: Final = 1 << 62
 
 
 class Wish(NamedTuple):
-    """What a page wants to see, checked."""
+    """The view that a page asks for, checked."""
 
     setup: Setup
     pixels: int
     arm: int = 0
-    """Each other number arms the trigger anew."""
+    """Each other number arms the trigger again."""
     is_stopped: bool = False
     capture: int | None = None
-    """The capture that it shows; None: the newest of its own."""
+    """The capture that it shows, or None for the newest of its own."""
     view_ns: tuple[int, int] | None = None
     """Part of the capture that it shows, in nanoseconds from the origin of the page's instants."""
     cursors_ns: tuple[int, ...] = ()
 
 
 def read_wish(data: Any) -> Wish:
-    """Return the wish of a page.  MalformedError for anything that is none."""
+    """Return what a page asks for.  MalformedError for anything that is none."""
     setup = read_setup(field(data, "setup", dict))
     view = [_instant(value) for value in _list(data, "view_ns", 2)]
     if view and (len(view) != 2 or view[0] >= view[1]):
@@ -246,7 +246,7 @@ class Session:
         facts = [(signal.kind, len(signal.states), signal.trouble is None) for signal in self._signals.values()]
         self._begin_whole(("live", news, facts))
         if any(self._sent.get(id(track), end) < end - count for track, _ in tracks):
-            self._is_whole, self._sent = True, {}  # so much is new that the page has nothing to go on from
+            self._is_whole, self._sent = True, {}  # more is new than the page can show
         parts = []
         for track, numbers in tracks:
             known = track.known_ns // bucket_ns
@@ -363,7 +363,7 @@ class Session:
 
 
 def _hunted(wish: Wish) -> Any:
-    """What arms a trigger anew when it changes."""
+    """Return everything that arms a trigger again when it changes."""
     setup = wish.setup
     return (
         setup.trigger,

@@ -1,4 +1,4 @@
-"""What a scope shows and waits for: signals, window, trigger.  A page sends it, and a file keeps it."""
+"""The set-up of a scope: its signals, its window and its trigger.  A page sends it, and a file keeps it."""
 
 from collections.abc import Sequence
 from math import isfinite

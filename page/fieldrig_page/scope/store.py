@@ -4,7 +4,7 @@ A `Track` has the rows of one process: instants, and one array of values per col
 search is a bisection and a row range is a slice; when they have grown to twice their depth the older half goes, so
 memory is constant.
 
-What is not known is never a value.  A row of NaN stands behind the last row before a loss or a pause of the sampler, so
+What is not known is never a value.  A row of NaN follows the last row before a loss or a pause of the sampler, so
 whatever reads the track finds the gap there, by its instant.  A bucket without a row is "no news" (its minimum is
 infinite): a line goes on over it, unless the row before it is such a NaN.
 """
@@ -68,7 +68,7 @@ class Track:
         self.base = 0
         """Number of the row at position 0."""
         self.epoch = 0
-        """Counts how often time began anew, as when a rig in virtual time was started again."""
+        """Counts how often time began again, as when a rig in virtual time was started again."""
         self.known_ns = 0
         """Up to here everything is known: a value without a newer row still holds."""
         self.lost = 0
@@ -180,7 +180,7 @@ class Track:
 
     @property
     def _is_open(self) -> bool:
-        """Whether the newest row is a gap that has begun."""
+        """True if the newest row is a gap that has begun."""
         return all(values[-1] != values[-1] for values in self.values)
 
     def _breaks(self, batch: Batch) -> dict[int, int]:

@@ -70,7 +70,7 @@ class Range(NamedTuple):
         return self.low <= value < self.high
 
     def _cannot(self, part: "array[float]", was_in: bool) -> bool:
-        """Whether all values lie on the side where the signal was, by two calls instead of a look at each value."""
+        """True if all values lie on the side where the signal was, by two calls instead of a look at each value."""
         low, high = min(part), max(part)
         if low != low:
             return False
@@ -158,7 +158,7 @@ WHATS: Final[Mapping[str, Sequence[str]]] = {
     "window": ("inside", "outside"),
     "fault": ("begin", "end"),
 }
-"""What a trigger of a kind may wait for, the usual one first."""
+"""The events that a trigger of a kind may wait for, the usual one first."""
 
 
 def read_trigger(data: Any) -> Trigger:
