@@ -83,6 +83,7 @@ class Recorders:
         self._line, self._process, self._source = line, process, source
         self._epoch_ns, self._is_lossless = epoch_ns, is_lossless
         self._recordings: dict[str, _Recording] = {}
+        self._is_closed = False
         self._alive: set[str] | None = None
         """The owners that show their life; None before the first recording."""
         self._flusher: asyncio.Task[None] | None = None
@@ -93,6 +94,8 @@ class Recorders:
 
     async def answer(self, _verb: str, message: Any) -> Any:
         command = field(message, "command", str)
+        if command == "begin" and self._is_closed:
+            raise ControlError(f"{self._process} is stopping", "begin again when the rig is back")
         if command == "begin":
             return self._begin(message)
         name = field(message, "id", str)
@@ -188,7 +191,8 @@ class Recorders:
             self._room.set()
 
     def close(self) -> None:
-        """End all recordings; what they have is published."""
+        """End all recordings, and begin no other; what they have is published."""
+        self._is_closed = True
         self.flush()
         for name in tuple(self._recordings):
             self._end(name)

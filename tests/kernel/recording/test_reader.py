@@ -193,6 +193,15 @@ async def test_a_signal_that_is_not_there_is_refused_and_nothing_is_left(signals
 
 
 @in_loop
+async def test_a_process_that_stops_begins_no_recording() -> None:
+    line = HandLine()
+    _, process = process_on(line)
+    process.close()
+    with pytest.raises(ControlError, match="is stopping"):
+        await Reader(line, ["hand/x"], "cycle", lambda rows: None).begin()
+
+
+@in_loop
 async def test_recordings_are_limited() -> None:
     line = HandLine()
     source, process = process_on(line)
