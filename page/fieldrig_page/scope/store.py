@@ -225,13 +225,15 @@ class Track:
         return edges
 
     def _buckets(self, column: int, edges: Sequence[int]) -> Buckets:
-        values, found = self.values[column], Buckets(array("d"), array("d"))
+        values, lows, highs = self.values[column], list[float](), list[float]()
         is_long = len(edges) > 1 and edges[-1] - edges[0] > 2 * CHUNK * len(edges)
         if is_long:
             self._make_steps(column)
         for first, end in pairwise(edges):
             if first == end:
                 low, high = self._silence(values, first)
+            elif end - first == 1:
+                low = high = values[first]
             elif is_long:
                 low, high = self._stepped(column, first, end)
             else:
@@ -239,9 +241,9 @@ class Track:
                 low, high = min(part), max(part)
                 if low != low:  # `min` and `max` skip each NaN but a first one
                     low, high = _known_extremes(part)
-            found.low.append(low)
-            found.high.append(high)
-        return found
+            lows.append(low)
+            highs.append(high)
+        return Buckets(array("d", lows), array("d", highs))
 
     def _silence(self, values: "array[float]", place: int) -> tuple[float, float]:
         is_gap = place == 0 or values[place - 1] != values[place - 1]
