@@ -77,7 +77,7 @@ export function draw(g, width, height, picture, look) {
     else if (column.kind === 'truth') drawLevel(g, plot, lane, row, picture, look);
     else drawStates(g, plot, lane, row, picture, look);
     g.restore();
-    if (!isDigital(column)) drawAxis(g, lane, picture.axes.of(row, buckets.range(row)), look);
+    if (!isDigital(column) && column.is_there) drawAxis(g, lane, picture.axes.of(row, buckets.range(row)), look);
     drawName(g, plot, lane, column, look.colours[row], look);
   });
   for (const gap of picture.gaps) drawGap(g, plot, gap, picture, look, xOf);
@@ -273,24 +273,27 @@ function drawEvents(g, plot, events, look, xOf) {
   let free = plot.x;
   g.fillStyle = look.edge;
   g.fillRect(0, plot.bottom + STRIP, plot.x + plot.width, 0.5);
-  for (const event of events) {
+  events.forEach((event, number) => {
     const x = xOf(event.at_ns);
-    if (x < plot.x || x > plot.x + plot.width) continue;
+    if (x < plot.x || x > plot.x + plot.width) return;
     g.fillStyle = event.is_over ? look.ok : event.sort === 'event' ? look.quiet : look.fault;
     g.globalAlpha = 0.4;
     g.fillRect(x - 0.5, 0, 1, plot.bottom);
+    const begin = Math.max(xOf(event.after_ns), plot.x); // it happened between this and the mark
+    g.fillRect(begin, middle - 1, Math.max(x - begin, 0), 2);
     g.globalAlpha = 1;
     g.beginPath();
     g.arc(x, middle, 4, 0, 7);
     if (event.is_over) { g.lineWidth = 1.5; g.strokeStyle = g.fillStyle; g.stroke(); } else g.fill();
     const words = `${event.part} ${event.text}${event.is_over ? ': over' : ''}`;
     const end = x + 8 + g.measureText(words).width;
-    if (x < free || end > plot.x + plot.width) continue;
+    const next = number + 1 < events.length ? xOf(events[number + 1].at_ns) - 8 : Infinity;
+    if (x < free || end > Math.min(next, plot.x + plot.width)) return;
     g.textAlign = 'left';
     g.textBaseline = 'middle';
     g.fillText(words, x + 8, middle + 0.5);
     free = end + 8;
-  }
+  });
 }
 
 function drawCursor(g, plot, instantNs, name, look, xOf) {

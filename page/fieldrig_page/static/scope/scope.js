@@ -132,7 +132,7 @@ export function Scope({ role, signals = [], usual = {}, isCompact = false }) {
           ${[...new Set([100000, 1000000, 10000000, 100000000, 1000000000, ...(Number.isInteger(setup.rhythm) ? [setup.rhythm] : [])])].map((ns) => html`<option value=${String(ns)}>every ${duration(ns, ns)}</option>`)}</select></label>
       </div>
       <${Trigger} setup=${setup} columns=${columns} middles=${middles} onChange=${change} />
-      ${status.trouble && html`<p class="refusal" role="alert">${status.trouble}</p>`}
+      ${status.trouble && html`<p class="refusal" role="alert">${status.trouble.replace(/\n\s*/g, ': ')}</p>`}
       ${status.messages_lost > 0 && html`<p class="refusal" role="alert">${status.messages_lost} messages did not get here: the trigger may have missed one</p>`}
       <div class="scope-body">
         <div class="scope-plot" ref=${useWidth(setWidth)}>
