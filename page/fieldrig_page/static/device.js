@@ -1,7 +1,7 @@
 // One device: its front, its buses and faults, and all its values.
 import { html } from 'htm/preact';
 import { useEffect, useState } from 'preact/hooks';
-import { api, useLive, useWish } from './live.js';
+import { useAnswer, useLive, useWish } from './live.js';
 import { Active, useFaults } from './faults.js';
 import { Front } from './fronts/front.js';
 import { operate } from './fronts/operate.js';
@@ -55,16 +55,4 @@ function AllValues({ name, role }) {
   const [isOpen, setIsOpen] = useState(false);
   return html`<section><details onToggle=${(event) => setIsOpen(event.target.open)}><summary>All values</summary>
     ${isOpen && html`<${Values} device=${name} role=${role} />`}</details></section>`;
-}
-
-// The answer to a GET of the API, asked for again when `times` changes.
-function useAnswer(path, times = 0) {
-  const [answer, setAnswer] = useState([null, null]);
-  useEffect(() => {
-    let isShown = true;
-    const set = (value) => { if (isShown) setAnswer(value); };
-    api('GET', path).then((given) => set([given, null]), (cause) => set([null, cause]));
-    return () => { isShown = false; };
-  }, [path, times]);
-  return answer;
 }

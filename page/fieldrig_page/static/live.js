@@ -106,6 +106,24 @@ export function useWish(topic, wish) {
   }, [topic, JSON.stringify(wish)]);
 }
 
+// What a GET of the API gives, as [answer, refusal].  Asked again when `path` or `times` changes, and after a reconnect.
+export function useAnswer(path, times = 0) {
+  const [known, setKnown] = useState({ path, answer: NONE });
+  useEffect(() => {
+    if (path === null) return undefined; // not known yet
+    let isShown = true;
+    const ask = () => api('GET', path).then(
+      (given) => { if (isShown) setKnown({ path, answer: [given, null] }); },
+      (cause) => { if (isShown) setKnown((before) => ({ path, answer: [before.path === path ? before.answer[0] : null, cause] })); },
+    );
+    ask();
+    const off = live.on('state', ({ state }) => { if (state === 'open') ask(); });
+    return () => { isShown = false; off(); };
+  }, [path, times]);
+  return known.path === path ? known.answer : NONE;
+}
+const NONE = [null, null];
+
 export class Refusal extends Error {
   constructor(status, what, remedy) {
     super(what);

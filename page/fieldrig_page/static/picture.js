@@ -2,7 +2,7 @@
 import { html } from 'htm/preact';
 import { useEffect, useLayoutEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { Events } from './events.js';
-import { api, useLive, useWish } from './live.js';
+import { api, useAnswer, useLive, useWish } from './live.js';
 import { Card, familyOf } from './picture/card.js';
 import { Chosen } from './picture/chosen.js';
 import { EMPTY, reduce } from './picture/life.js';
@@ -14,11 +14,10 @@ const SMALL = 8;  // devices of a rig that leaves room for the scope beside its 
 const NOTHING = {};
 
 export function View({ role }) {
-  const [graph, setGraph] = useState(null), [refusal, setRefusal] = useState(null);
+  const [graph, refusal] = useAnswer('rig');
   const life = useLive('life', reduce, EMPTY);
   useWish('life', true);
-  useEffect(() => { api('GET', 'rig').then(setGraph, setRefusal); }, []);
-  if (refusal) return html`<p class="refusal" role="alert">${refusal.what} ${refusal.remedy}</p>`;
+  if (refusal && !graph) return html`<p class="refusal" role="alert">${refusal.what} ${refusal.remedy}</p>`;
   if (!graph) return html`<p class="quiet">The picture is loading.</p>`;
   const isSmall = Object.keys(graph.devices).length <= SMALL;
   const picture = html`<${Picture} graph=${graph} life=${life} mayOperate=${role === 'operate'} isSmall=${isSmall} /><${Events} events=${life.events} buses=${graph.buses} />`;
@@ -41,19 +40,13 @@ function firstNumber(life, name) {
 }
 
 function usePlaces(host) {
-  const [width, setWidth] = useState(0), [places, setPlaces] = useState(null);
+  const [width, setWidth] = useState(0);
   useLayoutEffect(() => {
     const sizes = new ResizeObserver(() => setWidth(Math.floor(host.current.clientWidth)));
     sizes.observe(host.current);
     return () => sizes.disconnect();
   }, []);
-  useEffect(() => {
-    if (!width) return undefined;
-    let isLate = false;
-    api('GET', `rig/layout?width=${width}`).then(found => { if (!isLate) setPlaces(found); });
-    return () => { isLate = true; };
-  }, [width]);
-  return places;
+  return useAnswer(width ? `rig/layout?width=${width}` : null)[0];
 }
 
 function Picture({ graph, life, mayOperate, isSmall }) {

@@ -1,7 +1,7 @@
 // Programs: source with the current line and live values, task times; start, stop, reset, force.
 import { html } from 'htm/preact';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
-import { api, useLive, useWish } from './live.js';
+import { api, useAnswer, useLive, useWish } from './live.js';
 import { Refused, Rows } from './rows.js';
 
 const LINE = 20; // pixels
@@ -10,8 +10,7 @@ const STATES = { running: 'ok', paused: 'late', held: 'late', ended: 'quiet', fa
 const NAME = /[A-Za-z_@][A-Za-z0-9_]*(?:\[\d+\]|\.[A-Za-z_][A-Za-z0-9_]*)*/g;
 
 export function View({ path, role }) {
-  const [devices, setDevices] = useState(null);
-  useEffect(() => { api('GET', 'programs').then(setDevices); }, []);
+  const [devices] = useAnswer('programs');
   const chosen = path || devices?.[0];
   if (devices === null) return html`<p class="quiet" role="status">asking ...</p>`;
   if (!chosen) return html`<section><h2>Programs</h2><p class="quiet">no device of this rig has a program</p></section>`;

@@ -1,8 +1,8 @@
 // Time: virtual time is paused, stepped and run from here; in real time it shows how late the host was, and for what.
 import { html } from 'htm/preact';
-import { useEffect, useState } from 'preact/hooks';
+import { useState } from 'preact/hooks';
 import { Events } from './events.js';
-import { api, useLive, useWish } from './live.js';
+import { api, useAnswer, useLive, useWish } from './live.js';
 import { EMPTY, reduce } from './picture/life.js';
 import { View as Processes } from './processes.js';
 
@@ -11,9 +11,8 @@ const SPEEDS = [0.01, 0.1, 1, 10, 100, 'max'];
 const S = 1e9;
 
 export function View({ rig, role }) {
-  const life = useLive('life', reduce, EMPTY), [graph, setGraph] = useState(null);
+  const life = useLive('life', reduce, EMPTY), [graph] = useAnswer('rig');
   useWish('life', true);
-  useEffect(() => { api('GET', 'rig').then(setGraph, () => undefined); }, []);
   return html`${rig.time === 'virtual' ? html`<${Virtual} rig=${rig} mayOperate=${role === 'operate'} />` : html`<${Real} rig=${rig} />`}
     <${Processes} rig=${rig} role=${role} kept=${keptBy(rig, life)} />${graph && html`<${Events} events=${life.events} buses=${graph.buses} />`}`;
 }

@@ -1,7 +1,7 @@
 // The messages of buses by name: filter, pause, load, time between, and download.
 import { html } from 'htm/preact';
-import { useEffect, useRef, useState } from 'preact/hooks';
-import { api, live, useWish } from './live.js';
+import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
+import { api, live, useAnswer, useWish } from './live.js';
 import { Rows } from './rows.js';
 
 const ROW = 26; // pixels
@@ -10,9 +10,9 @@ const FORMATS = [['pcapng', 'pcapng (Wireshark)'], ['log', 'log (candump)'], ['j
 const TIME_OF_DAY = 31536e12; // instants above count from 1970, those below from the start of a rig in virtual time
 
 export function View({ path }) {
-  const [buses, setBuses] = useState(null);
-  useEffect(() => { api('GET', 'faults/kinds').then((parts) => setBuses(Object.keys(parts).filter((name) => parts[name].sort === 'bus'))); }, []);
-  if (buses === null) return html`<p class="quiet" role="status">asking ...</p>`;
+  const [parts] = useAnswer('faults/kinds');
+  const buses = useMemo(() => Object.keys(parts ?? {}).filter((name) => parts[name].sort === 'bus'), [parts]);
+  if (parts === null) return html`<p class="quiet" role="status">asking ...</p>`;
   if (buses.length === 0) return html`<section><h2>Traffic</h2><p class="quiet">this rig has no bus</p></section>`;
   return html`<${Traffic} key=${path} buses=${buses} first=${path || buses[0]} />`;
 }

@@ -1,16 +1,16 @@
 // The values of devices: search, units, what they are now, and edit with the reason of a refusal beside the field.
 import { html } from 'htm/preact';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
-import { api, live, useWish } from './live.js';
+import { api, live, useAnswer, useWish } from './live.js';
 import { Rows } from './rows.js';
 
 const ROW = 34; // pixels
 const PROGRAM = 'program:';
 
 export function View({ path, role }) {
-  const [devices, setDevices] = useState([]);
+  const [parts] = useAnswer('faults/kinds');
   const [device, setDevice] = useState(path);
-  useEffect(() => { api('GET', 'faults/kinds').then((parts) => setDevices(Object.keys(parts).filter((name) => parts[name].sort === 'device'))); }, []);
+  const devices = Object.keys(parts ?? {}).filter((name) => parts[name].sort === 'device');
   useEffect(() => setDevice(path), [path]);
   const chosen = device || devices[0];
   return html`<section class="tall" aria-labelledby="values-title">

@@ -4,8 +4,10 @@ import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
+import msgpack
 import pytest
 from browser_page import ServedRig, opened
 from playwright.sync_api import Browser, expect
@@ -98,3 +100,61 @@ def test_a_page_whose_rig_was_started_anew_asks_for_the_new_address(browser: Bro
         rig.end()
         rig.process = rig.up(f"--set=ui.listen=127.0.0.1:{port}", "--set=speed=1")  # with other tokens
         expect(page.locator("header").get_by_role("status")).to_contain_text("this address is no longer good")
+
+
+VALUES: list[Any] = [
+    *(
+        None,
+        True,
+        False,
+        0,
+        1,
+        -1,
+        31,
+        -32,
+        -33,
+        127,
+        128,
+        -128,
+        -129,
+        255,
+        256,
+        65_535,
+        65_536,
+        -32_769,
+        2**31,
+        -(2**31) - 1,
+    ),
+    *(
+        2**32,
+        2**53 - 1,
+        -(2**53) + 1,
+        0.5,
+        -1e300,
+        float("inf"),
+        "",
+        "a",
+        "é€𝄞",
+        "x" * 31,
+        "x" * 32,
+        "x" * 300,
+        "x" * 70_000,
+    ),
+    *([], [1] * 15, [1] * 16, [1] * 70_000, {}, {"a": {"b": [None]}}, {str(n): n for n in range(16)}),
+]
+
+
+def test_the_page_reads_and_writes_messagepack_as_its_library_does(browser: Browser, lab: ServedRig) -> None:
+    read = """async (bytes) => {
+        const { decode } = await import('/static/wire.js');
+        return decode(Uint8Array.from(bytes).buffer);
+    }"""
+    written = """async (value) => {
+        const { encode } = await import('/static/wire.js');
+        return [...encode(value)];
+    }"""
+    with opened(browser, lab, "look") as page:
+        for value in VALUES:
+            assert page.evaluate(read, list(msgpack.packb(value))) == value
+            assert msgpack.unpackb(bytes(page.evaluate(written, value))) == value
+        assert page.evaluate(read, list(msgpack.packb(1.5, use_single_float=True))) == 1.5
