@@ -54,6 +54,7 @@ function Picture({ graph, life, mayOperate, isSmall }) {
   const [chosen, setChosen] = useState(null), [refusal, setRefusal] = useState(null);
   const partners = useMemo(() => new Set(chosen ? graph.partners[chosen] : []), [chosen]);
   const act = (method, path, body) => api(method, path, body).then(() => setRefusal(null), setRefusal);
+  const close = () => { host.current.querySelector(`[data-part="${chosen}"] .more`)?.focus(); setChosen(null); };
   const counts = `${Object.keys(graph.devices).length} devices, ${Object.keys(graph.buses).length} buses`;
   const rings = Object.values(graph.buses).filter(bus => bus.shape === 'ring');
   return html`<section class="picture" aria-labelledby="picture-title"><h2 id="picture-title">Rig <small>${counts}</small><${Legend} /></h2>
@@ -67,7 +68,7 @@ function Picture({ graph, life, mayOperate, isSmall }) {
           place=${{ gridRow: rowOf(places, cell.row) + places.levels[cell.row], gridColumn: cell.column + 1 }}
           isChosen=${chosen === name} isPartner=${partners.has(name)} onChoose=${() => setChosen(chosen === name ? null : name)} />`)}`}
     </div>
-    ${chosen && html`<${Chosen} name=${chosen} graph=${graph} part=${life.parts[chosen] || NOTHING} mayOperate=${mayOperate} onChoose=${setChosen} onClose=${() => setChosen(null)} />`}
+    ${chosen && html`<${Chosen} name=${chosen} graph=${graph} part=${life.parts[chosen] || NOTHING} mayOperate=${mayOperate} onChoose=${setChosen} onClose=${close} />`}
     <${Cables} graph=${graph} life=${life} places=${places} /></section>`;
 }
 

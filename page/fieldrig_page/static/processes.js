@@ -3,6 +3,8 @@ import { html } from 'htm/preact';
 import { useState } from 'preact/hooks';
 import { api } from './live.js';
 
+const FIGURES = ['restarts', 'MB', 'CPU s', 'late at most', 'cycles kept'];
+
 export function View({ rig, role, kept = {} }) {
   const [refusal, setRefusal] = useState(null);
   const processes = Object.entries(rig.processes ?? {});
@@ -18,11 +20,11 @@ export function View({ rig, role, kept = {} }) {
     <h2 id="processes">Processes</h2>
     ${refusal && html`<p class="refusal" role="alert">${refusal.what}${refusal.remedy && `; ${refusal.remedy}`}</p>`}
     <div class="wide" tabindex="0" role="region" aria-label="table of the processes"><table>
-      <thead><tr><th>process</th><th>state</th><th>restarts</th><th>MB</th><th>CPU s</th><th>late at most</th><th>cycles kept</th><th>runs</th>
+      <thead><tr><th>process</th><th>state</th>${FIGURES.map((title) => html`<th class="number">${title}</th>`)}<th>runs</th>
         ${role === 'operate' && html`<th>do</th>`}</tr></thead>
       <tbody>${processes.map(([name, process]) => html`<tr key=${name}>
         <th scope="row">${name}</th>
-        <td><span class=${`pill ${look(process)}`}>${process.state}</span></td>
+        <td><span class=${`pill ${look(process)}`}>${look(process) === 'late' && process.state === 'ready' ? 'late' : process.state}</span></td>
         <td class="number">${process.restarts ?? ''}</td>
         <td class="number">${process.memory_mb ?? ''}</td>
         <td class="number">${process.cpu_s ?? ''}</td>

@@ -55,7 +55,7 @@ function Virtual({ rig, mayOperate }) {
 function Real({ rig }) {
   const late = Object.entries(rig.late ?? {});
   return html`<section aria-labelledby="time"><h2 id="time">Real time</h2>
-    <p class="clock">${clock(rig.uptime_s ?? 0)}</p>
+    <p class="clock"><small class="quiet">up</small> ${clock(rig.uptime_s ?? 0)}</p>
     ${late.length === 0 ? html`<p class="row"><span class="pill ok">on time</span><span class="quiet">The host keeps up with every process.</span></p>`
       : html`<ul>${late.map(([name, words]) => html`<li key=${name} class="row"><span class="pill late">late</span><b>${name}</b> <span>${words}</span></li>`)}</ul>`}</section>`;
 }

@@ -15,6 +15,7 @@ VIEWS = {
     "/device/max4": "max4",
     "/values": "Values",
     "/traffic": "Traffic",
+    "/scope": "Scope",
     "/faults": "fault",
     "/programs": "IEC 61131-3",
     "/time": "time",
@@ -84,6 +85,7 @@ def test_the_chosen_card_shows_its_wires_and_partners_and_each_part_is_a_link(br
         expect(page.get_by_role("complementary", name="about tank")).to_be_visible()
         page.keyboard.press("Escape")
         expect(page.get_by_role("complementary")).to_have_count(0)
+        expect(card(page, "tank").get_by_role("button")).to_be_focused()
         expect(card(page, "io").get_by_role("link", name="io", exact=True)).to_have_attribute("href", "#/device/io")
         expect(card(page, "io").get_by_role("link", name="can0")).to_have_attribute("href", "#/bus/can0")
 
