@@ -85,9 +85,9 @@ class Faults:
         self._link.listen_to("notice/*", self._on_notice)
         self._link.listen_to("event", self._on_event)
         while True:
+            self._changed.clear()  # before the look, so that a page that comes meanwhile is seen at once
             if self._sent:
                 await self._look()
-            self._changed.clear()
             try:
                 await asyncio.wait_for(self._changed.wait(), POLL_S)
             except TimeoutError:

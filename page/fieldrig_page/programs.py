@@ -87,9 +87,9 @@ class Programs:
         loop = asyncio.get_running_loop()
         while True:
             began_s = loop.time()
+            self._more.clear()  # before the look, so that a wish that comes meanwhile is seen at once
             devices = {wish.device for wish in self._wishes.values()}
             self._present = {device: await self._look(device) for device in sorted(devices)}
-            self._more.clear()
             wait_s = max(POLL_S, SHARE * (loop.time() - began_s)) if devices else None
             try:
                 await asyncio.wait_for(self._more.wait(), wait_s)

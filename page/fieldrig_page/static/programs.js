@@ -28,12 +28,13 @@ function Program({ device, role }) {
   const [pinned, setPinned] = useState([]);
   const [refusal, setRefusal] = useState(null);
   const lines = useMemo(() => text.split('\n'), [text]);
-  const code = useMemo(() => withoutComments(text).split('\n'), [text]);
+  const [place, setPlace] = useState(null);
+  const now = useLive('program', (before, frame) => (frame.device === device ? { ...before, ...frame } : before), { state: null, values: {}, tasks: {}, forced: [] });
+  const { state, values, tasks, forced } = now;
+  const code = useMemo(() => withoutComments(text, state?.language).split('\n'), [text, state?.language]);
   const scopes = useMemo(() => scopesOf(code), [code]);
   const names = namesIn(code, scopes, span);
   useWish('program', { device, names: [...new Set([...pinned, ...names.values()].flat())].slice(0, MOST_NAMES) });
-  const now = useLive('program', (before, frame) => (frame.device === device ? { ...before, ...frame } : before), { state: null, values: {}, tasks: {}, forced: [] });
-  const { state, values, tasks, forced } = now;
   const loads = state?.loads;
   useEffect(() => { if (state?.files && !state.files.includes(file)) setFile(state.files[0] ?? null); }, [state]);
   useEffect(() => {
@@ -66,7 +67,7 @@ function Program({ device, role }) {
       </div>
       <${Refused} refusal=${refusal} />
       ${state.problem && html`<pre class="refusal">${state.problem}</pre>`}
-      ${file && html`<${Rows} label=${`source ${file}`} count=${lines.length} height=${LINE} onShow=${(first, last) => setSpan([first, last])}
+      ${file && html`<${Rows} label=${`source ${file}`} count=${lines.length} height=${LINE} goal=${place} onShow=${(first, last) => setSpan([first, last])}
         columns=${[{ title: 'line', look: 'number quiet' }, { title: file, look: 'source' }, { title: 'values', look: 'live' }]}
         row=${(index) => ({
           key: `${file}:${index}`,
@@ -76,7 +77,7 @@ function Program({ device, role }) {
         })} />`}
     </section>
     <div class="beside">
-      <${Tasks} threads=${state.threads} tasks=${tasks} />
+      <${Tasks} threads=${state.threads} tasks=${tasks} onPlace=${(frame) => { setFile(frame.file); setPlace({ index: frame.line - 1 }); }} />
       <${Forcing} forced=${forced} pinned=${pinned} setPinned=${setPinned} values=${values} role=${role} act=${act} />
     </div>`;
 }
@@ -93,7 +94,8 @@ function scopesOf(lines) {
 }
 
 // The text with comments and literals of text as blanks, on the same lines.
-function withoutComments(text) {
+function withoutComments(text, language) {
+  if (language === 'ARP BASIC') return text.replace(/;.*/g, '');
   return text.replace(/\(\*[\s\S]*?\*\)|\/\/.*|'[^'\n]*'|"[^"\n]*"/g, (found) => found.replace(/[^\n]/g, ' '));
 }
 
@@ -121,7 +123,7 @@ function LiveValues({ names, scope, values, forced }) {
   return known.map((name) => html`<span class=${`live-value ${forced.some((one) => one.path === name) ? 'forced' : ''}`} key=${name}>${name.startsWith(`${scope}.`) ? name.slice(scope.length + 1) : name} = <b>${String(values[name])}</b></span>`);
 }
 
-function Tasks({ threads, tasks }) {
+function Tasks({ threads, tasks, onPlace }) {
   const rows = {};
   for (const [key, value] of Object.entries(tasks)) {
     const [name, figure] = key.split('/task/')[1].split('/');
@@ -136,7 +138,7 @@ function Tasks({ threads, tasks }) {
       <tbody>${threads.map((thread) => html`<tr key=${thread.number}><th scope="row">${thread.name}</th>
         <td><span class=${`pill ${STATES[thread.state] ?? ''}`}>${thread.state}</span></td>
         ${figures.map((name) => html`<td class="number">${rows[thread.name]?.[name] ?? ''}</td>`)}
-        <td>${thread.frames[0] ? `${thread.frames[0].routine}, line ${thread.frames[0].line}` : ''} ${thread.about}</td></tr>`)}</tbody>
+        <td>${thread.frames[0] && html`<button onClick=${() => onPlace(thread.frames[0])}>${thread.frames[0].routine}, line ${thread.frames[0].line}</button> `}${thread.about}</td></tr>`)}</tbody>
     </table></div>
   </section>`;
 }

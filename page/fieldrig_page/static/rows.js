@@ -6,8 +6,8 @@ const SPARE = 8; // rows above and below the screen, so that a quick scroll show
 
 // `columns` are `{title, look?}`; `row(index)` returns the key of a row and its cells, as `{key, cells, look?}`.
 // `height` is that of a row, in pixels.  `onShow(first, last)` is told which rows are on the screen.  With `follows`
-// the end stays on the screen for as long as it is there.
-export function Rows({ label, columns, count, row, height, onShow, follows }) {
+// the end stays on the screen for as long as it is there.  A new `goal`, `{index}`, brings that row to the middle.
+export function Rows({ label, columns, count, row, height, onShow, follows, goal }) {
   const box = useRef(null);
   const [place, setPlace] = useState({ top: 0, high: 600 });
   const isAtEnd = useRef(true);
@@ -26,6 +26,9 @@ export function Rows({ label, columns, count, row, height, onShow, follows }) {
   useLayoutEffect(() => {
     if (follows && isAtEnd.current) box.current.scrollTop = box.current.scrollHeight;
   }, [count, follows]);
+  useLayoutEffect(() => {
+    if (goal) box.current.scrollTop = goal.index * height - box.current.clientHeight / 2;
+  }, [goal]);
   const first = Math.max(0, Math.min(Math.floor(place.top / height), count) - SPARE);
   const last = Math.min(count, Math.ceil((place.top + place.high) / height) + SPARE);
   useLayoutEffect(() => { onShow?.(first, last); }, [first, last, count]);
