@@ -2,12 +2,14 @@
 
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 from running_rig import until
 
-from fieldrig.errors import ControlError, RigError
+from fieldrig.clock import MS
+from fieldrig.errors import ArgumentError, ControlError, RigError
 from fieldrig.real import live_rig
 from fieldrig.real.live_rig import LiveRig
 from fieldrig.testing import free_port
@@ -45,6 +47,26 @@ def test_points_are_read_and_written_and_the_rig_ends_in_order(file: Path) -> No
         assert rig.status()["processes"]["tank"]["state"] == "ready"
         assert (rig.run / "log" / "tank.log").exists()
     assert rig.process.returncode == 0
+
+
+def test_signals_are_recorded_while_the_test_works(file: Path, tmp_path: Path) -> None:
+    with LiveRig(file) as rig:
+        with rig.record(["tank/level", "wires/tank.level"], 10 * MS) as recording:
+            until(lambda: len(recording.values["tank/level"]) > 5)
+            rig.set("tank/level", 1.5)
+            until(lambda: recording.values["tank/level"][-1] == 1.5)
+        levels = list(recording.values["tank/level"])
+        changed = levels.index(1.5)
+        assert levels == [0.5] * changed + [1.5] * (len(levels) - changed)
+        times_ns = recording.times_ns["tank/level"]
+        assert all(later - earlier >= 10 * MS for earlier, later in pairwise(times_ns))
+        recording.write_csv(tmp_path / "tank.csv")
+        assert "1.5" in (tmp_path / "tank.csv").read_text()
+        recording.end()
+        with pytest.raises(ControlError, match="tank has no value 'levle'"):
+            rig.record("tank/levle")
+        with pytest.raises(ArgumentError, match="record cannot have the rhythm 'often'"):
+            rig.record("tank/level", "often")  # type: ignore[arg-type]  # a mistake
 
 
 def test_faults_are_given_and_cleared_and_a_device_is_restarted(file: Path) -> None:

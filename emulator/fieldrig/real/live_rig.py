@@ -9,10 +9,10 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, Self, overload
+from typing import TYPE_CHECKING, Any, Final, Self, overload
 
 from fieldrig.control.messages import Client
 from fieldrig.device import Value
@@ -21,8 +21,12 @@ from fieldrig.outside.addresses import ENDPOINT_VARIABLE
 from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
+from fieldrig.recording.signals import Rhythm, wish_of
 from fieldrig.testing import free_port
 from fieldrig.text.nearest import closest
+
+if TYPE_CHECKING:
+    from fieldrig.recording.recording import Recording
 
 FIELDRIG: Final = (sys.executable, "-m", "fieldrig")
 POLL_S: Final = 0.05
@@ -143,6 +147,15 @@ class LiveRig(UpProcess):
         """
         device, key, value = written_point(point, *key_and_value)
         self.ask(f"device/{device}/set", {"values": {key: value}})
+
+    def record(self, signals: str | Sequence[str], rhythm: Rhythm = "cycle") -> "Recording":
+        """Record signals from now on, as `Rig.record` does, until the recording or the rig ends.
+
+        What the host was too late for is missing, and counted in `lost`.
+        """
+        from fieldrig.recording.recording import LiveRecording  # only those who record need its formats
+
+        return LiveRecording(self.endpoint, self.status()["rig"], *wish_of(signals, rhythm))
 
     def restart(self, name: str) -> None:
         """Restart the process of a device or a bus, a power cycle for its devices.  ControlError for any other name."""

@@ -23,7 +23,7 @@ from fieldrig.outside.untrusted import MalformedError, field, items
 from fieldrig.recording import batch
 from fieldrig.recording.batch import Batch, Kind, Part
 from fieldrig.recording.sampler import MOST_TEXTS
-from fieldrig.recording.signals import NAN, Column, Rhythm, column_of, split_signal
+from fieldrig.recording.signals import NAN, NO_RECORDING, Column, Rhythm, column_of, split_signal
 from fieldrig.text.nearest import closest
 
 log = logging.getLogger(__name__)
@@ -394,7 +394,7 @@ class _Stream:
         try:
             state = await self._control.ask(self._path, message, PATIENCE_S)
         except ControlError as cause:
-            if "has no recording" not in cause.what:
+            if NO_RECORDING not in cause.what:
                 raise
             await self.begin()
             self._take_early()

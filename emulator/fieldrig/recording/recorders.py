@@ -26,7 +26,7 @@ from fieldrig.control.question_words import asked
 from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError, field, items, shown
 from fieldrig.recording.record_set import RecordSet
-from fieldrig.recording.signals import OWN_PERIOD_NS, Rhythm, Source, rhythm_of
+from fieldrig.recording.signals import NO_RECORDING, OWN_PERIOD_NS, Rhythm, Source, rhythm_of
 
 log = logging.getLogger(__name__)
 
@@ -105,7 +105,7 @@ class Recorders:
             )
         recording = self._recordings.get(name)
         if recording is None:
-            raise ControlError(f"{self._process} has no recording {shown(name)}", "begin it again")
+            raise ControlError(f"{self._process} {NO_RECORDING} {shown(name)}", "begin it again")
         record_set = recording.record_set
         if command == "again":
             return record_set.again(field(message, "first", int), field(message, "end", int))

@@ -1,41 +1,48 @@
-"""A recording of a rig in virtual time in the same process: nothing is lost, and everything stays in memory.
+"""Recordings for tests: the instants and values of signals as arrays, and as files.
 
-with Rig(load("rig.yaml")) as rig:
+For example, of a rig in virtual time:
+
     recording = rig.record(["drive/position", "wires/lamp.on"])
     rig.run_for(2 * S)
     assert max(recording.values["drive/position"]) < 1000
     recording.write_csv("drive.csv")
 """
 
+import asyncio
+import threading
+from abc import ABC, abstractmethod
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Coroutine, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Final, Self, TypeVar
 
+from fieldrig.control.endpoint import connect
+from fieldrig.control.messages import Control
 from fieldrig.recording.files import CsvFile, RowsFile, VcdFile
-from fieldrig.recording.reader import Assembler, Rows
+from fieldrig.recording.reader import Assembler, Reader, Rows
 from fieldrig.recording.record_set import RecordSet
 from fieldrig.recording.signals import Column, Rhythm, Source
 
+T = TypeVar("T")
 
-class Recording:
-    """Signals of a rig from `Rig.record` until `end`, or until the rig is closed."""
+BEGIN_S: Final = 30.0
+"""Longest time in which the recording of a rig in real time begins or ends."""
 
-    def __init__(self, source: Source, signals: Sequence[str], rhythm: Rhythm) -> None:
-        """ControlError for a signal that does not exist.  `rhythm`: see `Rig.record`."""
-        names = list(dict.fromkeys(signals))
-        self.begin_ns = source.now_ns()
-        """The instant at which the recording began."""
-        self._rows: list[Rows] = []
-        self._early: list[bytes] = []
-        self._assembler: Assembler | None = None
-        self._set = RecordSet(source, names, rhythm, self._put, is_lossless=False)
-        self.columns: list[Column] = [column._replace(states=list(column.states)) for column in self._set.columns]
+
+class Recording(ABC):
+    """Signals of a rig from `Rig.record` or `LiveRig.record` until `end`, or until the rig is closed."""
+
+    def __init__(self, columns: Sequence[Column], begin_ns: int) -> None:
+        self.columns = list(columns)
         """Kind, unit and texts of each signal, in the order in which they were given."""
-        self._assembler = Assembler("", self._set.tracks, self.columns, self._rows.append)
-        self._times = {name: array("q") for name in names}
-        self._values = {name: array("d") for name in names}
+        self.begin_ns = begin_ns
+        """The instant at which the recording began."""
+        self.lost = 0
+        """Samples that are missing so far; always 0 in virtual time."""
+        self._rows: list[Rows] = []
+        self._times: dict[str, array[int]] = {column.name: array("q") for column in columns}
+        self._values: dict[str, array[float]] = {column.name: array("d") for column in columns}
 
     @property
     def times_ns(self) -> "Mapping[str, array[int]]":
@@ -49,9 +56,15 @@ class Recording:
         self._take()
         return MappingProxyType(self._values)
 
+    @abstractmethod
     def end(self) -> None:
-        """End the recording; what it has stays."""
-        self._set.end()
+        """End the recording; what it has stays.  Ending twice does no harm."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end()
 
     def write_csv(self, file: str | Path) -> None:
         """Write a line for each instant, with the time in seconds and a column for each signal."""
@@ -61,14 +74,41 @@ class Recording:
         """Write a value change dump, which GTKWave and PulseView show."""
         self._write(file, VcdFile)
 
-    def _write(self, file: str | Path, format_of: Any) -> None:
+    def _write(self, file: str | Path, form: type[RowsFile]) -> None:
         self._take()
         with Path(file).open("wb") as stream:
-            writer: RowsFile = format_of(stream, self.columns, self.begin_ns)
+            writer = form(stream, self.columns, self.begin_ns)
             for place, column in enumerate(self.columns):
                 times_ns, values = self._times[column.name], self._values[column.name]
                 writer.take(Rows("", (place,), 0, 0, times_ns, [values]))
             writer.close()
+
+    def _take(self) -> None:
+        """Move what was sampled since the last call into the arrays."""
+        count = len(self._rows)  # another thread may append
+        rows, self._rows[:count] = self._rows[:count], ()
+        for part in rows:
+            self.lost += part.lost
+            for place, values in zip(part.columns, part.values, strict=True):
+                name = self.columns[place].name
+                self._times[name].extend(part.times_ns)
+                self._values[name].extend(values)
+
+
+class LocalRecording(Recording):
+    """A recording of a rig in virtual time in this process: nothing is lost."""
+
+    def __init__(self, source: Source, signals: Sequence[str], rhythm: Rhythm) -> None:
+        """ControlError for a signal that does not exist."""
+        self._early: list[bytes] = []
+        self._assembler: Assembler | None = None
+        self._set = RecordSet(source, list(dict.fromkeys(signals)), rhythm, self._put, is_lossless=False)
+        columns = [column._replace(states=list(column.states)) for column in self._set.columns]
+        super().__init__(columns, source.now_ns())
+        self._assembler = Assembler("", self._set.tracks, self.columns, self._rows.append)
+
+    def end(self) -> None:
+        self._set.end()
 
     def _put(self, data: bytes) -> None:
         self._set.acknowledge(self._set.next)
@@ -78,15 +118,60 @@ class Recording:
             self._assembler.put(data)
 
     def _take(self) -> None:
-        """Move what was sampled since the last call into the arrays."""
         assert self._assembler is not None
         self._set.flush()
         early, self._early = self._early, []
         for data in early:
             self._assembler.put(data)
-        rows, self._rows[:] = tuple(self._rows), ()
-        for part in rows:
-            for place, values in zip(part.columns, part.values, strict=True):
-                name = self.columns[place].name
-                self._times[name].extend(part.times_ns)
-                self._values[name].extend(values)
+        super()._take()
+
+
+class LiveRecording(Recording):
+    """A recording of a rig in real time, in a thread that reads it."""
+
+    def __init__(self, endpoint: str, rig: str, signals: Sequence[str], rhythm: Rhythm) -> None:
+        """ControlError for a signal that does not exist, or a rig that does not answer."""
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, name="recording", daemon=True)
+        self._thread.start()
+        self._rows = early = list[Rows]()
+        self._is_ended = False
+        try:
+            self._control, self._reader = self._do(self._begin(endpoint, rig, signals, rhythm, early))
+        except BaseException:
+            self._stop()
+            raise
+        super().__init__(self._reader.columns, self._reader.begin_ns)
+        self._rows = early
+
+    def end(self) -> None:
+        if not self._is_ended:
+            self._is_ended = True
+            try:
+                self._do(self._end())
+            finally:
+                self._stop()
+
+    async def _begin(
+        self, endpoint: str, rig: str, signals: Sequence[str], rhythm: Rhythm, rows: list[Rows]
+    ) -> tuple[Control, Reader]:
+        control = Control(connect(endpoint), rig)
+        reader = Reader(control, signals, rhythm, rows.append)
+        try:
+            await reader.begin()
+        except BaseException:
+            await control.close()
+            raise
+        return control, reader
+
+    async def _end(self) -> None:
+        await self._reader.end()
+        await self._control.close()
+
+    def _do(self, work: Coroutine[Any, Any, T]) -> T:
+        return asyncio.run_coroutine_threadsafe(work, self._loop).result(BEGIN_S)
+
+    def _stop(self) -> None:
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join(BEGIN_S)
+        self._loop.close()

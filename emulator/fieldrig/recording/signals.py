@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import Any, ClassVar, Final, Literal, NamedTuple, Protocol
 
 from fieldrig.device import Value
-from fieldrig.errors import ControlError
+from fieldrig.errors import ArgumentError, ControlError
 from fieldrig.outside.untrusted import MalformedError, field, items, shown
 
 CYCLE: Final = "cycle"
@@ -13,6 +13,8 @@ CHANGE: Final = "change"
 Rhythm = Literal["cycle", "change"] | int
 """When signals are sampled: in each cycle of their device, at each change, or once in a period of nanoseconds."""
 
+NO_RECORDING: Final = "has no recording"
+"""Begins, after the name of the process, the refusal of a question about a recording that is not there any more."""
 NAN: Final = float("nan")
 OWN_PERIOD_NS: Final = 1_000_000
 """Period of the samples of a device without a cycle of its own, where the cycle is asked for."""
@@ -103,6 +105,17 @@ def split_signal(name: str) -> tuple[str, str]:
     if not part or not key:
         raise ControlError(f"{shown(name)} is not a signal", "expected DEVICE/KEY or BUS/WIRE, such as tank/level")
     return part, key
+
+
+def wish_of(signals: Any, rhythm: Any) -> tuple[list[str], Rhythm]:
+    """Return the names and the rhythm that a test wants to record.  ArgumentError for anything else."""
+    names = [signals] if isinstance(signals, str) else list(signals) if isinstance(signals, Sequence) else []
+    if not names or not all(isinstance(name, str) for name in names):
+        raise ArgumentError(f"record cannot take {shown(signals)}", 'expected names, such as ["tank/level"]')
+    if rhythm not in (CYCLE, CHANGE) and (type(rhythm) is not int or rhythm <= 0):
+        expected = f'expected "{CYCLE}", "{CHANGE}" or a period, such as 10 * MS'
+        raise ArgumentError(f"record cannot have the rhythm {shown(rhythm)}", expected)
+    return names, rhythm
 
 
 def rhythm_of(value: Any, shortest_ns: int, longest_ns: int) -> Rhythm:

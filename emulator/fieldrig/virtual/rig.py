@@ -26,7 +26,7 @@ from fieldrig.faults.power import MODELS, loses_power
 from fieldrig.faults.triggers import Triggers
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
-from fieldrig.recording.signals import Rhythm
+from fieldrig.recording.signals import Rhythm, wish_of
 from fieldrig.shortcuts import Shortcut
 from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.text.nearest import closest
@@ -266,19 +266,11 @@ class Rig:
         once in so many nanoseconds, such as `10 * MS`.  Recording is no event, so the trace stays the same.
         ControlError, with the nearest name, for a signal that does not exist.
         """
-        from fieldrig.recording.recording import Recording  # only those who record need its formats
+        from fieldrig.recording.recording import LocalRecording  # only those who record need its formats
         from fieldrig.virtual.recorded import RigSource
 
         self._check_open()
-        names = [signals] if isinstance(signals, str) else list(signals) if isinstance(signals, Sequence) else []
-        if not names or not all(isinstance(name, str) for name in names):
-            raise ArgumentError(f"record cannot take {shown(signals)}", 'expected names, such as ["tank/level"]')
-        if rhythm not in ("cycle", "change") and (type(rhythm) is not int or rhythm <= 0):
-            raise ArgumentError(
-                f"record cannot have the rhythm {shown(rhythm)}",
-                'expected "cycle", "change" or a period, such as 10 * MS',
-            )
-        return Recording(RigSource(self), names, rhythm)
+        return LocalRecording(RigSource(self), *wish_of(signals, rhythm))
 
     def answer(self, device: str, question: str, message: Any) -> Any:
         """Return the answer of a device to a question of its kind.  ControlError if the device refuses."""
