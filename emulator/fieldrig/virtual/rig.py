@@ -97,9 +97,9 @@ class Rig:
         self._mains: Mains | None = None
         """The power of the devices, once it has been switched."""
         self._listeners: list[OnDelivery] = []
-        """What recordings hear of the buses."""
+        """Called with every delivery, for recordings."""
         self._ends: list[Callable[[], None]] = []
-        """What recordings do at the end of the present instant."""
+        """Calls of recordings at the end of the present instant."""
         self._watches: dict[str, dict[str, list[OnChange]]] = {}
         """The calls for changes of points, by device and key."""
         self._is_telling = False
@@ -263,7 +263,7 @@ class Rig:
 
         `rhythm` says when.  "cycle": at the end of each cycle of the device, once in a millisecond if it has none, and
         wires at each change.  "change": each change of all signals, also of pulses shorter than any period.  A number:
-        once in so many nanoseconds, such as `10 * MS`.  Recording is no event, so the trace stays the same.
+        a period in nanoseconds, such as `10 * MS`.  Recording is no event, so the trace stays the same.
         ControlError, with the nearest name, for a signal that does not exist.
         """
         from fieldrig.recording.recording import LocalRecording  # only those who record need its formats
@@ -282,7 +282,7 @@ class Rig:
         return self._model(bus).statistics(self.now_ns)
 
     def signals(self, bus: str) -> dict[str, dict[str, Any]]:
-        """Return the facts of each signal that stands on a bus, such as its wires, by name."""
+        """Return the facts of each signal of a bus that has a value, such as a wire, by its name."""
         standing = self._model(bus).standing()
         return self.buses[bus].signals(standing, self.now_ns)
 
