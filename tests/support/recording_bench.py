@@ -33,6 +33,9 @@ class HandPart:
         self.cycles.append(action)
         return lambda: self.cycles.remove(action) if action in self.cycles else None
 
+    def close(self) -> None:
+        """There is nothing to release."""
+
     def on_change(self, keys: Sequence[str], action: Callable[[int, int, Value], None]) -> End:
         change = keys, action
         self.changes.append(change)

@@ -139,6 +139,9 @@ class DeviceSignals:
             return None
         return self._switched.cycle_hook.add(partial(self._source.after_cycle, action))
 
+    def close(self) -> None:
+        """Do nothing: a device is read only when a row is taken."""
+
     def on_change(self, keys: Sequence[str], action: Callable[[int, int, Value], None]) -> End:
         reads, now_ns = PointReads(self._present, keys), self._source.clock.now_ns
         last: list[Value] = self._source.clock.look(reads)

@@ -26,6 +26,9 @@ class BusSignals:
     ) -> None:
         """`standing` returns the last message of each signal, by its name."""
         self._bus, self._standing, self._listen, self._now_ns = bus, standing, listen, now_ns
+        self._heard: dict[str, Any] = {}
+        """The last messages as receivers got them, which may differ from those that were sent, by a fault."""
+        self._end: End | None = None
 
     def describe(self, keys: Sequence[str]) -> list[Described]:
         standing, now_ns = self._standing(), self._now_ns()
@@ -38,14 +41,27 @@ class BusSignals:
         return described
 
     def reader(self, keys: Sequence[str]) -> Callable[[], Sequence[Value]]:
-        standing, now_ns, reading = self._standing, self._now_ns, self._bus.reading
+        heard, standing, now_ns, reading = self._heard, self._standing, self._now_ns, self._bus.reading
+        if self._end is None:
+            self._end = self._listen(self._hear)
 
         def read() -> list[Value]:
             present, at_ns = standing(), now_ns()
-            readings = [reading(present[key], at_ns) if key in present else None for key in keys]
+            messages = [heard.get(key, present.get(key)) for key in keys]
+            readings = [None if message is None else reading(message, at_ns) for message in messages]
             return [NAN if found is None else found.value for found in readings]
 
         return read
+
+    def _hear(self, delivery: Delivery[Any]) -> None:
+        found = self._bus.reading(delivery.message, delivery.time_ns)
+        if found is not None:
+            self._heard[found.name] = delivery.message
+
+    def close(self) -> None:
+        if self._end is not None:
+            self._end()
+            self._end = None
 
     def on_cycle(self, action: OnCycle) -> None:
         return None

@@ -81,8 +81,10 @@ class RecordSet:
             part, key = split_signal(name)
             parts.setdefault(part, []).append((number, key))
         described: dict[int, Described] = {}
+        found_parts = {name: self._source.part(name) for name in parts}
+        self._ends += [part.close for part in found_parts.values()]
         for name, keys in parts.items():
-            found = self._source.part(name).describe([key for _, key in keys])
+            found = found_parts[name].describe([key for _, key in keys])
             described |= {number: of_it for (number, _), of_it in zip(keys, found, strict=True)}
         for number, name in enumerate(signals):
             of_it = described[number]
@@ -90,7 +92,7 @@ class RecordSet:
                 self._texts[number] = Texts(of_it.states)
             self.columns.append(Column(name, of_it.sort, of_it.unit, list(of_it.states)))
         for name, keys in parts.items():
-            self._begin_part(self._source.part(name), [number for number, _ in keys], [key for _, key in keys], rhythm)
+            self._begin_part(found_parts[name], [number for number, _ in keys], [key for _, key in keys], rhythm)
 
     def _begin_part(self, part: RecordedPart, numbers: list[int], keys: list[str], rhythm: Rhythm) -> None:
         if rhythm == CHANGE or (rhythm == CYCLE and part.is_bus):

@@ -83,6 +83,9 @@ class RecordedPart(Protocol):
     def on_change(self, keys: Sequence[str], action: Callable[[int, int, Value], None]) -> End:
         """Call `action(instant, place in keys, value)` at each change of one of these signals."""
 
+    def close(self) -> None:
+        """Read nothing any more."""
+
 
 class Source(Protocol):
     """The devices and buses of one process."""

@@ -110,6 +110,9 @@ class DeviceSignals:
             return None
         return local.cycle_hook.add(lambda: action(local.clock.now_ns(), 0))
 
+    def close(self) -> None:
+        """Do nothing: a device is read only when a row is taken."""
+
     def on_change(self, keys: Sequence[str], action: Callable[[int, int, Value], None]) -> End:
         rig = self._rig
 

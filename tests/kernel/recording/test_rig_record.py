@@ -92,6 +92,20 @@ def test_wires_are_recorded_at_their_changes(rig: Rig) -> None:
     assert list(sampled.values["wires/beat.count"]) == [8, 10]
 
 
+def test_a_wire_has_the_value_that_its_receivers_get(rig: Rig) -> None:
+    rig.run_for(30 * MS)
+    sampled, changes = rig.record("wires/beat.count", 10 * MS), rig.record("wires/beat.count", "change")
+    stuck = rig.add_fault("wires", {"what": "stuck", "wire": "beat.count", "value": 77})
+    rig.run_for(20 * MS)
+    rig.clear_fault("wires", stuck)
+    rig.run_for(20 * MS)
+    assert list(sampled.values["wires/beat.count"]) == [77, 77, 6, 7]
+    assert list(changes.values["wires/beat.count"])[-2:] == [6, 7]
+    assert 77 in changes.values["wires/beat.count"]
+    for recording in (sampled, changes):
+        recording.end()
+
+
 def test_texts_are_recorded_as_their_places(rig: Rig) -> None:
     recording = rig.record(["beat/word", "beat/level"])
     rig.run_for(30 * MS)
