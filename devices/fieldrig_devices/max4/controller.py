@@ -99,7 +99,7 @@ class Max4(Device):
 
     @property
     def end_of_cycle(self) -> Callable[[], None] | None:
-        """What is called at the end of each cycle of the real-time process (`Device.end_of_cycle`)."""
+        """The call at the end of each cycle of the real-time process (`Device.end_of_cycle`)."""
         return self.firmware.cycles.end_of_cycle
 
     @end_of_cycle.setter

@@ -199,7 +199,7 @@ class Mc4(Device):
 
     @property
     def end_of_cycle(self) -> Callable[[], None] | None:
-        """What is called at the end of each cycle of the ring (`Device.end_of_cycle`)."""
+        """The call at the end of each cycle of the ring (`Device.end_of_cycle`)."""
         return self._ring_side.slave.end_of_cycle
 
     @end_of_cycle.setter

@@ -93,7 +93,7 @@ class St1(Device):
 
     @property
     def end_of_cycle(self) -> Callable[[], None] | None:
-        """What is called at the end of each cycle of the ring (`Device.end_of_cycle`)."""
+        """The call at the end of each cycle of the ring (`Device.end_of_cycle`)."""
         return self._end.end_of_cycle
 
     @end_of_cycle.setter

@@ -61,7 +61,7 @@ class RigConfig:
     buses: dict[str, BusEntry]
     devices: dict[str, DeviceEntry]
     overrides: tuple[str, ...] = ()
-    """What was given beside the file, such as "buses.can0.bitrate=250000"."""
+    """The values given beside the file, such as "buses.can0.bitrate=250000"."""
 
 
 def load(path: str | Path, overrides: Sequence[str] = (), only: Collection[str] | None = None) -> RigConfig:

@@ -16,7 +16,7 @@ def read_point(device: str, points: Mapping[str, Point], key: str) -> Value:
 def read_points(device: str, points: Mapping[str, Point], keys: Iterable[str] | None = None) -> dict[str, Value]:
     """Return the values of several points by their keys; None stands for all of them.
 
-    A device may make its points anew whenever it is asked for them, so a question asks for them once.
+    A device may make new points whenever it is asked for them, so a question asks for them once.
     """
     wanted = points if keys is None else keys
     return {key: _point(device, points, key).read() for key in wanted}

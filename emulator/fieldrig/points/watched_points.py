@@ -20,7 +20,7 @@ class WatchedPoints:
     def __init__(self, device: Device) -> None:
         self._device = device
         self.hook = Hook("look", device)
-        """What the device calls between its changes, here and in a recording."""
+        """The calls that the device makes between its changes, for this watch and for recordings."""
         self._end: Callable[[], None] | None = None
         self._last: dict[str, Value] = {}
         self._changes: list[Change] = []
