@@ -1,7 +1,7 @@
 // The shell of the page: its head, the ways to its views, and the view that the address names.
 import { html, render } from 'htm/preact';
 import { useEffect, useLayoutEffect, useState } from 'preact/hooks';
-import { live, role, useLive, useWish } from './live.js';
+import { live, role, useLive, useModule, useWish } from './live.js';
 
 // Each view is a module with `export function View({rig, path, role})`; `path` is what follows its hash.  One that needs
 // a name, such as `#/device/NAME`, is hidden from the navigation.
@@ -74,9 +74,7 @@ function duration(seconds) {
 
 // The view itself once its module is there; another view is another component, which begins anew.
 function Loaded({ view, rig, path }) {
-  const [module, setModule] = useState(null);
-  const [trouble, setTrouble] = useState('');
-  useEffect(() => { view.load().then(setModule, (cause) => setTrouble(cause.message)); }, []);
+  const [module, trouble] = useModule(view.load);
   if (trouble) return html`<p class="refusal" role="alert">${view.title} cannot be shown: ${trouble}</p>`;
   return module && html`<${module.View} rig=${rig} path=${path} role=${role} />`;
 }

@@ -124,6 +124,24 @@ export function useAnswer(path, times = 0) {
 }
 const NONE = [null, null];
 
+// A module that is loaded when it is shown, as [module, trouble].  A browser does not ask for one that has failed again,
+// so the page is loaded again when its server is back.
+export function useModule(load) {
+  const [loaded, setLoaded] = useState([null, '']);
+  useEffect(() => {
+    let off = () => {};
+    load().then(
+      (module) => setLoaded([module, '']),
+      (cause) => {
+        setLoaded([null, cause.message]);
+        off = live.on('state', ({ state }) => { if (state === 'open') location.reload(); });
+      },
+    );
+    return () => off();
+  }, []);
+  return loaded;
+}
+
 export class Refusal extends Error {
   constructor(status, what, remedy) {
     super(what);

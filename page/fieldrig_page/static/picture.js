@@ -1,8 +1,8 @@
 // The rig as a picture: cards in a grid, placed by the rule of the server (layout.py), and alive by the topic `life`.
 import { html } from 'htm/preact';
-import { useEffect, useLayoutEffect, useMemo, useRef, useState } from 'preact/hooks';
+import { useLayoutEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { Events } from './events.js';
-import { api, useAnswer, useLive, useWish } from './live.js';
+import { api, useAnswer, useLive, useModule, useWish } from './live.js';
 import { Card, familyOf } from './picture/card.js';
 import { Chosen } from './picture/chosen.js';
 import { EMPTY, reduce } from './picture/life.js';
@@ -27,10 +27,9 @@ export function View({ role }) {
 
 // The scope beside the picture of a small rig, with the first number of each card from the start.
 function Beside({ role, life, names }) {
-  const [scope, setScope] = useState(null), signals = useRef(null);
-  useEffect(() => { import('./scope/scope.js').then((module) => setScope(() => module.Scope)); }, []);
+  const [module] = useModule(() => import('./scope/scope.js')), signals = useRef(null);
   if (signals.current === null && names.every((name) => life.samples[name])) signals.current = names.flatMap((name) => firstNumber(life, name)).slice(0, MOST_SIGNALS);
-  return scope && signals.current && html`<${scope} role=${role} signals=${signals.current} usual=${{ rhythm: SAMPLED_NS }} isCompact=${true} />`;
+  return module && signals.current && html`<${module.Scope} role=${role} signals=${signals.current} usual=${{ rhythm: SAMPLED_NS }} isCompact=${true} />`;
 }
 
 function firstNumber(life, name) {

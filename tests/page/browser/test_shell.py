@@ -47,6 +47,20 @@ def test_a_page_connects_again_when_its_server_was_killed_and_the_rig_runs_on(br
         assert lab.status()["now_ns"] > before["now_ns"]
 
 
+def test_a_view_that_was_opened_while_the_server_was_away_is_filled_when_it_is_back(
+    browser: Browser, lab: ServedRig
+) -> None:
+    with opened(browser, lab) as page:
+        page.route("**/api/**", lambda route: route.abort())
+        page.get_by_role("link", name="Values").click()
+        devices = page.get_by_label("device", exact=True).locator("option")
+        expect(page.get_by_role("heading", name="Values")).to_be_visible()
+        expect(devices).to_have_count(0)
+        page.unroute_all(behavior="wait")
+        os.kill(lab.status()["ui"]["pid"], signal.SIGKILL)
+        expect(devices).to_have_text(["tank", "io", "sensor", "drive"])
+
+
 def test_the_token_leaves_the_address_and_a_reload_in_the_middle_needs_none(browser: Browser, lab: ServedRig) -> None:
     with opened(browser, lab, "look", path="/time") as page:
         expect(page.locator("main section").first).to_be_visible()
