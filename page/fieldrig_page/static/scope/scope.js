@@ -115,7 +115,6 @@ export function Scope({ role, signals = [], usual = {}, isCompact = false }) {
 
   return html`
     <section class=${`scope ${isCompact ? 'compact' : ''}`} aria-label="scope">
-      <link rel="stylesheet" href="/static/scope/scope.css" />
       <div class="scope-row">
         <h2>Scope</h2>
         <${State} status=${status} />
