@@ -53,8 +53,6 @@ class HeldKeys:
         self._holders.setdefault(key, set()).add(page)
         self._keep()
         async with self._lock(key):
-            if page not in self._holders.get(key, ()):
-                return  # the page has gone while another one held the key
             try:
                 await self._write(key.device, key.point, pressed)
             except ControlError:
