@@ -33,6 +33,11 @@ DOWN:
 END
 """
 """The card answers to F1 of its terminal: by an output, the LED of F12, and a text."""
+TOO_WIDE = """
+Array.from(document.querySelectorAll(".group"), group => [group.ariaLabel, group.scrollWidth - group.clientWidth])
+  .filter(([, more]) => more > 0)
+"""
+"""The groups of a front that are narrower than what is in them."""
 RIG: dict[str, Any] = {
     "time": "virtual", "speed": 1,
     "buses": {"can": {"kind": "can.virtual", "bitrate": 500_000}, "wires": {"kind": "wires.virtual"}},
@@ -149,9 +154,10 @@ def test_the_front_of_every_kind_is_drawn_without_a_mistake_and_fits(browser: Br
         for name, device in DEVICES.items():
             page.evaluate("name => { location.hash = `#/device/${name}`; }", name)
             expect(page.locator(".plate code")).to_have_text(device["kind"])
-            page.set_viewport_size({"width": 390, "height": 860})
-            assert page.evaluate("document.documentElement.scrollWidth") <= 390, name
-            page.set_viewport_size({"width": 1280, "height": 860})
+            for width in (390, 1280):
+                page.set_viewport_size({"width": width, "height": 860})
+                assert page.evaluate("document.documentElement.scrollWidth") <= width, name
+                assert page.evaluate(TOO_WIDE) == [], name
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
