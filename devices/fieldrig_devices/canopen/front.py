@@ -38,7 +38,7 @@ def front_of(dictionary: Dictionary, profile: int) -> Front:
         Text("state", "nmt.state", good=_ON, bad=("stopped",)),
         Text("last error", "emcy.code", "code of the last EMCY", names=((0, "none"),)),
     ]
-    groups = [Group([*RUN_AND_ERR], "LEDs"), Group(state, "node")]
+    groups = [Group([*RUN_AND_ERR, *state], "node")]
     parts: dict[str, list[Part]] = {}
     for variable in dictionary:
         if variable.index in _PROFILE:

@@ -22,7 +22,7 @@ _INCREMENTS: Final = 1_000_000.0
 def front_of(keys: Collection[str], settings: Max4Settings) -> Front:
     """Return the front of a controller whose points have these keys."""
     axes = [key.removesuffix(_AXIS) for key in keys if key.endswith(_AXIS)]
-    groups = [Group([*_leds()], "LEDs"), Group([*_diagnosis()], "diagnosis"), Group([*_state()], "controller")]
+    groups = [Group([*_leds(), *_state()], "controller"), Group([*_diagnosis()], "diagnosis")]
     groups += [Group([*_axis(symbol)], symbol) for symbol in axes]
     groups.append(Group([*_terminals(keys, settings)], "terminals"))
     plate = Plate("ELAU", "MAx-4", {"article number": "ArticleNumber", "serial number": "SerialNumber"})

@@ -19,11 +19,6 @@ FRONT: Final = Front(
                 Led("ENABLE", "I108", "the input Enable"),
                 Led("ERROR", "error", "an error is pending", colour="red"),
                 Led("WARNING", "warning", "a warning is pending", colour="yellow"),
-            ],
-            "LEDs",
-        ),
-        Group(
-            [
                 Text("state", "state", good=("run",), bad=("blocked",)),
                 Text("error", "error", "code of the last error, 103 to 116", names=((0, "none"),)),
                 Text("warning", "warning", "code of the last warning, 201 to 204", names=((0, "none"),)),

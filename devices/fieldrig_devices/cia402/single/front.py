@@ -29,9 +29,10 @@ def front_of(settings: Cia402DriveSettings) -> Front:
     return Front(
         Plate("", "servo drive", {"node-ID": "node_id"}),
         [
-            Group([*RUN_AND_ERR, Led("brake", "brake", "the drive lifts the holding brake", colour="yellow")], "LEDs"),
             Group(
                 [
+                    *RUN_AND_ERR,
+                    Led("brake", "brake", "the drive lifts the holding brake", colour="yellow"),
                     Text(
                         "state", "state", "of the drive (CiA 402)", good=("operation enabled",),
                         bad=("fault", "fault reaction active"),
