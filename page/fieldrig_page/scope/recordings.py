@@ -147,6 +147,8 @@ class Recordings:
         task.add_done_callback(self._tasks.discard)
 
     async def _begin(self, signals: Sequence[Signal], rhythm: Rhythm) -> None:
+        if len(self._recordings) >= MOST_READERS:
+            self._sweep()  # a page that often changes its set-up must not take the room of others
         recording = _Recording(signals, rhythm, self._hear, self._progress)
         names = [signal.name for signal in signals]
         reader = recording.reader = self._make_reader(names, rhythm, recording.take, recording.reach)

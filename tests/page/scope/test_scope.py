@@ -114,6 +114,7 @@ def test_a_name_that_is_none_is_refused(name: str, tmp_path: Path) -> None:
     assert not list(tmp_path.rglob("*.json"))
 
 
+@pytest.mark.long
 @in_loop
 async def test_a_capture_is_made_by_the_http_api_and_exported(tmp_path: Path) -> None:
     async with pulses(tmp_path) as page:

@@ -5,7 +5,7 @@ from math import isnan
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from in_loop import in_loop
 from scope_bench import ScopeBench
@@ -13,6 +13,7 @@ from scope_bench import ScopeBench
 from fieldrig.clock import MS, S
 from fieldrig.outside.untrusted import MalformedError
 from fieldrig_page.scope.session import read_wish
+from fieldrig_page.scope.setup import Setup, read_setup
 
 RISING = {"kind": "edge", "signal": "io/a", "level": 0.5, "what": "rising"}
 
@@ -61,6 +62,7 @@ async def test_lost_samples_are_drawn_as_a_gap_and_said() -> None:
 
 
 @pytest.mark.long
+@settings(max_examples=30)
 @given(st.integers(250, 3_000), st.lists(st.integers(1, 700), min_size=1, max_size=30))
 def test_a_pulse_of_one_sample_is_caught_with_what_was_before_for_any_batches(place: int, lengths: list[int]) -> None:
     async def catch() -> None:
@@ -110,6 +112,16 @@ async def test_single_stops_normal_goes_on_and_another_arm_begins_anew() -> None
     pulse(300)
     single.look()
     assert single.status["capture"]["trigger_ns"] == 350 * MS
+
+
+@in_loop
+async def test_each_pulse_of_one_batch_is_caught() -> None:
+    bench = ScopeBench()
+    page = await bench.page(signals=["io/a"], window_ns=20 * MS, mode="normal", trigger=RISING)
+    bench.feed([t * MS for t in range(1000)], [float(t % 100 == 50) for t in range(1000)])
+    page.look()
+    assert page.status["hits"] == 10
+    assert page.status["capture"]["trigger_ns"] == 950 * MS
 
 
 @in_loop
@@ -245,3 +257,31 @@ async def test_lost_changes_of_a_wire_leave_it_unknown_until_the_next_one() -> N
     page.look()
     assert isnan(page.high[0][50])
     assert page.status["lost"] == [2]
+
+
+@in_loop
+async def test_a_page_that_changes_its_set_up_often_leaves_no_readers_behind() -> None:
+    bench = ScopeBench()
+    page = await bench.page(signals=["io/a"], window_ns=S)
+    for period_ms in range(1, 40):
+        await page.want({"signals": ["io/a"], "window_ns": S, "rhythm": period_ms * MS})
+    assert len([reader for reader in bench.readers if not reader.is_ended]) <= 8
+
+
+junk = st.recursive(
+    st.none() | st.booleans() | st.integers(-(1 << 63), (1 << 64) - 1) | st.floats() | st.text(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    max_leaves=5,
+)
+KEYS = ("pixels", "arm", "is_stopped", "capture", "view_ns", "cursors_ns")
+
+
+@pytest.mark.long
+@given(st.fixed_dictionaries({}, optional=dict.fromkeys((*KEYS, "setup"), junk)), junk, st.sampled_from(Setup._fields))
+def test_junk_as_a_wish_raises_nothing_else(wish: dict[str, Any], value: Any, key: str) -> None:
+    for given_wish in (value, wish, {"pixels": 100, "setup": {key: value}}, {"setup": {}, "pixels": 100, **wish}):
+        try:
+            checked = read_wish(given_wish)
+        except MalformedError:
+            continue
+        assert read_setup(checked.setup.as_data()) == checked.setup

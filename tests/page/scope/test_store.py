@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from math import inf, isnan, nan
 from unittest.mock import ANY
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scope_rows import Sample, cut_up, naive_buckets, rows
@@ -13,6 +14,9 @@ from fieldrig_page.scope import store
 from fieldrig_page.scope.store import Buckets, Gap, Track
 
 steps = st.lists(st.tuples(st.integers(1, 400), st.floats(-1e9, 1e9)), min_size=1, max_size=300)
+steps_with_gaps = st.lists(
+    st.tuples(st.integers(1, 400), st.floats(-1e9, 1e9) | st.just(nan)), min_size=1, max_size=300
+)
 
 
 def pairs(buckets: Buckets) -> list[tuple[float, float]]:
@@ -31,6 +35,7 @@ def samples_of(drawn: Sequence[tuple[int, float]]) -> list[Sample]:
     return found
 
 
+@pytest.mark.long
 @given(steps, st.lists(st.integers(0, 400)), st.integers(-50, 5000), st.integers(1, 3000), st.integers(1, 60))
 def test_the_reduction_is_that_of_a_look_at_every_sample(
     drawn: list[tuple[int, float]], places: list[int], first_ns: int, bucket_ns: int, count: int
@@ -43,16 +48,17 @@ def test_the_reduction_is_that_of_a_look_at_every_sample(
     assert alike(pairs(found), naive_buckets(samples, first_ns, bucket_ns, count))
 
 
-@given(steps, st.lists(st.integers(0, 400)), st.sets(st.integers(0, 299)), st.integers(1, 60_000))
+@pytest.mark.long
+@given(steps_with_gaps, st.lists(st.integers(0, 400)), st.integers(1, 60_000), st.integers(1, 12))
 def test_a_row_without_a_value_is_a_gap_also_where_steps_are_used(
-    drawn: list[tuple[int, float]], places: list[int], unknown: set[int], bucket_ns: int
+    drawn: list[tuple[int, float]], places: list[int], bucket_ns: int, count: int
 ) -> None:
-    samples = [(at, nan if place in unknown else value) for place, (at, value) in enumerate(samples_of(drawn))]
+    samples = samples_of(drawn)
     track = Track(1)
     for batch in cut_up(rows([at for at, _ in samples], [value for _, value in samples]), places):
         track.add(batch)
-    (found,) = track.reduced([0], 0, bucket_ns, 3)
-    assert alike(pairs(found), naive_buckets(samples, 0, bucket_ns, 3))
+    (found,) = track.reduced([0], 0, bucket_ns, count)
+    assert alike(pairs(found), naive_buckets(samples, 0, bucket_ns, count))
 
 
 def test_lost_samples_are_a_gap_by_their_instants() -> None:
@@ -94,6 +100,7 @@ def test_nothing_is_known_after_a_process_has_gone() -> None:
     assert isnan(track.value_at(0, 500))
 
 
+@pytest.mark.long
 @given(st.integers(1, 700), st.integers(1, 90))
 def test_memory_is_constant_and_numbers_go_on(batches: int, length: int) -> None:
     track = Track(2, depth=64)

@@ -6,7 +6,7 @@ from math import isnan, nan
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scope_rows import cut_up, rows
 
@@ -135,6 +135,8 @@ def test_what_is_no_trigger_is_refused_with_its_key(data: Any, wrong: str) -> No
         read_trigger(data)
 
 
+@pytest.mark.long
+@settings(max_examples=50)
 @given(
     st.recursive(
         st.none() | st.booleans() | st.floats() | st.text(), lambda x: st.lists(x) | st.dictionaries(st.text(), x)
