@@ -4,6 +4,7 @@
 may make one.  No test compares the pictures, as fonts differ between machines: look at each before it is committed.
 """
 
+import json
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -18,6 +19,8 @@ from network_namespace import network_namespace, why_not
 from playwright.sync_api import Browser, Page, expect
 from running_rig import until
 from tests.pictures.album import FOLDER
+
+from fieldrig.clock import S
 
 CONFIGS: Final = Path(__file__).parents[2] / "configs"
 SCHEMES: Final[Sequence[Literal["light", "dark"]]] = ("light", "dark")
@@ -41,6 +44,10 @@ def main(names: Sequence[str]) -> None:
     with nullcontext() if why_not() else network_namespace(), chromium() as browser:
         if scenes := chosen(OF_LAB, names):
             with ServedRig(CONFIGS / "lab.yaml") as lab:
+                set_values(lab, drive={"speed_set": 80, "run": True})
+                take_all(browser, lab, scenes)
+        if scenes := chosen(OF_VIRTUAL_LAB, names):
+            with ServedRig(CONFIGS / "lab-virtual.yaml", "--set=speed=1") as lab:
                 set_values(lab, drive={"speed_set": 80, "run": True})
                 take_all(browser, lab, scenes)
         if scenes := chosen(OF_MACHINE, names):
@@ -95,7 +102,44 @@ def break_the_ring(page: Page) -> None:
         page.wait_for_timeout(2 * SETTLED_MS)
 
 
+CAUGHT: Final = {
+    "signals": ["drive/speed_set", "drive/speed", "drive/running", "wires/pump.speed", "tank/level"],
+    "recorded": [],
+    "rhythm": "cycle",
+    "window_ns": 4 * S,
+    "before": 0.25,
+    "mode": "single",
+    "trigger": {"kind": "edge", "signal": "drive/speed_set", "level": 60, "what": "falling"},
+    "xy": None,
+}
+
+
+def catch_a_step(page: Page) -> None:
+    """Catch the step of a set point, with what was before it, and measure the way of the drive to it."""
+    look: dict[str, object] = {"isStopped": False, "capture": None, "view": None, "cursors": [], "arm": 0}
+    remembered = json.dumps({"setup": CAUGHT, "look": look})
+    page.evaluate("text => sessionStorage.setItem('scope:lab-virtual', text)", remembered)
+    set_by_page(page, "drive/points/speed_set", 80)
+    page.reload()
+    state = page.locator(".scope .pill").first
+    expect(state).to_have_text("waiting for the trigger")
+    page.wait_for_timeout(2 * SETTLED_MS)
+    set_by_page(page, "drive/points/speed_set", 30)
+    expect(state).to_have_text("stopped")
+    page.get_by_role("button", name="Cursors").click()
+    page.get_by_label("Cursor A").fill("250")
+    page.get_by_label("Cursor B").fill("700")
+    page.wait_for_timeout(SETTLED_MS)
+
+
+def set_by_page(page: Page, point: str, value: float) -> None:
+    call = "([path, value]) => import('/static/live.js').then(({ api }) => api('PUT', path, { value }))"
+    page.evaluate(call, [f"devices/{point}", value])
+
+
 OF_LAB: Final = (Scene("lab", "/"),)
+OF_VIRTUAL_LAB: Final = (Scene("scope", "/scope", catch_a_step),)
+"""In virtual time, so that no sample is missing however busy the host is."""
 OF_MACHINE: Final = (
     Scene("front", "/device/max4"),
     Scene("traffic", "/bus/can1"),
