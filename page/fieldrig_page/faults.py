@@ -12,24 +12,18 @@ from typing import Any, ClassVar, Final
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from fieldrig.bus import Bus
-from fieldrig.config.entries import DeviceEntry
-from fieldrig.config.rig_file import RigConfig
 from fieldrig.control import notices
 from fieldrig.control.fault_asking import Asking, about_faults
 from fieldrig.control.messages import NoAnswerError
 from fieldrig.errors import ControlError
-from fieldrig.faults.faults import keys_of
-from fieldrig.faults.power import models_of_device
 from fieldrig.outside.untrusted import MalformedError
 from fieldrig_page.api import Call, Operation
+from fieldrig_page.fault_kinds import kinds_of
 from fieldrig_page.live import Page
 from fieldrig_page.rig_link import RigLink
 
 POLL_S: Final = 1.0
 MOST_LINES: Final = 500
-MEMBER_KEYS: Final = ("node", "receivers", "after", "station")
-"""Keys of faults that name devices; a form offers those at the bus."""
 
 Fault = dict[str, Any]
 
@@ -191,36 +185,3 @@ class Faults:
             "DELETE", "faults/{part}/{number}", "Clear a fault.", clear, gives=dict[str, list[int]],
             parameters={**part, "number": "number of the fault, or all"},
         )  # fmt: skip
-
-
-def kinds_of(config: RigConfig) -> dict[str, Any]:
-    """Return what each part of a rig can suffer: a JSON schema for each fault, or why there is none."""
-    buses = {name: _of_bus(entry.bus, list(entry.members)) for name, entry in config.buses.items()}
-    return buses | {name: _of_device(entry) for name, entry in config.devices.items()}
-
-
-def _of_bus(bus: Bus[Any], members: list[str]) -> dict[str, Any]:
-    return _kinds("bus", bus.fault_models, bus.no_faults, members)
-
-
-def _of_device(entry: DeviceEntry) -> dict[str, Any]:
-    return _kinds("device", models_of_device(entry.cls), entry.cls.no_faults, [])
-
-
-def _kinds(sort: str, models: Mapping[str, type[Any]], none: str, members: list[str]) -> dict[str, Any]:
-    schemas = {what: _schema(model, members) for what, model in models.items()}
-    return {"sort": sort, "faults": schemas, "none": none}
-
-
-def _schema(model: type[Any], members: list[str]) -> dict[str, Any]:
-    """Return the schema of a fault without `what`, its keys in the order of the docs."""
-    schema: dict[str, Any] = model.model_json_schema()
-    known = schema["properties"]
-    keys = [key for key in keys_of(model) if key != "what"]
-    properties = {key: dict(known[key]) for key in keys}
-    for key in MEMBER_KEYS:
-        if key in properties:
-            properties[key]["examples"] = members
-    required = [key for key in schema.get("required", []) if key != "what"]
-    about = (model.__doc__ or "").strip().partition("\n")[0]
-    return {"about": about, "properties": properties, "required": required, "$defs": schema.get("$defs", {})}

@@ -22,13 +22,13 @@ pytestmark = pytest.mark.long
 async def test_every_part_says_what_it_can_suffer() -> None:
     async with page_of(LAB) as page:
         kinds = (await page.get("faults/kinds")).json
-        assert set(kinds) == {"can0", "mb_tcp", "mb_rtu", "wires", "tank", "io", "sensor", "drive"}
-        drop = kinds["can0"]["faults"]["drop"]
-        assert drop["properties"]["node"]["examples"] == ["io", "sensor"]
+        assert set(kinds["parts"]) == {"can0", "mb_tcp", "mb_rtu", "wires", "tank", "io", "sensor", "drive"}
+        assert kinds["parts"]["can0"]["members"] == ["io", "sensor"]
+        drop = kinds["kinds"][kinds["parts"]["can0"]["kind"]]["drop"]
         assert list(drop["properties"])[-3:] == ["start_ms", "duration_ms", "when"]
         assert "what" not in drop["properties"]
         assert drop["properties"]["probability"]["maximum"] == 1
-        assert "power_off" in kinds["tank"]["faults"]
+        assert "power_off" in kinds["kinds"]["plant.tank"]
 
 
 @in_loop

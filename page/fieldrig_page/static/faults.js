@@ -8,6 +8,7 @@ const STATES = { on: 'fault', waiting: 'late', over: 'quiet' };
 const MOST_LINES = 500;
 // Keys that every fault may have, in a group of their own: when it begins, how long it lasts, how often it acts.
 const TIMING = ['start_ms', 'duration_ms', 'when', 'nth', 'count', 'probability'];
+const MEMBER_KEYS = ['node', 'receivers', 'after', 'station']; // their values are devices at the bus
 const TITLES = {
   start_ms: 'begins after (ms)', duration_ms: 'lasts (ms)', when: 'begins when', nth: 'from message number',
   count: 'how many times', probability: 'probability',
@@ -68,9 +69,9 @@ function Adding({ part: given }) {
   const [done, setDone] = useState('');
   const form = useRef(null);
   useEffect(() => { api('GET', 'faults/kinds').then(setKinds, setRefusal); }, []);
-  const parts = useMemo(() => Object.keys(kinds ?? {}), [kinds]);
+  const parts = useMemo(() => Object.keys(kinds?.parts ?? {}), [kinds]);
   const chosen = part || given || parts[0];
-  const known = kinds?.[chosen]?.faults ?? {};
+  const known = kinds?.kinds[kinds.parts[chosen]?.kind] ?? {};
   const fault = what in known ? what : Object.keys(known)[0];
   if (kinds === null) return html`<section><h2>New fault</h2><p class="quiet" role="status">asking ...</p><${Refused} refusal=${refusal} /></section>`;
   const send = async (event) => {
@@ -87,7 +88,7 @@ function Adding({ part: given }) {
     }
   };
   const groups = { bus: [], device: [] };
-  for (const name of parts) groups[kinds[name].sort]?.push(name);
+  for (const name of parts) groups[kinds.parts[name].sort]?.push(name);
   return html`<section aria-labelledby="faults-new">
     <h2 id="faults-new">New fault</h2>
     <div class="fields">
@@ -95,18 +96,18 @@ function Adding({ part: given }) {
         ${Object.entries(groups).map(([sort, names]) => names.length > 0 && html`<optgroup label=${sort === 'bus' ? 'buses' : 'devices'}>${names.map((name) => html`<option selected=${name === chosen}>${name}</option>`)}</optgroup>`)}</select></div>
       <div class="field"><label for="fault-what">fault</label><select id="fault-what" disabled=${!fault} onChange=${(event) => setWhat(event.target.value)}>${Object.keys(known).map((name) => html`<option selected=${name === fault}>${name}</option>`)}</select></div>
     </div>
-    ${fault ? html`<${Form} key=${`${chosen}/${fault}`} schema=${known[fault]} form=${form} onSubmit=${send} />`
-      : html`<p class="quiet">${kinds[chosen]?.none || 'this part takes no faults'}</p>`}
+    ${fault ? html`<${Form} key=${`${chosen}/${fault}`} schema=${known[fault]} members=${kinds.parts[chosen].members} form=${form} onSubmit=${send} />`
+      : html`<p class="quiet">${kinds.parts[chosen]?.none || 'this part takes no faults'}</p>`}
     <${Refused} refusal=${refusal} />
     <p class="quiet" role="status">${done}</p>
   </section>`;
 }
 
-function Form({ schema, form, onSubmit }) {
+function Form({ schema, members, form, onSubmit }) {
   const keys = Object.keys(schema.properties);
   const own = keys.filter((key) => !TIMING.includes(key));
   const timing = keys.filter((key) => TIMING.includes(key));
-  const field = (key) => html`<${Field} key=${key} name=${key} schema=${schema} isNeeded=${schema.required.includes(key)} />`;
+  const field = (key) => html`<${Field} key=${key} name=${key} schema=${schema} offers=${MEMBER_KEYS.includes(key) ? members : []} isNeeded=${schema.required.includes(key)} />`;
   return html`<form ref=${form} onSubmit=${onSubmit}>
     <p>${withCode(schema.about)}</p>
     ${own.length > 0 && html`<fieldset><legend>what and where</legend><div class="fields">${own.map(field)}</div></fieldset>`}
@@ -119,19 +120,19 @@ function Form({ schema, form, onSubmit }) {
 const withCode = (text) => text.split('`').map((part, at) => (at % 2 ? html`<code>${part}</code>` : part));
 
 // A field for one key.  Everything goes as a text, as on the command line, so the rig itself says what is wrong.
-function Field({ name, schema, isNeeded }) {
+function Field({ name, schema, offers, isNeeded }) {
   const property = schema.properties[name];
   const id = `fault-${name}`;
   const choices = choicesOf(property, schema.$defs);
   const described = property.description ? `${id}-about` : null;
   const hint = property.default === undefined || property.default === null ? '' : String(property.default);
-  const list = property.examples?.length ? `${id}-list` : null;
+  const list = offers.length > 0 ? `${id}-list` : null;
   return html`<div class="field">
     <label for=${id}>${TITLES[name] ?? name.replaceAll('_', ' ')}${isNeeded && html` <span class="quiet">(needed)</span>`}</label>
     ${choices
       ? html`<select id=${id} name=${name} required=${isNeeded} aria-describedby=${described}>${!isNeeded && html`<option value="">${hint || 'left out'}</option>`}${choices.map((choice) => html`<option>${choice}</option>`)}</select>`
       : html`<input id=${id} name=${name} required=${isNeeded} placeholder=${hint} aria-describedby=${described} list=${list} spellcheck="false" autocomplete="off" />`}
-    ${list && html`<datalist id=${list}>${property.examples.map((example) => html`<option value=${example}></option>`)}</datalist>`}
+    ${list && html`<datalist id=${list}>${offers.map((name) => html`<option value=${name}></option>`)}</datalist>`}
     ${described && html`<small id=${described} class="quiet">${withCode(property.description)}</small>`}
   </div>`;
 }

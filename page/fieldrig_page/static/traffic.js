@@ -1,20 +1,26 @@
 // The messages of buses by name: filter, pause, load, time between, and download.
 import { html } from 'htm/preact';
-import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
-import { api, live, useAnswer, useWish } from './live.js';
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { live, useAnswer, useWish } from './live.js';
 import { Rows } from './rows.js';
 
 const ROW = 26; // pixels
 const MOST_ROWS = 5000;
-const FORMATS = [['pcapng', 'pcapng (Wireshark)'], ['log', 'log (candump)'], ['jsonl', 'jsonl (all)'], ['vcd', 'vcd (wires)']];
+// The formats of downloads, with the families of buses whose messages they can hold; without any they hold all.
+const FORMATS = [
+  { ending: 'pcapng', title: 'for Wireshark' },
+  { ending: 'log', title: 'as of candump -L', families: ['can'] },
+  { ending: 'vcd', title: 'waveforms', families: ['wires'] },
+  { ending: 'jsonl', title: 'JSON lines' },
+];
 const TIME_OF_DAY = 31536e12; // instants above count from 1970, those below from the start of a rig in virtual time
 
 export function View({ path }) {
-  const [parts] = useAnswer('faults/kinds');
-  const buses = useMemo(() => Object.keys(parts ?? {}).filter((name) => parts[name].sort === 'bus'), [parts]);
-  if (parts === null) return html`<p class="quiet" role="status">asking ...</p>`;
-  if (buses.length === 0) return html`<section><h2>Traffic</h2><p class="quiet">this rig has no bus</p></section>`;
-  return html`<${Traffic} key=${path} buses=${buses} first=${path || buses[0]} />`;
+  const [rig] = useAnswer('rig');
+  if (rig === null) return html`<p class="quiet" role="status">asking ...</p>`;
+  const names = Object.keys(rig.buses);
+  if (names.length === 0) return html`<section><h2>Traffic</h2><p class="quiet">this rig has no bus</p></section>`;
+  return html`<${Traffic} key=${path} buses=${rig.buses} first=${path || names[0]} />`;
 }
 
 function Traffic({ buses, first }) {
@@ -37,7 +43,7 @@ function Traffic({ buses, first }) {
   return html`<section class="tall" aria-labelledby="traffic-title">
     <div class="bar">
       <h2 id="traffic-title">Traffic</h2>
-      <fieldset class="choices"><legend class="hidden">buses</legend>${buses.map((name) => html`
+      <fieldset class="choices"><legend class="hidden">buses</legend>${Object.keys(buses).map((name) => html`
         <button aria-pressed=${chosen.includes(name)} onClick=${() => choose(name)}>${name}${now.loads[name] && html`<small> ${now.loads[name]}</small>`}</button>`)}</fieldset>
     </div>
     <div class="bar">
@@ -50,13 +56,15 @@ function Traffic({ buses, first }) {
     </div>
     <div class="bar">
       <p class="quiet" role="status">${now.rows.length} messages${gaps(now)}</p>
-      ${chosen.map((name) => html`<span class="downloads">save ${name}: ${FORMATS.map(([ending, title]) => html` <a href=${`/api/v1/traces/${encodeURIComponent(name)}.${ending}`} download title=${title}>${ending}</a>`)}</span>`)}
+      ${chosen.map((name) => html`<span class="downloads">save ${name}: ${formatsOf(buses[name]).map(({ ending, title }) => html` <a href=${`/api/v1/traces/${encodeURIComponent(name)}.${ending}`} download title=${title}>${ending}</a>`)}</span>`)}
     </div>
     <${Rows} label="messages" count=${now.rows.length} height=${ROW} follows=${!isPaused}
       columns=${[{ title: 'time', look: 'number' }, { title: 'since', look: 'number' }, { title: 'bus' }, { title: 'from' }, { title: 'node' }, { title: 'kind' }, { title: 'message', look: 'about' }, { title: 'as on the bus', look: 'bytes' }]}
       row=${(index) => rowOf(now.rows[index])} />
   </section>`;
 }
+
+const formatsOf = (bus) => FORMATS.filter(({ families }) => !families || families.includes(bus.family));
 
 function take(state, frame, isPaused) {
   if (frame.whole) { state.rows.length = 0; state.waiting.length = 0; }

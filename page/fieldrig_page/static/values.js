@@ -8,9 +8,9 @@ const ROW = 34; // pixels
 const PROGRAM = 'program:';
 
 export function View({ path, role }) {
-  const [parts] = useAnswer('faults/kinds');
+  const [rig] = useAnswer('rig');
   const [device, setDevice] = useState(path);
-  const devices = Object.keys(parts ?? {}).filter((name) => parts[name].sort === 'device');
+  const devices = Object.keys(rig?.devices ?? {});
   useEffect(() => setDevice(path), [path]);
   const chosen = device || devices[0];
   return html`<section class="tall" aria-labelledby="values-title">
