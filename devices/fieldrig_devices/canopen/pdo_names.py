@@ -16,6 +16,7 @@ TO_MAPPING: Final = 0x200
 """Distance of the index of the mapping parameter from that of the communication parameter."""
 MOST: Final = 512
 MOST_MAPPED: Final = 64
+MOST_TEXTS: Final = 1_024
 PARAMETERS: Final = range(0x1400, 0x1C00)
 
 
@@ -34,12 +35,15 @@ class PdoNames:
         self._written: dict[tuple[int, int, int], int] = {}
         """Numbers that were written into parameters, by node-ID, index and sub-index."""
         self._by_identifier = self._found()
+        self._texts: dict[tuple[int, bytes], str] = {}
+        """Contents that were named before, as most PDOs repeat theirs, by identifier and data."""
 
     def note(self, node_id: int, index: int, subindex: int, number: int) -> None:
         """Take into account that a parameter of a node has another number now."""
         if index in PARAMETERS and node_id in self._dictionaries:
             self._written[node_id, index, subindex] = number
             self._by_identifier = self._found()
+            self._texts.clear()
 
     def named(self, frame: CanFrame) -> tuple[int, str, str] | None:
         """Return node-ID, name and content of a PDO; None for any other frame."""
@@ -48,7 +52,13 @@ class PdoNames:
             return None
         if frame.is_remote:
             return pdo.node_id, f"{pdo.kind} request", ""
-        return pdo.node_id, pdo.kind, self._content(pdo, frame.data)
+        key = (frame.identifier, frame.data)
+        text = self._texts.get(key)
+        if text is None:
+            if len(self._texts) >= MOST_TEXTS:
+                self._texts.clear()
+            text = self._texts[key] = self._content(pdo, frame.data)
+        return pdo.node_id, pdo.kind, text
 
     def _found(self) -> dict[int, _Pdo]:
         """Return the PDOs by their identifiers; where a producer and a consumer share one, the producer."""
