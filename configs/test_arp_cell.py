@@ -4,7 +4,7 @@ from pathlib import Path
 
 from fieldrig import RigMaker, S
 
-RIG = Path(__file__).with_name("arp-cell-virtual.yaml")
+RIG = Path(__file__).with_name("arp-cell.yaml")
 FILM_RUNS = 3
 
 

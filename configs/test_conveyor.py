@@ -8,7 +8,7 @@ from shutil import copytree
 
 from fieldrig import MS, Rig, RigMaker, S
 
-RIG = Path(__file__).with_name("conveyor-virtual.yaml")
+RIG = Path(__file__).with_name("conveyor.yaml")
 ENABLED, S1_ON = 1, 3
 CYCLE_NS = 4 * MS
 PART_MM, SPEED, CV, CA = 200.0, 250.0, 4 * pi / (4 + pi), 4 * pi * pi / (4 + pi)

@@ -5,7 +5,7 @@ from pathlib import Path
 from fieldrig import MS, Rig, RigMaker, S
 from fieldrig_bus.can import CanFrame
 
-RIG = Path(__file__).with_name("drive-virtual.yaml")
+RIG = Path(__file__).with_name("drive.yaml")
 START_NODE_3 = CanFrame(0x000, bytes.fromhex("01 03"))
 PROFILE_POSITION, HOMING = 1, 6
 

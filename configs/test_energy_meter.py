@@ -9,7 +9,7 @@ import pytest
 from fieldrig import MS, Rig, RigMaker, S
 from fieldrig_bus.modbus import ModbusRequest, ModbusResponse
 
-RIG = Path(__file__).with_name("energy-meter-virtual.yaml")
+RIG = Path(__file__).with_name("energy-meter.yaml")
 
 Ask = Callable[[int, str], bytes]
 

@@ -8,7 +8,7 @@ import pytest
 from fieldrig import MS, Rig, RigMaker, S
 from fieldrig_bus.modbus import ModbusRequest, ModbusResponse
 
-RIG = Path(__file__).with_name("feeder-virtual.yaml")
+RIG = Path(__file__).with_name("feeder.yaml")
 FEEDER, SEALER = 1, 2
 START, STARTED = "05 0000 ff00", "050000ff00"
 

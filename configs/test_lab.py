@@ -7,7 +7,7 @@ import pytest
 from fieldrig import MS, RigMaker, S
 from fieldrig_bus.can import CanFrame
 
-RIG = Path(__file__).with_name("lab-virtual.yaml")
+RIG = Path(__file__).with_name("lab.yaml")
 START_ALL_NODES = CanFrame(0x000, bytes.fromhex("01 00"))
 SENSOR_TPDO1 = 0x186
 

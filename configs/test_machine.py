@@ -5,7 +5,7 @@ from pathlib import Path
 from fieldrig import RigMaker, S
 from fieldrig_bus.modbus import ModbusRequest, ModbusResponse
 
-RIG = Path(__file__).with_name("machine-virtual.yaml")
+RIG = Path(__file__).with_name("machine.yaml")
 
 
 def test_the_ring_comes_up_beside_the_film_and_the_glue(fieldrig_rig: RigMaker) -> None:

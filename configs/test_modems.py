@@ -4,7 +4,7 @@ from pathlib import Path
 
 from fieldrig import RigMaker, S
 
-RIG = Path(__file__).with_name("modems-virtual.yaml")
+RIG = Path(__file__).with_name("modems.yaml")
 
 
 def test_the_office_calls_the_machine(fieldrig_rig: RigMaker) -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from fieldrig import RigMaker, S
 
-RIG = Path(__file__).with_name("packaging-line-virtual.yaml")
+RIG = Path(__file__).with_name("packaging-line.yaml")
 ONE_OF_EACH_RACK = ("in1", "jaw2", "press", "stretch")
 UNDER_CONTROL = 3
 

@@ -6,7 +6,7 @@ import pytest
 
 from fieldrig import MS, Rig, RigMaker, S
 
-RIG = Path(__file__).with_name("pam-machine-virtual.yaml")
+RIG = Path(__file__).with_name("pam-machine.yaml")
 IDLE, RUNNING, ERROR = 2, 3, 9
 PRESSED = 300 * MS
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from fieldrig import RigMaker, S
 
-RIG = Path(__file__).with_name("ring-virtual.yaml")
+RIG = Path(__file__).with_name("ring.yaml")
 UNDER_CONTROL = 3
 
 

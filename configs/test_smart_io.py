@@ -9,7 +9,7 @@ from fieldrig import MS, Rig, RigMaker, S
 from fieldrig_bus.can import CanFrame
 from fieldrig_bus.modbus import ModbusRequest, ModbusResponse
 
-RIG = Path(__file__).with_name("smart-io-virtual.yaml")
+RIG = Path(__file__).with_name("smart-io.yaml")
 TIMEOUT, UNEXPECTED, LOST, DOES_NOT_STOP = 0x1, 0x4000, 0x2000, 0x8000
 Ask = Callable[[str], str]
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from fieldrig import MS, Rig, RigMaker, S
 from fieldrig_devices.dial import Caller, Login, Plan
 
-RIG = Path(__file__).with_name("teleservice-virtual.yaml")
+RIG = Path(__file__).with_name("teleservice.yaml")
 MODEM_OFFLINE, MODEM_ONLINE = 6, 7  # Com1UserState
 LOGIN = Login.of("service", "pacdrive")
 

@@ -49,7 +49,10 @@ LiveRigMaker = Callable[..., "LiveRig"]
 
 @pytest.fixture
 def fieldrig_rig() -> Iterator[RigMaker]:
-    """Makes rigs of files (`str`, `Path`, with overrides such as "seed=3") or of dicts; closes them after the test."""
+    """Makes rigs of files (`str`, `Path`, with overrides such as "seed=3") or of dicts; closes them after the test.
+
+    A file of real time runs in virtual time.
+    """
     # Imported here: every pytest run on the machine loads this file, few use it.
     from fieldrig.config.rig_file import from_dict, load
     from fieldrig.virtual.rig import Rig
@@ -57,7 +60,7 @@ def fieldrig_rig() -> Iterator[RigMaker]:
     with ExitStack() as rigs:
 
         def make(source: str | Path | dict[str, Any], *overrides: str) -> Rig:
-            config = from_dict(source) if isinstance(source, dict) else load(source, overrides)
+            config = from_dict(source) if isinstance(source, dict) else load(source, (*overrides, "time=virtual"))
             return rigs.enter_context(Rig(config))
 
         yield make

@@ -27,7 +27,7 @@ from fieldrig.virtual.rig import Rig  # noqa: E402
 from fieldrig_devices.max4.ring.drive_end import AT, MDT  # noqa: E402
 
 CONFIGS = HERE.parents[1] / "configs"
-LINE = CONFIGS / "packaging-line-virtual.yaml"
+LINE = CONFIGS / "packaging-line.yaml"
 BOOT_NS = 10 * S
 WINDOW_NS = 1 * S
 WINDOWS = 20
@@ -44,7 +44,7 @@ def bare_drives() -> dict[str, Any]:
     """The drives of the packaging line with nothing but their ring."""
     return {
         name: {"kind": "mc4", "links": {"ring": "ring"}, **_plain(entry.settings)}
-        for name, entry in load(LINE).devices.items()
+        for name, entry in load(LINE, ["time=virtual"]).devices.items()
         if entry.kind == "mc4"
     }
 
@@ -78,7 +78,7 @@ def _plain(settings: Any) -> dict[str, Any]:
 
 def line() -> Rig:
     """The packaging line, booted: nothing is enabled."""
-    rig = Rig(load(LINE))
+    rig = Rig(load(LINE, ["time=virtual"]))
     rig.run_until(BOOT_NS)
     assert rig.get("max4", "booted") is True
     return rig
@@ -178,7 +178,7 @@ def held() -> tuple[int, float]:
 def run() -> Report:
     report = Report(
         "Packaging line in virtual time",
-        f"This table compares `configs/packaging-line-virtual.yaml` with the bare ring of its forty drives and the same"
+        f"This table compares `configs/packaging-line.yaml` with the bare ring of its forty drives and the same"
         f" telegrams. They take turns in one process: {WINDOWS} windows of {WINDOW_NS // S} simulated s each, mean and"
         " standard deviation. Ratios compare the windows of one turn.",
         ("rig", "simulated s per second of CPU time", "ratio to the bare ring"),

@@ -22,7 +22,7 @@ from pathlib import Path
 from fieldrig.config.rig_file import load
 from fieldrig.virtual.rig import Rig
 imported_s = time.perf_counter()
-with Rig(load(Path(sys.argv[1]))):
+with Rig(load(Path(sys.argv[1]), ["time=virtual"])):
     print(time.perf_counter() - imported_s, imported_s - start_s)
 """
 
@@ -54,7 +54,7 @@ def start_lab() -> tuple[float, list[float]]:
 
 def fixture_rig() -> tuple[float, float]:
     """Seconds from a file with 4 devices to a rig that stands, in a fresh interpreter; and of the imports before."""
-    lab = str(ROOT / "configs/lab-virtual.yaml")
+    lab = str(ROOT / "configs/lab.yaml")
     done = subprocess.run([sys.executable, "-c", FIXTURE, lab], capture_output=True, text=True, check=True, cwd=ROOT)
     ready_s, import_s = map(float, done.stdout.split())
     return ready_s, import_s

@@ -13,7 +13,7 @@ from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 
 HERE = Path(__file__).parent
-LAB = HERE.parents[1] / "configs/lab-virtual.yaml"
+LAB = HERE.parents[1] / "configs/lab.yaml"
 RELAYS = 8
 WALL_S = 2.0
 
@@ -69,7 +69,7 @@ def run() -> Report:
     )
     progress("virtual time: the lab")
     start_s = time.perf_counter()
-    with Rig(load(LAB)) as rig:
+    with Rig(load(LAB, ["time=virtual"])) as rig:
         ready_s = time.perf_counter() - start_s
         rig.attach("master").link("can0").send(CanFrame(0, bytes([0x01, 0])))  # start all nodes
         rig.set("drive", "speed_set", 80)

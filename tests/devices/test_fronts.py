@@ -2,20 +2,20 @@
 
 import json
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-from every_kind import CONFIGS, DEVICES, whole
+from every_kind import DEVICES, whole
+from shipped import RIGS, in_virtual_time
 
 from fieldrig.clock import MS
 from fieldrig.config.build import build_alone
-from fieldrig.config.rig_file import from_dict, load
+from fieldrig.config.rig_file import from_dict
 from fieldrig.device import Device
 from fieldrig.front import Clamp, Front, Key, Led, SevenSegment, Text
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.arp.terminal import panel
 
-LARGE = {"machine-virtual.yaml", "packaging-line-virtual.yaml"}
+LARGE = {"machine.yaml", "packaging-line.yaml"}
 """Rigs whose kinds the others have too."""
 
 
@@ -136,11 +136,11 @@ def test_a_rig_answers_with_the_front_of_a_device(processes: str) -> None:
 
 @pytest.fixture(scope="module")
 def fronts_of_shipped_rigs() -> dict[str, list[Device]]:
-    return {file.name: [*_built(file)] for file in CONFIGS.glob("*-virtual.yaml") if file.name not in LARGE}
+    return {file: [*_built(file)] for file in RIGS if file not in LARGE}
 
 
-def _built(file: Path) -> Iterator[Device]:
-    for entry in load(file).devices.values():
+def _built(file: str) -> Iterator[Device]:
+    for entry in in_virtual_time(file).devices.values():
         device = build_alone(entry)
         device.start()
         yield device

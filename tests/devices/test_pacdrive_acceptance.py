@@ -446,15 +446,15 @@ def test_forty_axes_at_1_ms_do_not_fit_and_that_is_reported() -> None:
 def test_other_cycles_than_1_2_and_4_ms_are_refused(ms: int, right: bool) -> None:
     overrides = [f"devices.max4.cycle_ms={ms}"]
     if right:
-        assert load(CONFIGS / "ring-virtual.yaml", overrides)
+        assert load(CONFIGS / "ring.yaml", [*overrides, "time=virtual"])
         return
     with pytest.raises(ConfigError, match="1 or 2 or 4"):
-        load(CONFIGS / "ring-virtual.yaml", overrides)
+        load(CONFIGS / "ring.yaml", [*overrides, "time=virtual"])
 
 
 def test_more_drives_than_the_ring_may_have_are_refused() -> None:
     with pytest.raises(ConfigError, match="47"):
-        load(CONFIGS / "ring-virtual.yaml", ["devices.max4.max_axes=48"])
+        load(CONFIGS / "ring.yaml", ["devices.max4.max_axes=48"])
     with pytest.raises(ConfigError, match=r"at most 39 \(max_axes\)"):
         load(LINE, ["devices.max4.max_axes=39"])
 

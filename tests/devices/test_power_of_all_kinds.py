@@ -3,25 +3,23 @@
 from typing import Final
 
 import pytest
-from doc_pages import ROOT
+from shipped import RIGS, in_virtual_time
 
 from fieldrig.clock import MS
-from fieldrig.config.rig_file import load
 from fieldrig.device import POWER_OFF
 from fieldrig.errors import ControlError
 from fieldrig.virtual.rig import Rig
 
 pytestmark = pytest.mark.long
 
-CONFIGS: Final = ROOT / "configs"
-LARGE: Final = {"conveyor-virtual.yaml", "machine-virtual.yaml", "packaging-line-virtual.yaml"}
+LARGE: Final = {"conveyor.yaml", "machine.yaml", "packaging-line.yaml"}
 """Rigs whose kinds the others have too."""
-FILES: Final = sorted(path.name for path in CONFIGS.glob("*-virtual.yaml") if path.name not in LARGE)
+FILES: Final = [file for file in RIGS if file not in LARGE]
 
 
 @pytest.mark.parametrize("file", FILES)
 def test_each_device_loses_its_power_and_starts_again(file: str) -> None:
-    with Rig(load(CONFIGS / file)) as rig:
+    with Rig(in_virtual_time(file)) as rig:
         rig.run_for(100 * MS)
         for device, entry in rig.config.devices.items():
             number = rig.add_fault(device, {"what": POWER_OFF, "duration_ms": 30})
@@ -38,6 +36,6 @@ def test_each_device_loses_its_power_and_starts_again(file: str) -> None:
 
 
 def test_the_large_rigs_have_no_kind_of_their_own() -> None:
-    kinds = {file: {entry.kind for entry in load(CONFIGS / file).devices.values()} for file in (*FILES, *LARGE)}
+    kinds = {file: {entry.kind for entry in in_virtual_time(file).devices.values()} for file in (*FILES, *LARGE)}
     tried = set().union(*(kinds[file] for file in FILES))
     assert set().union(*(kinds[file] for file in LARGE)) <= tried

@@ -12,11 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from every_kind import CONFIGS, DEVICES, PULL_NM, PULLED, whole
+from every_kind import DEVICES, PULL_NM, PULLED, whole
+from shipped import RIGS as SHIPPED
+from shipped import in_virtual_time
 
 from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import MS, US
-from fieldrig.config.rig_file import from_dict, load
+from fieldrig.config.rig_file import from_dict
 from fieldrig.device import Value
 from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
@@ -35,7 +37,7 @@ def set_going(rig: Rig) -> None:
 
 
 def shipped(name: str) -> Callable[[Path], Rig]:
-    return lambda folder: Rig(load(CONFIGS / name))
+    return lambda folder: Rig(in_virtual_time(name))
 
 
 def press_everything(rig: Rig) -> None:
@@ -50,9 +52,9 @@ def press_everything(rig: Rig) -> None:
 
 RIGS: dict[str, tuple[Callable[[Path], Rig], Callable[[Rig], None]]] = {
     "every kind": (lambda folder: Rig(from_dict(whole(folder))), set_going),
-    **{path.name: (shipped(path.name), press_everything) for path in sorted(CONFIGS.glob("*-virtual.yaml"))},
+    **{file: (shipped(file), press_everything) for file in SHIPPED},
 }
-LONG = {"packaging-line-virtual.yaml"}
+LONG = {"packaging-line.yaml"}
 APART = {
     "slow_cycles",  # counts events, and a device that got one has one more
     "adc1",  # a winder tells its load cell once a step: that is the wire's own tolerance
@@ -114,7 +116,7 @@ def test_what_is_read_without_an_event_is_what_an_event_would_show(moving: Rig) 
         assert not differences(shown, values(moving)), f"at {moving.now_ns} ns"
 
 
-@pytest.mark.parametrize("name", ["every kind", "arp-cell-virtual.yaml", "lab-virtual.yaml"])
+@pytest.mark.parametrize("name", ["every kind", "arp-cell.yaml", "lab.yaml"])
 @pytest.mark.long
 def test_a_rig_that_is_read_gives_the_same_trace(name: str, tmp_path: Path) -> None:
     make, set_it_going = RIGS[name]

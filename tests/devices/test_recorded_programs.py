@@ -17,13 +17,13 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 @pytest.mark.parametrize(
     ("file", "device", "variable", "cycles"),
     [
-        ("feeder-virtual.yaml", "feeder", "g_udiSpeed", 10),
-        ("pam-machine-virtual.yaml", "pam", "IFV_Run", 50),
-        ("arp-cell-virtual.yaml", "line", "V1", 50),
+        ("feeder.yaml", "feeder", "g_udiSpeed", 10),
+        ("pam-machine.yaml", "pam", "IFV_Run", 50),
+        ("arp-cell.yaml", "line", "V1", 50),
     ],
 )
 def test_a_variable_of_a_program_is_recorded_in_each_cycle(file: str, device: str, variable: str, cycles: int) -> None:
-    with Rig(load(CONFIGS / file)) as rig:
+    with Rig(load(CONFIGS / file, ["time=virtual"])) as rig:
         rig.run_for(250 * MS)
         signal = f"{device}/program:{variable}"
         recording = rig.record(signal)

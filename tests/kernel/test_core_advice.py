@@ -11,7 +11,7 @@ from fieldrig.config.rig_file import RigConfig, from_dict, load
 from fieldrig.real.core_advice import advice
 
 ROOT = Path(__file__).parents[2]
-SHIPPED = sorted(path for path in (ROOT / "configs").glob("*.yaml") if not path.stem.endswith("-virtual"))
+SHIPPED = sorted((ROOT / "configs").glob("*.yaml"))
 
 
 def ring_of(drives: int, kind: str, cycle_ms: int, **keys: Any) -> RigConfig:

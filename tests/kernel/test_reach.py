@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from shipped import in_virtual_time
 
 from fieldrig.cli import reach
 from fieldrig.cli.display import WIDTH, Display
@@ -58,7 +59,7 @@ def test_up_stays_short_for_every_rig(path: Path, capsys: pytest.CaptureFixture[
 
 
 def test_a_rig_in_virtual_time_has_no_connections(capsys: pytest.CaptureFixture[str]) -> None:
-    config = rig("lab-virtual")
+    config = in_virtual_time("lab.yaml")
     assert list(reach.connections(config)) == []
     assert reach.help_of(config, "can0")["connections"] == []
     assert lines(config, "drive") == {"all values": "fieldrig get drive", "its faults": "fieldrig fault drive"}

@@ -77,7 +77,7 @@ def test_connections_that_say_nothing_keep_no_process_out(mode: str) -> None:
 @in_loop
 async def test_status_has_the_figure() -> None:
     port = free_port()
-    config = load(CONFIGS / "modems-virtual.yaml", [f"control=tcp/127.0.0.1:{port}"])
+    config = load(CONFIGS / "modems.yaml", ["time=virtual", f"control=tcp/127.0.0.1:{port}"])
     control = Control(endpoint.listen(config.control), config.name)
     try:
         assert "silent_connections" not in rig_status(config, control, 0.0, lambda device: device.process)

@@ -15,7 +15,7 @@ RIG: dict[str, Any] = {
     "buses": {"wires": {"kind": "wires.virtual"}, "can0": {"kind": "can.virtual", "bitrate": 500_000}},
     "devices": {"dice": {"kind": "rig_kinds:Dice", "links": {"wires": "wires"}}},
 }
-FILE = Path(__file__).parents[2] / "configs" / "lab-virtual.yaml"
+FILE = Path(__file__).parents[2] / "configs" / "lab.yaml"
 _any: Any = lambda value: value  # noqa: E731  what mypy would find at once is what is called here
 
 
@@ -202,5 +202,5 @@ def test_a_path_may_be_a_text() -> None:
 
 
 def test_a_file_that_is_not_there_is_named() -> None:
-    with pytest.raises(RigError, match=r"lab-virtaul\.yaml: .*\n.*did you mean .*lab-virtual.yaml"):
-        load(str(FILE).replace("virtual", "virtaul"))
+    with pytest.raises(RigError, match=r"lba\.yaml: .*\n.*did you mean .*lab.yaml"):
+        load(FILE.with_name("lba.yaml"))

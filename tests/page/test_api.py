@@ -9,7 +9,7 @@ from in_loop import in_loop
 from jsonschema import Draft202012Validator
 from page_bench import PageBench, bearer, page_of
 
-LAB = Path(__file__).parents[2] / "configs" / "lab-virtual.yaml"
+LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
 EXAMPLES = {
     "name": "tank",
     "key": "level",

@@ -7,7 +7,7 @@ import pytest
 from in_loop import in_loop
 from page_bench import page_of
 
-LAB = Path(__file__).parents[2] / "configs" / "lab-virtual.yaml"
+LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
 BELT = {
     "name": "belt",
     "time": "virtual",

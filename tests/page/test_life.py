@@ -8,7 +8,7 @@ from in_loop import in_loop
 from page_bench import Socket, page_of
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-LAB = CONFIGS / "lab-virtual.yaml"
+LAB = CONFIGS / "lab.yaml"
 RING: dict[str, Any] = {
     "time": "virtual",
     "buses": {"ring": {"kind": "ring.virtual"}},

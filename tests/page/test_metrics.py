@@ -7,7 +7,7 @@ from in_loop import in_loop
 from page_bench import PageBench, bearer, page_of
 from prometheus_client.parser import text_string_to_metric_families
 
-LAB = Path(__file__).parents[2] / "configs" / "lab-virtual.yaml"
+LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
 
 pytestmark = pytest.mark.long
 
@@ -35,8 +35,8 @@ async def test_figures_of_rig_processes_and_buses_are_there() -> None:
         found = await figures(page)
         assert found["fieldrig_up", labels()] == 1
         assert found["fieldrig_virtual_time_seconds", labels()] == 1
-        assert found["fieldrig_process_ready", labels(process="lab-virtual")] == 1
-        assert found["fieldrig_process_memory_bytes", labels(process="lab-virtual")] > 1e6
+        assert found["fieldrig_process_ready", labels(process="lab")] == 1
+        assert found["fieldrig_process_memory_bytes", labels(process="lab")] > 1e6
         assert found["fieldrig_bus_frames", labels(bus="can0")] > 0
         assert 0 <= found["fieldrig_bus_load_ratio", labels(bus="can0")] <= 1
         assert found["fieldrig_bus_tec", labels(bus="can0", member="io")] == 0

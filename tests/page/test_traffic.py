@@ -10,7 +10,7 @@ from fieldrig.config.rig_file import load
 from fieldrig.traces.names import namer_of
 from fieldrig_page.bus_record import MOST_MESSAGES, MOST_SORTS, BusRecord
 
-LAB = Path(__file__).parents[2] / "configs" / "lab-virtual.yaml"
+LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
 
 
 async def looking(page: PageBench, **wish: object) -> Socket:
@@ -56,7 +56,7 @@ async def test_what_was_recorded_is_read_and_downloaded() -> None:
 
 @pytest.fixture
 def record() -> BusRecord:
-    config = load(LAB)
+    config = load(LAB, ["time=virtual"])
     return BusRecord(config.buses["can0"].bus, lambda: namer_of(config, "can0"))
 
 

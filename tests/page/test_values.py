@@ -6,7 +6,7 @@ import pytest
 from in_loop import in_loop
 from page_bench import page_of
 
-LAB = Path(__file__).parents[2] / "configs" / "lab-virtual.yaml"
+LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
 WISH = {"t": "want", "topic": "values", "wish": {"points": ["tank/level", "io/6200:01", "drive/speed_set"]}}
 
 pytestmark = pytest.mark.long

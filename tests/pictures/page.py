@@ -51,7 +51,7 @@ def main(names: Sequence[str]) -> None:
                 set_values(lab, drive={"speed_set": 80, "run": True})
                 take_all(browser, lab, scenes)
         if scenes := chosen(OF_MACHINE, names):
-            with ServedRig(CONFIGS / "machine-virtual.yaml", "--set=speed=1") as machine:
+            with ServedRig(CONFIGS / "machine.yaml", "--set=time=virtual") as machine:
                 start_the_line(machine)
                 take_all(browser, machine, scenes)
 

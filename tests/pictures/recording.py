@@ -35,7 +35,7 @@ def recorded(source: str | Mapping[str, Any], play: Callable[[Rig], object]) -> 
         shown = bus.show(delivery.message)
         sent.append(Sent(bus.name, delivery.time_ns, delivery.sender, delivery.message, shown))
 
-    config = load(ROOT / "configs" / source) if isinstance(source, str) else from_dict(dict(source))
+    config = load(ROOT / "configs" / source, ["time=virtual"]) if isinstance(source, str) else from_dict(dict(source))
     with Rig(config, on_delivery=hear) as rig:
         play(rig)
     return sent

@@ -25,7 +25,7 @@ SILENT: Final[Table] = {
 class Lab(Machine):
     """docs/lab.md: the pump fills the tank, and the sensor sends the level; without CAN the pump goes on."""
 
-    file = "lab-virtual.yaml"
+    file = "lab.yaml"
     can_nodes: ClassVar = {"can0": 6}
     table: ClassVar[Table] = {
         **SILENT,

@@ -94,7 +94,7 @@ class Machine(ABC):
     """Time after which it has come back."""
 
     def __init__(self) -> None:
-        self.rig = Rig(load(CONFIGS / self.file, self.overrides))
+        self.rig = Rig(load(CONFIGS / self.file, (*self.overrides, "time=virtual")))
         self.masters = {bus: CanMaster(self.rig, bus, f"master_of_{bus}") for bus in self.can_nodes}
         self.begin()
 

@@ -49,7 +49,7 @@ LABELLER: Final[Table] = {
 class Labeller(Machine):
     """docs/pam-machine.md: an axis in error stops all; Reset and Start.  After a fatal error, a reset of the PAM."""
 
-    file = "pam-machine-virtual.yaml"
+    file = "pam-machine.yaml"
     table = LABELLER
     safe_within_s = 12.0
     axes: ClassVar = ("belt", "cutter", "paper", "stacker")

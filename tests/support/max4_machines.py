@@ -69,7 +69,7 @@ class Max4Machine(Machine):
 class Conveyor(Max4Machine):
     """docs/conveyor.md: any lost axis stops all; S1 off, `DiagQuit`, S1 on."""
 
-    file = "conveyor-virtual.yaml"
+    file = "conveyor.yaml"
     table: ClassVar = {
         **DRIVES,
         **CONTROLLER,
@@ -114,7 +114,7 @@ class Conveyor(Max4Machine):
 class RingLab(Max4Machine):
     """docs/ring-lab.md: there is no program; a CANopen master runs the axes, and each axis stops for itself."""
 
-    file = "ring-virtual.yaml"
+    file = "ring.yaml"
     axes: ClassVar[Mapping[str, float]] = {"infeed": 300.0, "film": 300.0, "jaw": 150.0, "outfeed": 600.0}
     """Speeds in 1/min."""
     places: ClassVar[Sequence[tuple[int, int]]] = ((1, 0), (1, 1), (1, 2), (1, 3))
@@ -171,7 +171,7 @@ class RingLab(Max4Machine):
 class PackagingLine(RingLab):
     """docs/ring-lab.md: forty drives on one ring, in racks that the panel enables; a drive of each rack runs."""
 
-    file = "packaging-line-virtual.yaml"
+    file = "packaging-line.yaml"
     axes: ClassVar = {"in1": 300.0, "jaw2": 150.0, "press": 300.0, "stretch": 600.0}
     places = ((1, 0), (3, 1), (4, 5), (5, 7))
     wheres = (*axes, "ring")

@@ -1,6 +1,6 @@
 """The page of a rig in virtual time within one process: no sockets, no browser, no second process.
 
-    async with page_of("configs/lab-virtual.yaml") as page:
+    async with page_of("configs/lab.yaml") as page:
         answer = await page.get("devices/tank/points/level")
         assert answer.json == {"key": "level", "value": 0.5, "unit": "m"}
         socket = await page.socket()
@@ -180,7 +180,7 @@ class Socket:
 @asynccontextmanager
 async def page_of(rig: str | Path | dict[str, Any], *overrides: str) -> AsyncIterator[PageBench]:
     """The page of a rig file, or of the data of one, that runs in virtual time and is paused at its start."""
-    config: RigConfig = from_dict(rig) if isinstance(rig, dict) else load(rig, overrides)
+    config: RigConfig = from_dict(rig) if isinstance(rig, dict) else load(rig, (*overrides, "time=virtual"))
     memory = MemoryControl(config.name)
     control = cast(Control, memory)
     service = VirtualService(config, control, lambda _event: None)

@@ -1,7 +1,7 @@
 """Every rig file of configs/ in virtual time, with work for its devices, and a hash of what passes on each bus.
 
     python tests/support/rig_traces.py                    all of them
-    python tests/support/rig_traces.py ring lab-virtual   some, by their names
+    python tests/support/rig_traces.py ring lab   some, by their names
 
 A line is: file, bus, deliveries, SHA-256 of all of them (instant, sender, bytes, receivers).  Equal lines before and
 after a change say that the change left every byte, instant and receiver as it was.  A file for real time runs

@@ -19,7 +19,7 @@ from fieldrig_devices.max4.axes.axis import Axis, Mode
 from fieldrig_devices.max4.controller import Max4
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-RING, LINE = CONFIGS / "ring-virtual.yaml", CONFIGS / "packaging-line-virtual.yaml"
+RING, LINE = CONFIGS / "ring.yaml", CONFIGS / "packaging-line.yaml"
 DRIVES = ("infeed", "film", "jaw", "outfeed")
 RPM_TO_INCREMENTS = 1_000_000 / 60
 SEEN = ("axis_state", "mc4_state", "brake", "torque_on", "ready", "diag_code")
@@ -51,7 +51,7 @@ class RingLab:
         """`overrides` are those of `--set`.  Messages are German, as the manual prints them."""
         self.signals: list[tuple[int, str, Any]] = []
         self.trace: list[str] | None = None
-        self.rig = Rig(load(file, ("devices.max4.language=de", *overrides)), self._on_delivery, stores)
+        self.rig = Rig(load(file, ("time=virtual", "devices.max4.language=de", *overrides)), self._on_delivery, stores)
         self.names = tuple(name for name, device in self.rig.config.devices.items() if device.kind == "mc4")
 
     def _on_delivery(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:

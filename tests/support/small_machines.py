@@ -14,7 +14,7 @@ NIP_STANDS_RAD_S: Final = 0.05
 class Feeder(Machine):
     """docs/feeder.md: a key feeds one label; after a fault of the drive, key 2 resets."""
 
-    file = "feeder-virtual.yaml"
+    file = "feeder.yaml"
     can_nodes: ClassVar = {"can3": 21}
     overrides = ("devices.feeder.channel_0.ramps=smooth",)
     in_error: ClassVar = Sign("feeder", "panel.line1", "drive error: reset")
@@ -80,7 +80,7 @@ class Feeder(Machine):
 class SmartIo(Machine):
     """docs/smart-io.md: a DC motor moves to positions; most errors end with the next order that moves it."""
 
-    file = "smart-io-virtual.yaml"
+    file = "smart-io.yaml"
     can_nodes: ClassVar = {"can4": 31}
     timed_out: ClassVar = Sign("io", "motor1.error", 0x1)
     table: ClassVar = {
@@ -136,7 +136,7 @@ class SmartIo(Machine):
 class Cell(Machine):
     """docs/arp-cell.md: without the other card, a motor or film the line stops; a person opens Enable, and starts."""
 
-    file = "arp-cell-virtual.yaml"
+    file = "arp-cell.yaml"
     can_nodes: ClassVar = {"can0": 3}
     table: ClassVar = {
         "can drop": stops(),

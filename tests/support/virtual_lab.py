@@ -16,7 +16,7 @@ from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusRequest
 
-LAB = Path(__file__).parents[2] / "configs" / "lab-virtual.yaml"
+LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
 
 START_ALL = CanFrame(0x000, bytes.fromhex("01 00"))
 SYNC = CanFrame(0x080)
@@ -74,7 +74,7 @@ def trace(overrides: Sequence[str] = ()) -> bytes:
         data = bus.encode(delivery.message).hex()
         lines.append(f"{delivery.time_ns} {bus.name} {delivery.sender} {data} {','.join(delivery.receivers)}\n")
 
-    with Rig(load(LAB, overrides), on_delivery) as rig:
+    with Rig(load(LAB, [*overrides, "time=virtual"]), on_delivery) as rig:
         play(rig)
     return "".join(lines).encode()
 

@@ -29,7 +29,7 @@ ELSEWHERE: Final = (
 class WholeLine(Max4Machine):
     """docs/machine.md: a lost axis or an overload ends automatic operation; the client takes its bit back, sets it."""
 
-    file = "machine-virtual.yaml"
+    file = "machine.yaml"
     wheres = ("max4", "infeed", "film", "jaw", "outfeed", "ring")
     can_nodes: ClassVar = {"can2": 1}
     axes: ClassVar = ("infeed", "film", "jaw", "outfeed")

@@ -10,7 +10,7 @@ from fieldrig.pytest_plugin import RigMaker
 from fieldrig.virtual.rig import Rig
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-CELL = "configs/arp-cell-virtual.yaml"
+CELL = "configs/arp-cell.yaml"
 
 pytestmark = pytest.mark.system
 
@@ -128,7 +128,7 @@ def test_enable_takes_everything_off_at_once(cell: Rig) -> None:
 
 def test_the_same_bytes_at_every_run() -> None:
     def trace() -> list[object]:
-        with Rig(load(CONFIGS / "arp-cell-virtual.yaml")) as rig:
+        with Rig(load(CONFIGS / "arp-cell.yaml", ["time=virtual"])) as rig:
             heard: list[object] = []
             rig.attach("ear").link("can0").on_receive(heard.append)
             rig.set("panel", "6200:01", 1)

@@ -48,7 +48,7 @@ def elsewhere(*overrides: str, hash_seed: str) -> bytes:
 def test_points_that_the_help_of_the_command_line_names_are_there(fieldrig_rig: RigMaker) -> None:
     words = " ".join(filter(None, (app.info.help, points.get.__doc__, points.set_.__doc__)))
     named = set(re.findall(r"\b(tank|io|drive)/([\w.:]+)", words))
-    rig = fieldrig_rig("configs/lab-virtual.yaml")
+    rig = fieldrig_rig("configs/lab.yaml")
     assert len(named) >= 4
     assert [f"{device}/{key}" for device, key in named if key not in rig.keys(device)] == []
 

@@ -13,7 +13,7 @@ from fieldrig.virtual.rig import Rig
 pytestmark = pytest.mark.system
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-MACHINE = "configs/machine-virtual.yaml"
+MACHINE = "configs/machine.yaml"
 PARTS = ("lab.yaml", "arp-cell.yaml", "ring.yaml")
 DRIVES = ("infeed", "film", "jaw", "outfeed")
 

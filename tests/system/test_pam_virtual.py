@@ -12,7 +12,7 @@ from fieldrig.virtual.rig import Rig
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
 
-RIG = Path(__file__).parents[2] / "configs/pam-machine-virtual.yaml"
+RIG = Path(__file__).parents[2] / "configs/pam-machine.yaml"
 Line = tuple[int, str, str, bytes]
 
 
@@ -23,7 +23,7 @@ def trace_of(processes: str) -> list[Line]:
     def on_delivery(bus: Bus[Any], delivery: Delivery[Any]) -> None:
         lines.append((delivery.time_ns, bus.name, delivery.sender, bus.encode(delivery.message)))
 
-    with Rig(load(RIG, [f"processes={processes}"]), on_delivery) as rig:
+    with Rig(load(RIG, ["time=virtual", f"processes={processes}"]), on_delivery) as rig:
         rig.run_until(700 * MS)
         rig.set("keys", "key3", True)
         rig.run_until(1_000 * MS)

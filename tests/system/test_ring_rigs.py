@@ -18,15 +18,6 @@ WARNING = (
 OTHERS = ("lab.yaml", "arp-cell.yaml", "machine.yaml")
 
 
-@pytest.mark.parametrize("name", ["ring", "packaging-line", "machine"])
-def test_virtual_twin_has_the_same_devices(name: str) -> None:
-    real, virtual = load(CONFIGS / f"{name}.yaml"), load(CONFIGS / f"{name}-virtual.yaml")
-    assert (real.time, virtual.time) == ("real", "virtual")
-    assert real.buses.keys() == virtual.buses.keys()
-    for device, entry in real.devices.items():
-        assert virtual.devices[device].settings == entry.settings
-
-
 def test_rigs_may_run_beside_each_other() -> None:
     """No port is in two of them."""
     places: list[str] = []

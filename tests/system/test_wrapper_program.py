@@ -12,7 +12,7 @@ from fieldrig.virtual.rig import Rig
 
 pytestmark = pytest.mark.system
 
-RIG = Path(__file__).parents[2] / "configs/machine-virtual.yaml"
+RIG = Path(__file__).parents[2] / "configs/machine.yaml"
 DRIVES = ("infeed", "film", "jaw", "outfeed")
 AUTOMATIC, STATE, FAILURES = 32768, 32769, 32772
 """Registers of the program's markers: the order of the client, the state with the packs behind it, and failures."""

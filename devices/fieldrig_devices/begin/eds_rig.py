@@ -43,15 +43,6 @@ devices:
     objects: {}                   # power-on values that replace those of the file, such as "1017:00": 1000 (heartbeat)
 """)
 
-VIRTUAL = Template("""\
-# The rig of $name.yaml in virtual time: as fast as the host allows, with the same bytes in every run.
-extends: $name.yaml
-time: virtual
-speed: max
-buses:
-  can0: {kind: can.virtual, bitrate: $bit_rate}
-""")
-
 TEST = Template('''\
 """The node of $name.yaml in virtual time, seen from a master on its CAN bus."""
 
@@ -60,7 +51,7 @@ from pathlib import Path
 from fieldrig import RigMaker, S
 from fieldrig_bus.can import CanFrame
 
-RIG = Path(__file__).with_name("$name-virtual.yaml")
+RIG = Path(__file__).with_name("$name.yaml")
 NODE_ID = $node_id
 READ_1000H = bytes.fromhex("40 00 10 00 00 00 00 00")
 DEVICE_TYPE = bytes.fromhex("43 00 10 00 $device_type")
@@ -116,7 +107,6 @@ def content_for(file: Path) -> Mapping[PurePosixPath, bytes]:
     }
     return {
         PurePosixPath(f"{name}.yaml"): RIG.substitute(words).encode(),
-        PurePosixPath(f"{name}-virtual.yaml"): VIRTUAL.substitute(words).encode(),
         PurePosixPath(f"test_{name.replace('-', '_')}.py"): TEST.substitute(words).encode(),
         PurePosixPath("eds", file.name): data,
     }

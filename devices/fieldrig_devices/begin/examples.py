@@ -1,6 +1,6 @@
 """The examples that `fieldrig new` copies: the rig files of `configs`, which the wheel contains in this package.
 
-An example is a rig file, and the first sentence of its opening comment describes it.  Its variants (`lab-virtual.yaml`
+An example is a rig file, and the first sentence of its opening comment describes it.  Its variants (`lab-vcan.yaml`
 extends `lab.yaml`), its test (`test_lab.py`), and every file that one of them names belong to it.  A rig file that is
 added to the folder therefore appears in the menu by itself.
 """

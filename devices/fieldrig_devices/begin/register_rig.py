@@ -28,15 +28,6 @@ devices:
     links: {modbus: modbus}
 """)
 
-VIRTUAL = Template("""\
-# The rig of $name.yaml in virtual time: as fast as the host allows, with the same bytes in every run.
-extends: $name.yaml
-time: virtual
-speed: max
-buses:
-  modbus: {kind: modbus.virtual}
-""")
-
 TEST = Template('''\
 """The device of $name.yaml in virtual time, seen from a master."""
 
@@ -45,7 +36,7 @@ from pathlib import Path
 from fieldrig import RigMaker
 from fieldrig_bus.modbus import ModbusRequest, ModbusResponse
 
-RIG = Path(__file__).with_name("$name-virtual.yaml")
+RIG = Path(__file__).with_name("$name.yaml")
 
 
 def test_a_master_reads_$point(fieldrig_rig: RigMaker) -> None:
@@ -76,7 +67,6 @@ def content_for(file: Path) -> tuple[Mapping[PurePosixPath, bytes], list[str]]:
     words = {"name": name, "list": file.name, **request}
     return {
         PurePosixPath(f"{name}.yaml"): RIG.substitute(words).encode(),
-        PurePosixPath(f"{name}-virtual.yaml"): VIRTUAL.substitute(words).encode(),
         PurePosixPath(f"test_{name.replace('-', '_')}.py"): TEST.substitute(words).encode(),
         PurePosixPath("registers", f"{name}.yaml"): made.text(file.name).encode(),
     }, made.notes

@@ -1,12 +1,12 @@
 """`fieldrig conform`: tests a CANopen node, and reports the results."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fieldrig.cli.common import AsJson, echo_json, writing
+from fieldrig.cli.common import AsJson, Overrides, echo_json, writing
 from fieldrig.errors import UsageError
 from fieldrig.system.exits import Exit
 
@@ -69,6 +69,7 @@ def conform(
     node_id: NodeId = None,
     eds: Eds = None,
     rig: RigFile = None,
+    overrides: Overrides = None,
     only: Only = None,
     junit: Junit = None,
     html: Html = None,
@@ -86,7 +87,7 @@ def conform(
     in the node. It resets, starts and stops the node, so never run it on a machine that can move.
         fieldrig conform --bus can.socketcan:vcan0 --node 5 --eds io32.eds
         fieldrig conform --rig configs/lab.yaml --bus can0 --node 5       a node of a running rig
-        fieldrig conform --rig configs/lab-virtual.yaml --bus can0 --node 5      in virtual time
+        fieldrig conform --rig configs/lab.yaml --set time=virtual --bus can0 --node 5      in virtual time
         fieldrig conform --bus can.hub:run/lab/can0 --node 5 --eds io32.eds --only 'SDO*' --html out.html
     The exit code is 0 if no case failed, and 8 otherwise.
     """
@@ -106,7 +107,13 @@ def conform(
     out = console()
     options = Options(timeout_ms, timeout_ms * 10, not no_store, alone)
     report = _report(
-        bus, node_id, eds, rig, cases, options, None if as_json else lambda result: show_result(out, result)
+        bus,
+        node_id,
+        eds,
+        (rig, overrides or ()),
+        cases,
+        options,
+        None if as_json else lambda result: show_result(out, result),
     )
     _write(report, junit, html, markdown)
     if as_json:
@@ -120,7 +127,7 @@ def _report(
     bus: str,
     node_id: int,
     eds: Path | None,
-    rig: Path | None,
+    of_rig: tuple[Path | None, Sequence[str]],
     cases: "list[Case]",
     options: "Options",
     on_result: "OnResult | None",
@@ -135,13 +142,14 @@ def _report(
     from fieldrig_devices.conformance.run import conform_real, conform_virtual
 
     date = datetime.now(UTC).date().isoformat()
+    rig, overrides = of_rig
     if rig is None:
         where = address.parse(bus)
         if eds is None:
             raise typer.BadParameter("expected --eds FILE, the EDS or DCF file of the node, or --rig FILE")
         description = Description(eds, node_id)
         return conform_real(where.bus, where.run, description, cases, options, on_result, date, bus)
-    config = load(rig)
+    config = load(rig, overrides)
     if bus not in config.buses:
         raise UsageError(f"{rig} has no bus {bus!r}", closest(bus, list(config.buses)))
     description = _described(config, bus, node_id, eds)

@@ -51,7 +51,6 @@ def test_an_example_comes_with_its_eds_register_table_variants_and_test(tmp_path
     written = {str(file.relative_to(tmp_path / "bench")) for file in (tmp_path / "bench").rglob("*") if file.is_file()}
     assert written == {
         "lab.yaml",
-        "lab-virtual.yaml",
         "lab-vcan.yaml",
         "test_lab.py",
         "eds/io32.eds",
@@ -127,7 +126,7 @@ def test_what_cannot_be_made_is_refused_with_a_remedy(words: tuple[str, ...], re
 def test_an_eds_becomes_a_node_that_a_master_finds(tmp_path: Path, fieldrig_rig: RigMaker) -> None:
     assert new("--eds", SENSOR, tmp_path).exit_code == 0
     assert (tmp_path / "eds/level-sensor.eds").read_bytes() == SENSOR.read_bytes()
-    rig = fieldrig_rig(tmp_path / "level-sensor-virtual.yaml")
+    rig = fieldrig_rig(tmp_path / "level-sensor.yaml")
     received: list[CanFrame] = []
     can = rig.attach("master").link("can0")
     can.on_receive(received.append)

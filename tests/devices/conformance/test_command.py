@@ -14,7 +14,7 @@ from fieldrig.system.exits import Exit
 from fieldrig_devices.canopen.described import DescribedNode, nodes_of
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 
-LAB = EDS.parent / "lab-virtual.yaml"
+LAB = EDS.parent / "lab.yaml"
 
 
 def conform(*arguments: object) -> Any:
@@ -23,7 +23,7 @@ def conform(*arguments: object) -> Any:
 
 @pytest.mark.long
 def test_node_of_a_rig_file_passes_with_the_eds_and_values_that_the_file_names() -> None:
-    done = conform("--rig", LAB, "--bus", "can0", "--node", 5, "--json")
+    done = conform("--rig", LAB, "--set", "time=virtual", "--bus", "can0", "--node", 5, "--json")
     assert done.exit_code == Exit.OK, done.output
     report = json.loads(done.stdout)
     assert (report["failed"], report["eds"]) == (0, "io32.eds")
@@ -39,8 +39,8 @@ def test_node_of_a_rig_file_passes_with_the_eds_and_values_that_the_file_names()
     ],
 )  # fmt: skip
 def test_a_device_with_an_eds_of_its_own_needs_no_option(rig: str, bus: str, node: int, eds: str) -> None:
-    file = LAB.with_name(f"{rig}-virtual.yaml")
-    done = conform("--rig", file, "--bus", bus, "--node", node, "--only", "SDO 01", "--json")
+    file = LAB.with_name(f"{rig}.yaml")
+    done = conform("--rig", file, "--set", "time=virtual", "--bus", bus, "--node", node, "--only", "SDO 01", "--json")
     assert done.exit_code == Exit.OK, done.output
     report = json.loads(done.stdout)
     assert (report["eds"], report["passed"]) == (eds, 1)
@@ -56,7 +56,9 @@ def test_an_eds_of_the_settings_of_a_slave_wins(tmp_path: Path) -> None:
 def test_failure_is_told_by_the_exit_code(tmp_path: Path) -> None:
     eds = tmp_path / "other.eds"
     eds.write_text((EDS / "io32.eds").read_text().replace("DefaultValue=0x000F0191", "DefaultValue=0x00000191"))
-    done = conform("--rig", LAB, "--bus", "can0", "--node", 5, "--eds", eds, "--only", "SDO 01")
+    done = conform(
+        "--rig", LAB, "--set", "time=virtual", "--bus", "can0", "--node", 5, "--eds", eds, "--only", "SDO 01"
+    )
     assert done.exit_code == Exit.NOT_CONFORMING
     assert "expected  91 01 00 00, as in the EDS" in done.stdout
 
@@ -64,7 +66,7 @@ def test_failure_is_told_by_the_exit_code(tmp_path: Path) -> None:
 def test_reports_are_written(tmp_path: Path) -> None:
     files = {kind: tmp_path / f"out.{kind}" for kind in ("junit", "html", "markdown")}
     options = [word for kind, path in files.items() for word in (f"--{kind}", path)]
-    done = conform("--rig", LAB, "--bus", "can0", "--node", 6, "--only", "State", *options)
+    done = conform("--rig", LAB, "--set", "time=virtual", "--bus", "can0", "--node", 6, "--only", "State", *options)
     assert done.exit_code == Exit.OK, done.output
     assert all("State 01" in path.read_text() for path in files.values())
 
@@ -97,6 +99,6 @@ def test_help_lists_the_installed_command() -> None:
 def test_file_that_is_no_eds_is_named(tmp_path: Path, text: str) -> None:
     eds = tmp_path / "wrong.eds"
     eds.write_text(text)
-    fault = conform("--rig", LAB, "--bus", "can0", "--node", 5, "--eds", eds).exception
+    fault = conform("--rig", LAB, "--set", "time=virtual", "--bus", "can0", "--node", 5, "--eds", eds).exception
     assert isinstance(fault, UsageError)
     assert "cannot be used as an EDS" in fault.what

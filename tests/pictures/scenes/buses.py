@@ -78,7 +78,7 @@ def ring_cycle() -> str:
     def play(rig: Rig) -> None:
         rig.run_until(20 * S)
 
-    sent = [message for message in recorded("ring-virtual.yaml", play) if message.bus == "ring"]
+    sent = [message for message in recorded("ring.yaml", play) if message.bus == "ring"]
     answers = [message for message in sent if isinstance(message.message, Answers)][-1:]
     cycles = [message for message in sent if isinstance(message.message, Cycle)]
     start_ns = beginning_of(answers[0])

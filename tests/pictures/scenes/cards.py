@@ -54,7 +54,7 @@ def terminal_screen() -> str:
         rig.run_until(8 * S)
         found.update({key: str(rig.get("terminal", key)) for key in ("screen", *(f"led.{name}" for name in LEDS))})
 
-    recorded("arp-cell-virtual.yaml", play)
+    recorded("arp-cell.yaml", play)
     lines = found["screen"].split("\n")
     about = "Eight lines of sixteen characters: a title, tension, set point, number of sheets and stage of the cell."
     width = 2 * LEFT + WIDTH * COLUMNS

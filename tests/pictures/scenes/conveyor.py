@@ -34,7 +34,7 @@ def run() -> str:
             belt.append((now_s, max(float(rig.get("line", "speed")) * 1000, 0.0)))
             rig.run_until(rig.now_ns + STEP_NS)
 
-    recorded("conveyor-virtual.yaml", play)
+    recorded("conveyor.yaml", play)
     about = "The belt follows a start cam, two straight lines and a stop cam; its speed does not jump where they join."
     curves = {"speed of the belt, mm/s": belt, "master in its part, mm": master}
     return chart(curves, 300.0, "s", "", "A run of the belt", about)

@@ -35,7 +35,7 @@ def start() -> str:
             web.append((now_s, float(rig.get("paper", "set_speed")) * MM_A_TURN))
             rig.run_until(rig.now_ns + STEP_NS)
 
-    recorded("pam-machine-virtual.yaml", play)
+    recorded("pam-machine.yaml", play)
     about = "Belt, knife and web follow one master; the web moves by another 16 mm after the first print marks."
     curves = {"belt, mm/s": belt, "knife, degrees/s": knife, "web, mm/s": web}
     return chart(curves, 1_200.0, "s", "", "A start of the labelling machine", about)

@@ -51,7 +51,7 @@ def lab_with_traffic() -> str:
     )
     drawing = Drawing(max(880, lab.width), "The lab and 34 ms of its traffic", about)
     end = draw_wiring(drawing, lab)
-    return drawing.render(draw_timing(drawing, lanes_of(recorded("lab-virtual.yaml", play)), *WINDOW, top=end))
+    return drawing.render(draw_timing(drawing, lanes_of(recorded("lab.yaml", play)), *WINDOW, top=end))
 
 
 def play(rig: Rig) -> None:
@@ -117,7 +117,7 @@ def tank_level() -> str:
                 rig.set("io", "6411:01", 10_000)
             curve.append((second, float(rig.get("tank", "level"))))
 
-    recorded("lab-virtual.yaml", play)
+    recorded("lab.yaml", play)
     about = "The level rises from 0.5 m to 1.8 m in 330 s, and falls when the pump stops and the outlet valve opens."
     return chart({"tank/level": curve}, 2.0, "s", "m", "Fifteen minutes of the tank, in virtual time", about)
 

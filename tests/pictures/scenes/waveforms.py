@@ -31,7 +31,7 @@ def tank() -> str:
         rig.run_until(END_NS)
 
     about = "The pump runs from 2 s to 40 s; water flows into the tank, and its level rises."
-    return drawn("lab-virtual.yaml", play, SHOWN, Window(0, END_NS), "Wires of the lab", about)
+    return drawn("lab.yaml", play, SHOWN, Window(0, END_NS), "Wires of the lab", about)
 
 
 def pulses() -> str:
@@ -66,7 +66,7 @@ def smart_io() -> str:
 
     about = "The output INC is off two pulses before the target.  Then DEC is on until the zero switch is closed."
     shown = ("rail.increase", "rail.decrease", "rail.pulse", "rail.zero")
-    return drawn("smart-io-virtual.yaml", play, shown, Window(0, SMART_IO_END_NS), "A DC motor of a Smart-IO", about)
+    return drawn("smart-io.yaml", play, shown, Window(0, SMART_IO_END_NS), "A DC motor of a Smart-IO", about)
 
 
 def drawn(

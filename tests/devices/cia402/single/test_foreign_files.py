@@ -117,7 +117,7 @@ def test_a_rig_is_made_from_a_file_and_its_oddities_are_warned_of(name: str, tmp
     for file, content in content_for(path_of(name)).items():
         (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / file).write_bytes(content)
-    rig = load(tmp_path / f"{name_for(path_of(name))}-virtual.yaml")
+    rig = load(tmp_path / f"{name_for(path_of(name))}.yaml", ["time=virtual"])
     (device,) = rig.devices.values()
     is_a_drive = FILES[name].device_type & 0xFFFF == 402 or FILES[name].modes
     assert device.kind == ("cia402.drive" if is_a_drive else "canopen.node")

@@ -15,7 +15,7 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.pamring.frames import LedItem
 from fieldrig_devices.smart_io.faces.objects import EDS, eds_text
 
-RIG = Path(__file__).parents[4] / "configs" / "smart-io-virtual.yaml"
+RIG = Path(__file__).parents[4] / "configs" / "smart-io.yaml"
 START = CanFrame(0x000, b"\x01\x05")
 MOTOR = {"increase": 201, "decrease": 202, "zero": 102, "counter": 101, "braking": 2}
 
@@ -107,7 +107,19 @@ def test_points_may_be_named_in_the_settings() -> None:
 
 @pytest.mark.long
 def test_the_node_passes_the_conformance_suite() -> None:
-    arguments: list[Any] = ["conform", "--rig", RIG, "--bus", "can4", "--node", 31, "--eds", EDS]
+    arguments: list[Any] = [
+        "conform",
+        "--rig",
+        RIG,
+        "--set",
+        "time=virtual",
+        "--bus",
+        "can4",
+        "--node",
+        31,
+        "--eds",
+        EDS,
+    ]
     done = CliRunner().invoke(app, [str(argument) for argument in arguments])
     assert done.exit_code == Exit.OK, done.output
 
