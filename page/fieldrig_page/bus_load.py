@@ -1,7 +1,8 @@
 """How busy a bus is, in a few words for its name in the picture, from the counters of `fieldrig status`."""
 
 from collections.abc import Mapping
-from typing import Final, NamedTuple
+from math import isfinite
+from typing import Any, Final, NamedTuple
 
 from fieldrig.clock import MS, S
 
@@ -25,6 +26,12 @@ class Reading(NamedTuple):
 
     now_ns: int
     figures: Mapping[str, float]
+
+
+def numbers_of(figures: Any) -> dict[str, float]:
+    """Return the finite numbers among the counters of a bus; a kind of a user may have others."""
+    found = figures.items() if isinstance(figures, Mapping) else ()
+    return {name: value for name, value in found if isinstance(value, int | float) and isfinite(value)}
 
 
 def load_words(before: Reading | None, now: Reading) -> str:

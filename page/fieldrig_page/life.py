@@ -12,15 +12,15 @@ from typing import Any, ClassVar, Final
 
 from fieldrig.control.notices import FAULT, taken
 from fieldrig.control.notices import in_words as notice_in_words
-from fieldrig.device import POWER_OFF
 from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError
-from fieldrig_page.bus_load import Reading, kept_percent, load_words
+from fieldrig_page.bus_load import Reading, kept_percent, load_words, numbers_of
 from fieldrig_page.card_values import CardValues
 from fieldrig_page.changes import Changes
 from fieldrig_page.live import Page
+from fieldrig_page.part_faults import Faults, cuts, faults_of, is_active, power_off
 from fieldrig_page.rig_link import RigLink
-from fieldrig_page.states import Level, PartState, Process, is_active, state_of_bus, state_of_device
+from fieldrig_page.states import Level, PartState, Process, state_of_bus, state_of_device
 
 PERIOD_S: Final = 0.5
 LOAD_LOOKS: Final = 4
@@ -51,7 +51,7 @@ class Life:
         self._parts: Changes[dict[str, Any]] = Changes()
         self._events: deque[tuple[int, dict[str, Any]]] = deque(maxlen=MOST_EVENTS)
         self._event = 0
-        self._faults: dict[str, Mapping[str, Mapping[str, Any]]] = {}
+        self._faults: dict[str, Faults] = {}
         self._changed: set[str] = set()
         """Parts of which a fault has begun."""
         self._conditions: dict[str, dict[str, str]] = {}
@@ -119,7 +119,8 @@ class Life:
 
     async def _ask_all(self) -> None:
         """Ask every part for what notices tell otherwise, so that a notice that was lost is made good."""
-        self._faults = await self._link.ask_all("device/*/faults") | await self._link.ask_all("bus/*/faults")
+        given = await self._link.ask_all("device/*/faults") | await self._link.ask_all("bus/*/faults")
+        self._faults = {name: faults_of(answer) for name, answer in given.items()}
         self._conditions = await self._link.ask_all("bus/*/conditions")
 
     async def _ask_changed(self) -> None:
@@ -128,26 +129,29 @@ class Life:
         changed, self._changed = self._changed | faulty, set()
         for name in sorted(changed):
             sort = "bus" if name in self._link.config.buses else "device"
-            self._faults[name] = await self._link.ask(f"{sort}/{name}/faults")
+            try:
+                self._faults[name] = faults_of(await self._link.ask(f"{sort}/{name}/faults"))
+            except ControlError:  # its process has ended, and its faults with it
+                self._faults.pop(name, None)
 
     def _tell(self, processes: Mapping[str, Process]) -> None:
         for name in self._link.config.devices:
             faults = self._faults.get(name, {})
             state = state_of_device(processes.get(name, Process()), faults, self._values.troubles(name))
-            self._put(name, state, processes.get(name), off=_power_off(faults), kept=self._kept.get(name))
+            self._put(name, state, processes.get(name), off=power_off(faults), kept=self._kept.get(name))
         for name in self._link.config.buses:
             faults, reading = self._faults.get(name, {}), self._readings.get(name)
             figures = {} if reading is None else reading.figures
             state = state_of_bus(processes.get(name, Process()), faults, self._conditions.get(name, {}), figures)
-            self._put(name, state, processes.get(name), load=self._loads.get(name), cuts=_cuts(faults) or None)
+            self._put(name, state, processes.get(name), load=self._loads.get(name), cuts=cuts(faults) or None)
 
     def _put(self, name: str, state: PartState, process: Process | None, **more: Any) -> None:
         restarts = None if process is None else process.restarts or None
         facts = {"level": state.level, "word": state.word, "why": list(state.why), "restarts": restarts, **more}
         self._parts.put(name, {key: value for key, value in facts.items() if value is not None})
 
-    def _take_loads(self, now_ns: int, figures: Mapping[str, Mapping[str, float]]) -> None:
-        readings = {bus: Reading(now_ns, own) for bus, own in figures.items()}
+    def _take_loads(self, now_ns: int, figures: Mapping[str, Any]) -> None:
+        readings = {bus: Reading(now_ns, numbers_of(own)) for bus, own in figures.items()}
         self._loads = {bus: load_words(self._readings.get(bus), now) for bus, now in readings.items()}
         shares = (kept_percent(self._readings.get(bus), now) for bus, now in readings.items())
         self._kept = {name: share for of_bus in shares for name, share in of_bus.items()}
@@ -188,18 +192,3 @@ def _processes(status: Mapping[str, Any]) -> dict[str, Process]:
         for part in (*process.get("buses", ()), *process.get("devices", ())):
             found[part] = Process(process["state"], late, process.get("restarts", 0))
     return found
-
-
-def _cuts(faults: Mapping[str, Mapping[str, Any]]) -> dict[str, int]:
-    """Return the number of the fault that cuts the segment of a ring behind a station, by the station."""
-    return {
-        str(fault["after"]): int(number)
-        for number, fault in faults.items()
-        if fault.get("what") == "break" and is_active(fault) and "after" in fault
-    }
-
-
-def _power_off(faults: Mapping[str, Mapping[str, Any]]) -> int | None:
-    """Return the number of the fault that has switched a device off; None if it has power."""
-    off = (int(number) for number, fault in faults.items() if fault.get("what") == POWER_OFF and is_active(fault))
-    return next(off, None)

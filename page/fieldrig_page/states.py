@@ -5,8 +5,8 @@ from enum import StrEnum
 from typing import Any, Final, NamedTuple
 
 from fieldrig.control.fault_questions import in_words
-from fieldrig.device import POWER_OFF
 from fieldrig.text.digits import show_value
+from fieldrig_page.part_faults import Fault, Faults, is_active, power_off
 
 READY: Final = "ready"
 WARNING: Final = "warning"
@@ -40,16 +40,13 @@ class Process(NamedTuple):
     restarts: int = 0
 
 
-Faults = Mapping[Any, Mapping[str, Any]]
-
-
 def state_of_device(process: Process, faults: Faults, troubles: Mapping[str, Any]) -> PartState:
     """Return the state of a device: of its process, its power, its faults, and what it reports itself."""
     active = _active(faults)
     why = (*_in_lines(active), *(f"{key} {show_value(value)}" for key, value in troubles.items() if value))
     if process.state in ENDED:
         return PartState(Level.DOWN, "down", why)
-    if any(fault.get("what") == POWER_OFF for fault in active):
+    if power_off(faults) is not None:
         return PartState(Level.DOWN, "power off", why)
     present = [key for key, value in troubles.items() if value]
     is_warning = present and all(key.endswith(WARNING) for key in present)
@@ -69,7 +66,7 @@ def state_of_bus(
     return _of_running(process, active, why, "alarm")
 
 
-def _of_running(process: Process, active: Sequence[Mapping[str, Any]], why: tuple[str, ...], word: str) -> PartState:
+def _of_running(process: Process, active: Sequence[Fault], why: tuple[str, ...], word: str) -> PartState:
     """Return the state of a part whose process runs; `word` is for something wrong without a fault that was added."""
     if active:
         return PartState(Level.FAULT, str(active[0].get("what", "fault")).replace("_", " "), why)
@@ -82,14 +79,9 @@ def _of_running(process: Process, active: Sequence[Mapping[str, Any]], why: tupl
     return PartState(Level.OK, READY)
 
 
-def is_active(fault: Mapping[str, Any]) -> bool:
-    """Return whether a fault acts now; others wait, or are over."""
-    return fault.get("state") == "on"
-
-
-def _active(faults: Faults) -> list[Mapping[str, Any]]:
+def _active(faults: Faults) -> list[Fault]:
     return [fault for fault in faults.values() if is_active(fault)]
 
 
-def _in_lines(faults: Sequence[Mapping[str, Any]]) -> list[str]:
+def _in_lines(faults: Sequence[Fault]) -> list[str]:
     return [f"fault: {in_words(fault)}" for fault in faults]

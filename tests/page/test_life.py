@@ -129,3 +129,16 @@ async def test_wires_of_a_device_that_is_not_there_close_the_socket() -> None:
             await socket.send({"t": "want", "topic": "wires", "wish": wish})
             with pytest.raises(ConnectionError, match="1003"):
                 await socket.until("wires")
+
+
+@in_loop
+async def test_a_device_that_falls_silent_with_a_fault_leaves_the_others_as_they_are() -> None:
+    async with page_of(LAB) as page:
+        socket = await page.socket("look")
+        await socket.send({"t": "want", "topic": "life", "wish": True})
+        await page.ask("device/tank/add_fault", {"fault": {"what": "leak"}})
+        await until(socket, lambda known: known["parts"].get("tank", {}).get("word") == "leak")
+        page.control.silence("device/tank/*")
+        known = await until(socket, lambda known: known["parts"].get("tank", {}).get("word") == "ready")
+        assert {part["word"] for part in known["parts"].values()} == {"ready"}
+        await socket.close()

@@ -4,14 +4,22 @@ from collections.abc import Mapping
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from fieldrig_page.bus_load import Reading, kept_percent, load_words
+from fieldrig_page.bus_load import Reading, kept_percent, load_words, numbers_of
 from fieldrig_page.changes import Changes
 from fieldrig_page.chosen_points import chosen, label_of
+from fieldrig_page.part_faults import cuts, faults_of, power_off
 from fieldrig_page.states import Level, Process, state_of_bus, state_of_device
 
 ON = {"what": "drop", "count": 3, "state": "on"}
 S = 1_000_000_000
+
+
+def _nested(children: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    words = st.sampled_from(["1", "2", "x", "what", "state", "frames", "cycles", "load_percent", "late.a"])
+    return st.lists(children, max_size=2) | st.dictionaries(words, children, max_size=4)
 
 
 @pytest.mark.parametrize(
@@ -19,14 +27,14 @@ S = 1_000_000_000
     [
         (Process(), {}, {}, (Level.OK, "ready")),
         (Process("dead"), {}, {}, (Level.DOWN, "down")),
-        (Process("gone"), {"1": ON}, {}, (Level.DOWN, "down")),
+        (Process("gone"), {1: ON}, {}, (Level.DOWN, "down")),
         (Process("starting"), {}, {}, (Level.LATE, "starting")),
         (Process(late="timers are up to 90 ms late"), {}, {}, (Level.LATE, "late")),
-        (Process(), {"1": {"what": "power_off", "state": "on"}}, {}, (Level.DOWN, "power off")),
-        (Process(), {"1": {"what": "power_off", "state": "over"}}, {}, (Level.OK, "ready")),
-        (Process(late="late"), {"1": ON}, {}, (Level.FAULT, "drop")),
-        (Process(), {"1": {"what": "level_sensor_sticks", "state": "on"}}, {}, (Level.FAULT, "level sensor sticks")),
-        (Process(), {"1": {**ON, "state": "waiting"}}, {}, (Level.OK, "ready")),
+        (Process(), {1: {"what": "power_off", "state": "on"}}, {}, (Level.DOWN, "power off")),
+        (Process(), {1: {"what": "power_off", "state": "over"}}, {}, (Level.OK, "ready")),
+        (Process(late="late"), {1: ON}, {}, (Level.FAULT, "drop")),
+        (Process(), {1: {"what": "level_sensor_sticks", "state": "on"}}, {}, (Level.FAULT, "level sensor sticks")),
+        (Process(), {1: {**ON, "state": "waiting"}}, {}, (Level.OK, "ready")),
         (Process(), {}, {"diag_code": 201}, (Level.FAULT, "trouble")),
         (Process(), {}, {"diag_code": 0}, (Level.OK, "ready")),
         (Process(), {}, {"error": 0, "warning": 204}, (Level.LATE, "warning")),
@@ -34,14 +42,14 @@ S = 1_000_000_000
     ],
 )
 def test_a_device_has_one_word_and_a_level(
-    process: Process, faults: Mapping[str, Any], troubles: Mapping[str, Any], expected: tuple[Level, str]
+    process: Process, faults: Mapping[int, Any], troubles: Mapping[str, Any], expected: tuple[Level, str]
 ) -> None:
     state = state_of_device(process, faults, troubles)
     assert (state.level, state.word) == expected
 
 
 def test_a_state_says_why() -> None:
-    state = state_of_device(Process(), {"1": ON}, {"diag_code": 201})
+    state = state_of_device(Process(), {1: ON}, {"diag_code": 201})
     assert state.why == ("fault: drop count=3", "diag_code 201")
 
 
@@ -122,3 +130,13 @@ def test_a_reader_gets_what_is_new_for_it() -> None:
     assert values.since(0) == {"a": 1, "b": 2}
     assert values.since(seen) == {"b": 2}
     assert values.since(values.number) == {}
+
+
+@given(st.recursive(st.none() | st.integers() | st.floats() | st.text(max_size=3), _nested, max_leaves=8))
+def test_whatever_a_kind_of_a_user_answers_is_taken(answer: Any) -> None:
+    faults, figures = faults_of(answer), numbers_of(answer)
+    state_of_device(Process(), faults, {})
+    state_of_bus(Process(), faults, {}, figures)
+    load_words(Reading(0, figures), Reading(S, figures))
+    assert cuts(faults) == {}
+    assert power_off(faults) is None

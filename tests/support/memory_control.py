@@ -39,6 +39,10 @@ class MemoryControl:
     def serve(self, path: str, answer: Answer) -> None:
         self._answers[path] = answer
 
+    def silence(self, path: str) -> None:
+        """Serve a path no longer, as when the process behind it has ended."""
+        del self._answers[path]
+
     def publish(self, path: str, message: Any) -> None:
         self.put(path, json.dumps(message).encode())
 

@@ -28,7 +28,8 @@ export function View({ role }) {
 // The scope beside the picture of a small rig, with the first number of each card from the start.
 function Beside({ role, life, names }) {
   const [module] = useModule(() => import('./scope/scope.js')), signals = useRef(null);
-  if (signals.current === null && names.every((name) => life.samples[name])) signals.current = names.flatMap((name) => firstNumber(life, name)).slice(0, MOST_SIGNALS);
+  const present = names.filter((name) => life.samples[name] && life.values[name]);  // a device that is down has none
+  if (signals.current === null && present.length > 0) signals.current = present.flatMap((name) => firstNumber(life, name)).slice(0, MOST_SIGNALS);
   return module && signals.current && html`<${module.Scope} role=${role} signals=${signals.current} usual=${{ rhythm: SAMPLED_NS }} isCompact=${true} />`;
 }
 

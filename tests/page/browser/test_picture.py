@@ -90,6 +90,18 @@ def test_the_chosen_card_shows_its_wires_and_partners_and_each_part_is_a_link(br
         expect(card(page, "io").get_by_role("link", name="can0")).to_have_attribute("href", "#/bus/can0")
 
 
+def test_a_small_rig_has_the_scope_beside_its_picture_from_the_start(browser: Browser, lab: ServedRig) -> None:
+    with opened(browser, lab) as page:
+        scope = page.get_by_role("region", name="scope")
+        for signal in ("tank/level", "sensor/6130:01", "drive/level"):
+            expect(scope.get_by_role("row", name=signal)).to_be_visible()
+        picture = page.get_by_role("region", name="Rig").bounding_box()
+        beside = scope.bounding_box()
+        assert picture is not None
+        assert beside is not None
+        assert picture["x"] + picture["width"] <= beside["x"]
+
+
 def test_a_page_for_looking_only_has_nothing_to_press(browser: Browser, ring: ServedRig) -> None:
     with opened(browser, ring, "look") as page:
         expect(page.get_by_role("button", name="break ring between infeed and film")).to_be_disabled()
