@@ -280,7 +280,7 @@ async def sent_until_stopped(row: Row, server: TcpServer, client: socket.socket)
 @pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.has_turns])
 @in_loop
 async def test_a_turn_of_a_client_is_for_one_message(name: str, tmp_path: Path) -> None:
-    """Others wait for no more; `tests/kernel/test_portions.py` shows the turns."""
+    """Others wait for no more; `tests/kernel/outside/test_portions.py` shows the turns."""
     row = ROWS[name]
     async with opened(row, tmp_path) as (_, server):
         client = connected(server)

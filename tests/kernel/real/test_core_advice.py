@@ -10,7 +10,7 @@ from pam_machine import rig_of as pam_rig
 from fieldrig.config.rig_file import RigConfig, from_dict, load
 from fieldrig.real.core_advice import advice
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SHIPPED = sorted((ROOT / "configs").glob("*.yaml"))
 
 

@@ -10,7 +10,7 @@ from fieldrig.config.keys import BusKeys, DeviceKeys
 from fieldrig.config.schema import json_schema, names, schema_of
 from fieldrig.errors import RigError
 
-CONFIGS = Path(__file__).parents[2] / "configs"
+CONFIGS = Path(__file__).parents[3] / "configs"
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from fieldrig.cli import reach
 from fieldrig.cli.display import WIDTH, Display
 from fieldrig.config.rig_file import RigConfig, load
 
-CONFIGS = Path(__file__).parents[2] / "configs"
+CONFIGS = Path(__file__).parents[3] / "configs"
 REAL = sorted(path for path in CONFIGS.glob("*.yaml") if "time: real" in path.read_text(encoding="utf-8"))
 
 

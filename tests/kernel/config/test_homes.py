@@ -9,7 +9,7 @@ from fieldrig.config.rig_file import from_dict, load, load_part
 from fieldrig.errors import ConfigError
 from fieldrig.real.placement import placement
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 ROOT = HERE.parents[1]
 RIGS = ("configs/lab.yaml", "configs/ring.yaml", "configs/pam-machine.yaml", "docker/machine.yaml")
 BUSES = {"w": {"kind": "wires.hub"}, "v": {"kind": "wires.hub"}}

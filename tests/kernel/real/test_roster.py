@@ -14,7 +14,7 @@ from fieldrig.errors import ControlError
 from fieldrig.real.placement import placement
 from fieldrig.real.roster import Event, ProcessState, Roster
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 
 
 class Line:

@@ -13,7 +13,7 @@ from fieldrig.testing import plain_forms
 from fieldrig.virtual.rig import ALONE
 from fieldrig_bus.wires import Signal
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 WIRES = {"wires": "wires"}
 RIG: dict[str, Any] = {
     "time": "virtual",

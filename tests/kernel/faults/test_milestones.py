@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from fieldrig.cli.app import app
 from fieldrig.errors import ConfigError
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 RIG = """time: virtual
 buses:
   can0:

@@ -18,7 +18,7 @@ from fieldrig.faults.note import FaultNote
 from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 RIG: dict[str, Any] = {
     "time": "virtual",
     "buses": {"can0": {"kind": "can.virtual", "acknowledge": "always"}, "wires": {"kind": "wires.virtual"}},

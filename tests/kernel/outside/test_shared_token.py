@@ -134,7 +134,7 @@ def test_a_proof_is_that_of_rfc_2104_over_all_that_it_is_for() -> None:
 
 @pytest.mark.long
 def test_no_token_is_published_for_containers() -> None:
-    folder = Path(__file__).parents[2] / "docker"
+    folder = Path(__file__).parents[3] / "docker"
     part = _yaml(folder / "service.yaml")["services"]["part"]
     assert part["environment"][TOKEN_VARIABLE] is None  # that of the shell, if it has one
     volume, _, place = part["volumes"][0].partition(":")

@@ -17,7 +17,7 @@ from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 WIRES = {"wires": "wires"}
 
 

@@ -7,7 +7,7 @@ import pytest
 from ruamel.yaml import YAML
 
 ADDRESS = re.compile(r"(?:[a-z0-9]+/|[a-z0-9]+://)?(?P<host>[^:/@\s]+):\d{1,5}$")
-FILES = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
+FILES = sorted((Path(__file__).parents[3] / "configs").glob("*.yaml"))
 
 
 def hosts(value: object) -> set[str]:

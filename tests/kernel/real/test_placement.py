@@ -10,7 +10,7 @@ from fieldrig.errors import RigError
 from fieldrig.real.placement import ProcessPlan, placement
 from fieldrig_bus.wires import WiresHub, WiresHubSettings
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 
 
 class Alone(WiresHub):

@@ -17,7 +17,7 @@ from fieldrig.loop.real_clock import RealClock
 from fieldrig.virtual.rig import Rig
 from fieldrig.virtual.service import VirtualPoints
 
-HERE = Path(__file__).parent
+HERE, BESIDE = Path(__file__).parents[1], Path(__file__).parent
 DICE: dict[str, Any] = {
     "time": "virtual",
     "buses": {"wires": {"kind": "wires.virtual"}},
@@ -85,7 +85,9 @@ def in_real_time() -> Iterator[Source]:
 
 @contextmanager
 def in_virtual_time() -> Iterator[Source]:
-    with Rig(from_dict({"time": "virtual", "devices": {"many": {"kind": "test_device_questions:Many"}}}, HERE)) as rig:
+    with Rig(
+        from_dict({"time": "virtual", "devices": {"many": {"kind": "test_device_questions:Many"}}}, BESIDE)
+    ) as rig:
         yield VirtualPoints(rig, "many")
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from fieldrig import MS, ArgumentError, ControlError, Rig, RigError, S, Value, from_dict
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 DICE: dict[str, Any] = {
     "time": "virtual",
     "buses": {"wires": {"kind": "wires.virtual"}},

@@ -13,7 +13,7 @@ from fieldrig.errors import ConfigError, Mistake
 from fieldrig.storage.store import MemoryStore
 from fieldrig.testing import RecordedLink
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 CLOCK, STORE = VirtualClock(), MemoryStore()
 CAN, WORDS = RecordedLink[Any](), RecordedLink[Any]()
 

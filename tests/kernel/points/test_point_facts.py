@@ -9,7 +9,7 @@ from fieldrig.device import Point
 from fieldrig.points.facts import facts_of
 from fieldrig.virtual.rig import Rig
 
-CONFIGS = Path(__file__).parents[2] / "configs"
+CONFIGS = Path(__file__).parents[3] / "configs"
 RIG = {
     "time": "virtual",
     "buses": {"can0": {"kind": "can.virtual"}, "mb": {"kind": "modbus.virtual"}},

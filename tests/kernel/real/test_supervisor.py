@@ -20,7 +20,7 @@ from fieldrig.real.roster import Event
 from fieldrig.real.supervisor import Supervisor
 from fieldrig.system.exits import Exit
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 LIMIT_S = 10.0
 CRASHED = int(Exit.CRASHED)
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from fieldrig.config.rig_file import RigConfig, from_dict, load, start_order
 from fieldrig.errors import ConfigError, Mistake
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 NODE = "config_kinds:Node"
 
 Loaded = Callable[..., RigConfig]

@@ -18,7 +18,7 @@ DICE: dict[str, Any] = {
 @pytest.fixture
 def rig() -> Iterator[Rig]:
     """A rig whose dice are thrown at 0, 10, 20 ... ms."""
-    with Rig(from_dict(DICE, Path(__file__).parent)) as rig:
+    with Rig(from_dict(DICE, Path(__file__).parents[1])) as rig:
         yield rig
 
 

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 from fieldrig.cli.app import app
 
-CONFIGS = Path(__file__).parents[2] / "configs"
+CONFIGS = Path(__file__).parents[3] / "configs"
 LOG = """\
 (1795000000.000000) can0 605#4000620100000000
 (1795000000.001000) can0 585#4F00620103000000

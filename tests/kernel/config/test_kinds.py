@@ -12,7 +12,7 @@ from fieldrig.settings import Settings
 
 @pytest.fixture(autouse=True)
 def _kinds_can_be_imported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1]))
 
 
 def device(name: str) -> type[Device]:

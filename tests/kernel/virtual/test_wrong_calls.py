@@ -15,12 +15,12 @@ RIG: dict[str, Any] = {
     "buses": {"wires": {"kind": "wires.virtual"}, "can0": {"kind": "can.virtual", "bitrate": 500_000}},
     "devices": {"dice": {"kind": "rig_kinds:Dice", "links": {"wires": "wires"}}},
 }
-FILE = Path(__file__).parents[2] / "configs" / "lab.yaml"
+FILE = Path(__file__).parents[3] / "configs" / "lab.yaml"
 _any: Any = lambda value: value  # noqa: E731  what mypy would find at once is what is called here
 
 
 def rig_of() -> Rig:
-    return Rig(from_dict(RIG, Path(__file__).parent))
+    return Rig(from_dict(RIG, Path(__file__).parents[1]))
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from fieldrig.errors import ConfigError, ControlError
 from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 LAB: dict[str, Any] = {
     "time": "virtual",
     "buses": {"can0": {"kind": "can.virtual", "bitrate": 125_000}, "wires": {"kind": "wires.virtual"}},
