@@ -118,9 +118,10 @@ class FakePage:
         self.status = frame["status"]
         self.frame = frame
         if frame.get("whole"):
-            self.columns, self.gaps = frame["columns"], frame["gaps"]
+            self.columns = frame["columns"]
             self.low = [{} for _ in self.columns]
             self.high = [{} for _ in self.columns]
+        self.gaps = frame.get("gaps", self.gaps)
         for part in frame.get("parts", ()):
             for place, row in enumerate(part["rows"]):
                 for kept, data in ((self.low, part["low"]), (self.high, part["high"])):

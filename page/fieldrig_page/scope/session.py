@@ -104,6 +104,8 @@ class Session:
         self._is_whole = True
         self._sent: dict[int, int] = {}
         """The bucket after the last one that the page has, by the identity of the track."""
+        self._noted: dict[int, int] = {}
+        """How many gaps of each track the page has."""
         self._shape: Any = None
         self._status: Any = None
 
@@ -242,20 +244,24 @@ class Session:
         bucket_ns = max(wish.setup.window_ns // wish.pixels, 1)
         count = -(-wish.setup.window_ns // bucket_ns)
         end = max((track.known_ns // bucket_ns for track, _ in tracks), default=0)
-        news = [(id(track), track.epoch, tuple(numbers), track.lost, track.pauses) for track, numbers in tracks]
+        news = [(id(track), track.epoch, tuple(numbers)) for track, numbers in tracks]
         facts = [(signal.kind, len(signal.states), signal.trouble is None) for signal in self._signals.values()]
         self._begin_whole(("live", news, facts))
         if any(self._sent.get(id(track), end) < end - count for track, _ in tracks):
             self._is_whole, self._sent = True, {}  # more is new than the page can show
-        parts = []
+        parts, has_gaps = [], False
         for track, numbers in tracks:
             known = track.known_ns // bucket_ns
-            begin = max(self._sent.get(id(track), 0), end - count)
+            begin = self._sent.get(id(track), 0)
+            if gaps := track.gaps_since(self._noted.get(id(track), 0)):
+                begin = min(begin, gaps[0].first_ns // bucket_ns)  # what was no news then is a gap now
+                self._noted[id(track)], has_gaps = track.noted, True
+            begin = max(begin, end - count)
             if known > begin:
                 data = drawing.part(rows, numbers, begin * bucket_ns, bucket_ns, known - begin)
                 parts.append({**data, "first": begin - self._origin(bucket_ns)})
                 self._sent[id(track)] = known
-        return self._dressed(wish, rows, parts, bucket_ns, (end - count, count))
+        return self._dressed(wish, rows, parts, bucket_ns, (end - count, count), has_gaps=has_gaps)
 
     def _still(self, wish: Wish, capture: Capture) -> dict[str, Any] | None:
         rows = self._rows(capture.traces)
@@ -280,14 +286,21 @@ class Session:
         if shape != self._shape:
             self._is_whole = True
         if self._is_whole:
-            self._shape, self._sent = shape, {}
+            self._shape, self._sent, self._noted = shape, {}, {}
 
     def _origin(self, bucket_ns: int) -> int:
         """Number of the bucket that the page calls 0; numbers stay small there."""
         return self._origin_ns // bucket_ns
 
     def _dressed(
-        self, wish: Wish, rows: Rows, parts: list[dict[str, Any]], bucket_ns: int, buckets: tuple[int, int]
+        self,
+        wish: Wish,
+        rows: Rows,
+        parts: list[dict[str, Any]],
+        bucket_ns: int,
+        buckets: tuple[int, int],
+        *,
+        has_gaps: bool = True,
     ) -> dict[str, Any] | None:
         """Add everything else to the buckets of a frame."""
         if not parts and not self._is_whole:
@@ -309,10 +322,11 @@ class Session:
         if wish.setup.xy is not None:
             across, up = (self._any(name, rows) for name in wish.setup.xy)
             frame["xy"] = None if across is None or up is None else drawing.xy(across, up, first_ns, end_ns)
+        if has_gaps or self._is_whole:
+            frame["gaps"] = drawing.gaps(rows, first_ns, end_ns, self._origin_ns)
         if self._is_whole:
             troubles = {row: str(self._signals[name].trouble or "") for row, name in enumerate(names)}
             frame["columns"] = drawing.columns(names, rows, troubles)
-            frame["gaps"] = drawing.gaps(rows, first_ns, end_ns, self._origin_ns)
             frame["before"] = drawing.values_at(rows, len(names), first_ns - 1)
         self._is_whole = False
         return frame

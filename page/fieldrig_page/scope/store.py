@@ -75,6 +75,8 @@ class Track:
         self.pauses = 0
         """Gaps in which the sampler stood still."""
         self.gaps: deque[Gap] = deque(maxlen=MOST_GAPS)
+        self.noted = 0
+        """Number of all gaps so far."""
         self._missing = 0
         """Rows that are lost since the last one."""
         self._lows = [array("d") for _ in range(columns)]
@@ -154,8 +156,13 @@ class Track:
     def note(self, gap: Gap) -> None:
         """Count a gap, and keep its mark."""
         self.gaps.append(gap)
+        self.noted += 1
         self.lost += gap.lost
         self.pauses += not gap.lost
+
+    def gaps_since(self, noted: int) -> list[Gap]:
+        """Return the gaps after the first `noted`, as far as they are remembered."""
+        return list(self.gaps)[max(len(self.gaps) - (self.noted - noted), 0) :]
 
     @property
     def size(self) -> int:

@@ -246,6 +246,22 @@ def test_what_is_no_wish_is_refused(wish: Any, wrong: str) -> None:
 
 
 @in_loop
+async def test_a_gap_costs_a_delta_from_its_beginning_and_not_the_whole() -> None:
+    bench = ScopeBench()
+    page = await bench.page(signals=["wires/a"], window_ns=100 * MS)
+    bench.feed([0, 10 * MS], [1.0, 2.0])
+    bench.readers[0].reach(40 * MS)
+    page.look()
+    bench.feed([50 * MS], [3.0], lost=1)
+    bench.readers[0].reach(60 * MS)
+    page.look()
+    assert page.frame["whole"] is False
+    assert [page.low[0][number] for number in (10, 50)] == [2.0, 3.0]
+    assert all(isnan(page.low[0][number]) for number in range(11, 50))
+    assert [gap["lost"] for gap in page.gaps] == [1]
+
+
+@in_loop
 async def test_lost_changes_of_a_wire_leave_it_unknown_until_the_next_one() -> None:
     bench = ScopeBench()
     page = await bench.page(signals=["wires/a"], window_ns=100 * MS)

@@ -95,7 +95,7 @@ class Row {
 
   put(first, low, high) {
     const length = this.low.length;
-    if (first !== this.#end) this.#begin = first; // what lies between is not known
+    if (first > this.#end || first < this.#begin) this.#begin = first; // what lies between is not known
     for (let place = Math.max(low.length - length, 0); place < low.length; place++) {
       const slot = mod(first + place, length);
       this.low[slot] = low[place];

@@ -71,19 +71,19 @@ export function Scope({ role, signals = [], usual = {}, isCompact = false }) {
     return live.on('scope', (frame) => {
       const kept = held.current;
       if (frame.whole) {
-        Object.assign(kept, { columns: frame.columns, gaps: frame.gaps, events: [] });
+        Object.assign(kept, { columns: frame.columns, events: [] });
         setColumns(frame.columns);
       }
       kept.buckets.take(frame);
       if (frame.events) kept.events = [...kept.events, ...frame.events].slice(-MOST_EVENTS);
       if (frame.xy !== undefined) kept.xy = frame.xy;
-      if (frame.status) {
-        kept.status = frame.status;
-        setStatus((before) => (JSON.stringify(before) === JSON.stringify(frame.status) ? before : frame.status));
-      }
+      if (frame.gaps) kept.gaps = frame.gaps;
       const nowMs = performance.now();
-      if (frame.whole || frame.events || nowMs - talkedMs > TALK_MS) {
+      const isNews = frame.status && !isAlike(frame.status, kept.status);
+      if (frame.status) kept.status = frame.status;
+      if (isNews || frame.whole || frame.events || nowMs - talkedMs > TALK_MS) {
         talkedMs = nowMs;
+        if (kept.status) setStatus(kept.status);
         setTalk((before) => ({ values: frame.cursors ?? before.values, events: kept.events, newest: kept.columns.map((_, row) => kept.buckets.newest(row)) }));
       }
       request();
@@ -160,6 +160,11 @@ export function Scope({ role, signals = [], usual = {}, isCompact = false }) {
       <details open=${isChoosing} onToggle=${(event) => setChoosing(event.currentTarget.open)}><summary>Signals</summary><${Signals} setup=${setup} onChange=${(next) => { setSetup(next); if (look.isStopped) setLook({ ...LIVE, arm: look.arm + 1 }); }} /></details>
       <details><summary>Set-ups</summary><${Files} setup=${setup} role=${role} onOpen=${change} /></details>
     </section>`;
+}
+
+// Counters alone are not worth another rendering at once.
+function isAlike(one, other) {
+  return other !== null && one.state === other.state && one.trouble === other.trouble && one.capture?.number === other.capture?.number;
 }
 
 const WORDS = { running: ['ok', 'rolling'], armed: ['late', 'waiting for the trigger'], triggered: ['fault', 'triggered'], caught: ['ok', 'caught'], stopped: ['down', 'stopped'], asking: ['late', 'asking'] };
