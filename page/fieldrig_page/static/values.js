@@ -108,10 +108,20 @@ function Value({ device, point, value, trouble, role, onWritten }) {
   const [isOpen, setOpen] = useState(false);
   if (trouble) return html`<span class="late-text">${trouble}</span>`;
   const text = shown(value);
+  if (text.includes('\n') && !point.writable) return html`<${Lines} name=${`${device}/${point.key}`} text=${text} />`;
   if (!point.writable || role !== 'operate') return html`<span title=${text}>${text}</span>`;
   return html`
     <button class="quietly" title=${text} aria-label=${`${point.key}, ${text} ${point.unit}, change`} onClick=${() => setOpen(true)}>${text === '' ? '(empty)' : text}</button>
     ${isOpen && html`<${Edit} device=${device} point=${point} value=${value} onWritten=${onWritten} onClose=${() => setOpen(false)} />`}`;
+}
+
+// A value of several lines, such as a message logger: its first line, and all of them, as they come, in a window.
+function Lines({ name, text }) {
+  const box = useRef(null);
+  const lines = text.split('\n');
+  const id = `lines-${name}`;
+  return html`<button class="quietly" title=${text} aria-label=${`${name}, ${lines.length} lines, show`} onClick=${() => box.current.showModal()}>${lines[0]} (${lines.length} lines)</button>
+    <dialog class="lines" ref=${box} aria-labelledby=${id}><h3 id=${id}>${name}</h3><pre tabindex="0">${text}</pre><button onClick=${() => box.current.close()}>Close</button></dialog>`;
 }
 
 // A small window over the list with the field, the limits, and the reason of a refusal.
