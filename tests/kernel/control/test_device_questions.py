@@ -58,7 +58,7 @@ def test_the_control_service_passes_on_what_it_does_not_know_itself() -> None:
 
 
 class Many(Device):
-    """A device that makes new points whenever it is asked, as authors of small devices do."""
+    """A device that makes its points again whenever it is asked, as authors of small devices do."""
 
     def __init__(self) -> None:
         self.values, self.asked = [0] * 40, 0
