@@ -47,7 +47,7 @@ def main(names: Sequence[str]) -> None:
                 set_values(lab, drive={"speed_set": 80, "run": True})
                 take_all(browser, lab, scenes)
         if scenes := chosen(OF_VIRTUAL_LAB, names):
-            with ServedRig(CONFIGS / "lab-virtual.yaml", "--set=speed=1") as lab:
+            with ServedRig(CONFIGS / "lab.yaml", "--set=time=virtual", "--set=speed=1") as lab:
                 set_values(lab, drive={"speed_set": 80, "run": True})
                 take_all(browser, lab, scenes)
         if scenes := chosen(OF_MACHINE, names):
@@ -118,7 +118,7 @@ def catch_a_step(page: Page) -> None:
     """Catch the step of a set point, with what was before it, and measure the way of the drive to it."""
     look: dict[str, object] = {"isStopped": False, "capture": None, "view": None, "cursors": [], "arm": 0}
     remembered = json.dumps({"setup": CAUGHT, "look": look})
-    page.evaluate("text => sessionStorage.setItem('scope:lab-virtual', text)", remembered)
+    page.evaluate("text => sessionStorage.setItem('scope:lab', text)", remembered)
     set_by_page(page, "drive/points/speed_set", 80)
     page.reload()
     state = page.locator(".scope .pill").first
