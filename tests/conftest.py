@@ -23,11 +23,12 @@ for name, handler in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.
 os.environ[NO_PAGE_VARIABLE] = "1"
 
 # No example has to be quick, nor what makes it.  The stage `quick` names its profile, which has ten examples for each
-# property.
+# property, also for those that state a number.
 SLOWNESS = [hypothesis.HealthCheck.too_slow]
 USUAL = hypothesis.settings.get_profile(hypothesis.settings.get_current_profile_name())
 hypothesis.settings.register_profile("whole", USUAL, deadline=None, suppress_health_check=SLOWNESS)
-hypothesis.settings.register_profile("quick", USUAL, deadline=None, suppress_health_check=SLOWNESS, max_examples=10)
+FEW = 10
+hypothesis.settings.register_profile("quick", USUAL, deadline=None, suppress_health_check=SLOWNESS, max_examples=FEW)
 hypothesis.settings.load_profile("whole")
 
 pytest_plugins = ["manual_rows"]
@@ -74,6 +75,18 @@ def pytest_itemcollected(item: pytest.Item) -> None:
     for mark in ("system", "vcan", "ppp"):
         if item.get_closest_marker(mark) is not None and f"mark.{mark}" not in text_of(item.path):
             raise pytest.UsageError(f"{item.nodeid}: expected pytest.mark.{mark} in the file itself")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    if hypothesis.settings.get_current_profile_name() != "quick":
+        return
+    stated = "_hypothesis_internal_use_settings"  # settings of a test come before those of the profile
+    for item in items:
+        test = getattr(item, "obj", None)
+        test = getattr(test, "__func__", test)
+        settings = getattr(test, stated, None)
+        if settings is not None and settings.max_examples > FEW:
+            setattr(test, stated, hypothesis.settings(settings, max_examples=FEW))
 
 
 @pytest.fixture
