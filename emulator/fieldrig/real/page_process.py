@@ -24,6 +24,8 @@ from fieldrig.real.patience import Patience
 from fieldrig.real.roster import Report, event
 from fieldrig.system.exits import Exit
 
+NICENESS: Final = 5
+"""A picture may be late, a cycle of a ring may not."""
 PAGES: Final = "fieldrig.page"
 NAME: Final = "ui"
 GRACE_S: Final = 3.0
@@ -114,12 +116,12 @@ class PageProcess:
 
 @contextmanager
 def page_of(config: RigConfig, log: Path | None, overrides: Sequence[str]) -> Iterator[PageProcess | None]:
-    """Run the page of a rig; None if the rig file wants none, or no package with a page is installed.
+    """Run the page of a rig; None if the rig file wants none, no package has a page, or the system is not POSIX.
 
     RigError if the page cannot have its address.
     """
     page = next(iter(kinds.installed(PAGES).values()), None)
-    if config.ui is None or page is None:
+    if config.ui is None or page is None or os.name != "posix":
         yield None
         return
     process = PageProcess(config, take_seat(config.ui.listen, config.ui.hosts), page, log, overrides)
@@ -139,6 +141,7 @@ def _work(page: EntryPoint, config: RigConfig, seat: Seat) -> Exit:
 
 
 def prepare() -> None:
-    """Prepare a process of the page: it has its name, and ends when its parent is gone."""
+    """Prepare a process of the page: it has its name, gives way to the rig, and ends when its parent is gone."""
     name_process(NAME)
+    os.nice(NICENESS)
     end_with_parent(lambda: os.kill(os.getpid(), signal.SIGTERM))
