@@ -22,6 +22,7 @@ import flood  # noqa: E402
 import iec_language  # noqa: E402
 import master_time  # noqa: E402
 import modbus  # noqa: E402
+import page_ready  # noqa: E402
 import page_scope  # noqa: E402
 import pam  # noqa: E402
 import pam_language  # noqa: E402
@@ -63,6 +64,7 @@ BENCHMARKS = (
     pulse_engine,
     teleservice,
     block_status,
+    page_ready,
     page_scope,
 )
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")

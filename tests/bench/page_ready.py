@@ -1,0 +1,70 @@
+"""The page of a rig: how soon it is ready in Chromium, and the memory of its server over a day of virtual time."""
+
+import time
+from pathlib import Path
+
+from browser_page import ServedRig, chromium, opened
+from page_scope import memory_mb, server_of
+from playwright.sync_api import Browser
+from report import Report, percentile, progress
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+TIMES = 5
+DAY_H = 24
+LOOK_S = 1.0
+
+
+def ready_ms(browser: Browser, rig: ServedRig) -> tuple[float, int]:
+    """Return the time from the navigation to the first card of a device, and the number of requests until then."""
+    context = browser.new_context(viewport={"width": 1280, "height": 860})
+    page = context.new_page()
+    page.goto(rig.addresses()["look"], wait_until="commit")
+    page.wait_for_selector("main article")
+    took_ms, requests = page.evaluate("[performance.now(), performance.getEntriesByType('resource').length]")
+    context.close()
+    return took_ms, requests
+
+
+def add_rig(report: Report, browser: Browser, name: str) -> None:
+    progress(f"page of {name}")
+    with ServedRig(CONFIGS / f"{name}.yaml") as rig:
+        found = [ready_ms(browser, rig) for _ in range(TIMES)]
+        took_ms = [took for took, _ in found]
+        memory = f"{memory_mb(server_of(rig)):.0f} MB"
+        report.add(name, f"{percentile(took_ms, 50):.0f} ms", f"{max(took_ms):.0f} ms", str(found[0][1]), memory)
+
+
+def add_day(report: Report, browser: Browser) -> None:
+    """Let the lab run for a day at full speed with its times open in a browser."""
+    progress("a day of the lab")
+    with (
+        ServedRig(CONFIGS / "lab.yaml", "--set=time=virtual", "--set=speed=max") as rig,
+        opened(browser, rig, "look", path="/time"),
+    ):
+        server, first = server_of(rig), 0.0
+        while (passed_h := rig.status()["now_ns"] / 3.6e12) < DAY_H:
+            if passed_h > 1 and not first:
+                first = memory_mb(server)
+            time.sleep(LOOK_S)
+        report.notes.append(
+            f"Memory of the server after 1 and {DAY_H} hours of virtual time, with a page open: {first:.1f} and"
+            f" {memory_mb(server):.1f} MB."
+        )
+
+
+def run() -> Report:
+    report = Report(
+        "Page of a rig",
+        "From the navigation to the first card of a device, in Chromium without a GPU, and the memory of the page's"
+        " process that it shares with no other.",
+        ("rig", "ready", "the slowest of five", "requests", "server's memory"),
+    )
+    with chromium() as browser:
+        for name in ("lab", "machine"):
+            add_rig(report, browser, name)
+        add_day(report, browser)
+    return report
+
+
+if __name__ == "__main__":
+    print(run().markdown())
