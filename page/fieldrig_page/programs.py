@@ -87,7 +87,7 @@ class Programs:
         loop = asyncio.get_running_loop()
         while True:
             began_s = loop.time()
-            self._more.clear()  # before the look, so that a wish that comes meanwhile is seen at once
+            self._more.clear()  # before the look, so that a request that comes meanwhile is seen at once
             devices = {wish.device for wish in self._wishes.values()}
             self._present = {device: await self._look(device) for device in sorted(devices)}
             wait_s = max(POLL_S, SHARE * (loop.time() - began_s)) if devices else None

@@ -52,7 +52,7 @@ class Supervisor:
 
     @property
     def beside(self) -> Callable[[], Mapping[str, Any]]:
-        """What returns the facts about what runs beside the rig, for `status`."""
+        """The function that returns the facts about what runs beside the rig, for `status`."""
         return self.roster.beside
 
     @beside.setter
