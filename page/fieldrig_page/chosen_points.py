@@ -20,7 +20,7 @@ MEASURED: Final = (
 OBJECTS: Final = ("6064:00", "606C:00")
 """Position and velocity of a CiA 402 drive (CiA 402, 6064h and 606Ch)."""
 STATES: Final = (
-    *("state", "plc/state", "program.state", "display", "DiagMsg", "mode", "call", "running"),
+    *("state", "plc/state", "program.state", "ring.state", "display", "DiagMsg", "mode", "call", "running"),
     *("screen.1", "screen.2"),
 )
 """Keys for what a controller is doing."""

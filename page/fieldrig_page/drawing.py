@@ -125,7 +125,7 @@ def _draw_card(drawing: Drawing, graph: Graph, device: DevicePart, corner: tuple
     at: float = x + 10
     for bus in (graph.buses[name] for name in device.buses if name not in over):
         width = len(bus.name) * LABEL_CHARACTER + 6
-        if bus.shape is Shape.WIRES or at + width > x + CARD[0]:
+        if bus.shape in (Shape.WIRES, Shape.RING) or at + width > x + CARD[0]:
             continue
         drawing.text(at + 3, y + 51, bus.name, "tiny")
         drawing.line(f"link {_family(bus.family)}", [(at, y + 56), (at + width, y + 56)])

@@ -55,7 +55,7 @@ function Picture({ graph, life, mayOperate, isSmall }) {
   const partners = useMemo(() => new Set(chosen ? graph.partners[chosen] : []), [chosen]);
   const act = (method, path, body) => api(method, path, body).then(() => setRefusal(null), setRefusal);
   const close = () => { host.current.querySelector(`[data-part="${chosen}"] .more`)?.focus(); setChosen(null); };
-  const counts = `${Object.keys(graph.devices).length} devices, ${Object.keys(graph.buses).length} buses`;
+  const counts = `${counted(graph.devices, 'device', 'devices')}, ${counted(graph.buses, 'bus', 'buses')}`;
   const rings = Object.values(graph.buses).filter(bus => bus.shape === 'ring');
   return html`<section class="picture" aria-labelledby="picture-title"><h2 id="picture-title">Rig <small>${counts}</small><${Legend} /></h2>
     ${refusal && html`<p class="refusal" role="alert"><b>${refusal.what}</b> ${refusal.remedy}</p>`}
@@ -72,6 +72,8 @@ function Picture({ graph, life, mayOperate, isSmall }) {
     <${Cables} graph=${graph} life=${life} places=${places} /></section>`;
 }
 
+const counted = (parts, one, many) => `${Object.keys(parts).length} ${Object.keys(parts).length === 1 ? one : many}`;
+
 const Legend = () => html`<small class="legend"><span class="pill ok">ready</span> <span class="pill late">late</span> <span class="pill fault">fault</span> <span class="pill down">down</span></small>`;
 
 // The first row of the grid that belongs to a row of cards: its strips come before the cards.
@@ -82,8 +84,9 @@ const gridOf = places => ({
 });
 
 const isOver = (strip, cell) => strip.row === cell.row && strip.first <= cell.column && cell.column <= strip.last;
+// The line of a ring leads through its cards, so they need no label for it.
 const portsOf = (graph, places, name) => graph.devices[name].buses.filter(bus =>
-  graph.buses[bus].shape !== 'wires' && !places.strips.some(strip => strip.bus === bus && isOver(strip, places.cards[name])));
+  !['wires', 'ring'].includes(graph.buses[bus].shape) && !places.strips.some(strip => strip.bus === bus && isOver(strip, places.cards[name])));
 
 function Strip({ strip, bus, part, places }) {
   const place = { gridRow: rowOf(places, strip.row) + places.levels[strip.row] - 1 - strip.level, gridColumn: `${strip.first + 1} / ${strip.last + 2}` };
