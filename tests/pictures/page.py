@@ -127,7 +127,7 @@ def catch_a_step(page: Page) -> None:
     set_by_page(page, "drive/points/speed_set", 30)
     expect(state).to_have_text("stopped")
     page.get_by_role("button", name="Cursors").click()
-    page.get_by_label("Cursor A").fill("250")
+    page.get_by_label("Cursor A").fill("150")
     page.get_by_label("Cursor B").fill("700")
     page.wait_for_timeout(SETTLED_MS)
 

@@ -58,7 +58,8 @@ class Captures:
         self._size = 0
 
     def add(self, setup: Setup, first_ns: int, end_ns: int, hit: Hit | None, traces: Mapping[str, Trace]) -> Capture:
-        capture = Capture(next(self._numbers), setup, first_ns, end_ns, hit, traces)
+        ordered = {name: traces[name] for name in setup.all_signals if name in traces}
+        capture = Capture(next(self._numbers), setup, first_ns, end_ns, hit, ordered)
         self._kept[capture.number] = capture
         self._size += capture.size
         while len(self._kept) > MOST or (len(self._kept) > 1 and self._size > LARGEST):

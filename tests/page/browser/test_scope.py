@@ -123,7 +123,7 @@ def test_a_pulse_of_1_ms_is_caught_with_200_ms_before_it_and_stays_over_a_reload
         with page.expect_download() as csv:
             page.get_by_role("link", name="CSV").click()
         lines = csv.value.path().read_text().splitlines()
-        assert len([line for line in lines if line.split(",")[1] == "1"]) == 1
+        assert [line.split(",")[1] for line in lines[1:]].count("1") == 1, lines[:4]
         with page.expect_download() as png:
             page.get_by_role("button", name="PNG").click()
         assert png.value.path().read_bytes().startswith(b"\x89PNG")

@@ -7,10 +7,16 @@ from fieldrig_page.scope.setup import Setup
 from fieldrig_page.scope.store import Track
 
 
+def test_signals_are_in_the_order_of_the_set_up_whatever_process_they_come_from() -> None:
+    traces = {name: Trace(name, "number", "V", (), False, Track(1), 0) for name in ("io/b", "io/c", "io/a")}
+    capture = Captures().add(Setup(signals=("io/a", "io/b", "io/c")), 0, 1, None, traces)
+    assert list(capture.traces) == ["io/a", "io/b", "io/c"]
+
+
 def test_the_oldest_captures_go_and_a_number_is_never_given_twice() -> None:
     captures, track = Captures(), Track(1)
     track.add(rows([0, 1], [0.0, 1.0]))
     trace = Trace("io/a", "number", "V", (), False, track, 0)
-    numbers = [captures.add(Setup(), 0, 1, None, {"io/a": trace}).number for _ in range(3 * MOST)]
+    numbers = [captures.add(Setup(signals=("io/a",)), 0, 1, None, {"io/a": trace}).number for _ in range(3 * MOST)]
     assert numbers == list(range(1, 3 * MOST + 1))
     assert [capture.number for capture in captures.all()] == numbers[-MOST:]
