@@ -138,6 +138,16 @@ def test_the_trigger_is_chosen_by_hand_and_counts_on(browser: Browser, pulses: S
         expect(page.locator(".scope .pill").first).to_contain_text("2 triggers")
 
 
+def test_an_address_has_its_signals(browser: Browser, pulses: ServedRig) -> None:
+    with opened(browser, pulses, path="/scope") as page:
+        remember(page, {"signals": ["source/pulse"]})
+        expect(page.locator(".scope-values tbody th")).to_have_text(["source/pulse"])
+        page.goto(f"{page.url.partition('#')[0]}#/scope/source/ramp,source/s001")
+        expect(page.locator(".scope-values tbody th")).to_have_text(["source/ramp", "source/s001"])
+        page.reload()
+        expect(page.locator(".scope-values tbody th")).to_have_text(["source/ramp", "source/s001"])
+
+
 def test_a_set_up_is_saved_and_opened_again(browser: Browser, pulses: ServedRig) -> None:
     with opened(browser, pulses, path="/scope") as page:
         remember(page, {"signals": ["source/ramp"], "window_ns": S})

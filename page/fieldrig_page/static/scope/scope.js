@@ -16,15 +16,20 @@ const LIVE = { isStopped: false, capture: null, view: null, cursors: [], arm: 0 
 // `path` has names of signals with commas between them, such as `#/scope/tank/level`; beside a picture it is compact.
 export function View({ path, role, isBeside = false }) {
   const signals = typeof path === 'string' ? path.split(',').filter(Boolean) : [];
-  return html`<${Scope} role=${role} signals=${signals} isCompact=${isBeside} />`;
+  return html`<${Scope} key=${path} role=${role} signals=${signals} isAddressed=${signals.length > 0} isCompact=${isBeside} />`;
 }
 
-// A scope beside something else is compact.  `signals` are drawn, with `usual` in the set-up, if this tab had none before.
-export function Scope({ role, signals = [], usual = {}, isCompact = false }) {
+// A scope beside something else is compact.  `signals` are drawn, with `usual` in the set-up, if this tab had none before,
+// or if the address has them and the set-up of this tab has not.
+export function Scope({ role, signals = [], usual = {}, isAddressed = false, isCompact = false }) {
   const rig = live.greeting?.rig ?? '';
   const place = `scope:${rig}`;
-  const [setup, setSetup] = useState(() => remembered(place)?.setup ?? { ...USUAL, ...usual, signals });
-  const [look, setLook] = useState(() => remembered(place)?.look ?? LIVE);
+  const [before] = useState(() => {
+    const kept = remembered(place);
+    return isAddressed && !signals.every((name) => kept?.setup.signals.includes(name)) ? null : kept;
+  });
+  const [setup, setSetup] = useState(before?.setup ?? { ...USUAL, ...usual, signals });
+  const [look, setLook] = useState(before?.look ?? LIVE);
   const [width, setWidth] = useState(0);
   const [status, setStatus] = useState({ state: 'asking', lost: [], pauses: [], hits: 0, capture: null, trouble: '', messages_lost: 0 });
   const [columns, setColumns] = useState([]);
