@@ -1,7 +1,7 @@
 """The last messages of one bus, in constant memory, with the gaps in what arrived counted."""
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import islice
 from typing import Any, Final, NamedTuple
 
@@ -37,10 +37,8 @@ class Row(NamedTuple):
 class BusRecord:
     """The last messages of one bus."""
 
-    def __init__(self, bus: Bus[Any], make_namer: Callable[[], Namer]) -> None:
-        self.bus = bus
-        self._make_namer = make_namer
-        self._namer: Namer | None = None
+    def __init__(self, bus: Bus[Any], namer: Namer) -> None:
+        self.bus, self._namer = bus, namer
         self._rows: deque[Row] = deque(maxlen=MOST_MESSAGES)
         self._expected: dict[str, int] = {}
         self._last_ns: dict[tuple[str, str, int], int] = {}
@@ -87,8 +85,6 @@ class BusRecord:
 
     def _named(self, message: Message) -> tuple[Named, str, int]:
         """Return name and usual text of a message, and its identifier if messages of its family have one."""
-        if self._namer is None:
-            self._namer = self._make_namer()
         try:
             decoded = self.bus.decode(message.data)
         except ValueError:

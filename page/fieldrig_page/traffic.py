@@ -15,7 +15,7 @@ from starlette.responses import Response
 
 from fieldrig.errors import ControlError, UsageError
 from fieldrig.outside.untrusted import MalformedError, field, items, typed
-from fieldrig.traces.names import namer_of
+from fieldrig.traces.names import Learning, namer_of
 from fieldrig.traces.trace import is_batch
 from fieldrig.traces.trace_files import format_of
 from fieldrig_page.api import Call, Operation, known
@@ -81,6 +81,7 @@ class Traffic:
         self._listening: dict[str, End] = {}
         self._unwanted_s: dict[str, float] = {}
         """When the last page looked away from a bus, by the clock of the loop."""
+        self._lessons: set[asyncio.Task[None]] = set()
         self._loads: dict[str, str] = {}
         """How busy each bus is, in words."""
         self._readings: dict[str, Reading] = {}
@@ -164,7 +165,13 @@ class Traffic:
         if name in self._listening:
             return
         config = self._link.config
-        record = BusRecord(config.buses[name].bus, lambda: namer_of(config, name))
+        namer = namer_of(config, name)
+        record = BusRecord(config.buses[name].bus, namer)
+        learner: object = namer
+        if isinstance(learner, Learning):
+            task = asyncio.get_running_loop().create_task(self._teach(learner))
+            self._lessons.add(task)
+            task.add_done_callback(self._lessons.discard)
 
         def on_batch(_name: str, batch: Any) -> None:
             if is_batch(batch):
@@ -172,6 +179,14 @@ class Traffic:
 
         self._records[name] = record
         self._listening[name] = self._link.listen_to(f"trace/{name}", on_batch)
+
+    async def _teach(self, namer: Learning) -> None:
+        """Tell a namer what was configured before a page looked, as far as the devices answer."""
+        for device, keys in namer.wants().items():
+            try:
+                namer.learn(device, await self._link.ask(f"device/{device}/get", {"keys": list(keys)}))
+            except ControlError:  # it is off, or its points have other keys, as those of a node within another device
+                continue
 
     # ---- the HTTP API
 

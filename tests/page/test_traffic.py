@@ -1,5 +1,6 @@
 """The topic `traffic`: messages by name, gaps that are said, and downloads."""
 
+import asyncio
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,9 @@ from page_bench import PageBench, Socket, page_of
 
 from fieldrig.config.rig_file import load
 from fieldrig.traces.names import namer_of
+from fieldrig_bus.can.frame import CanFrame
 from fieldrig_page.bus_record import MOST_MESSAGES, MOST_SORTS, BusRecord
+from fieldrig_page.traffic import Traffic
 
 LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
 
@@ -54,10 +57,24 @@ async def test_what_was_recorded_is_read_and_downloaded() -> None:
         await socket.close()
 
 
+@pytest.mark.long
+@in_loop
+async def test_what_was_configured_before_a_page_looked_has_its_names_too() -> None:
+    async with page_of(LAB) as page:
+        await page.call("PUT", "devices/io/points/1800:01", {"value": 0x195})  # another COB-ID of TPDO 1
+        socket = await looking(page)
+        (traffic,) = (topic for topic in page.site.topics if isinstance(topic, Traffic))
+        name = traffic._records["can0"]._namer
+        while name(CanFrame(0x195, bytes(4))).kind != "TPDO 1":
+            await asyncio.sleep(0)
+        assert name(CanFrame(0x185, bytes(4))).kind == ""
+        await socket.close()
+
+
 @pytest.fixture
 def record() -> BusRecord:
     config = load(LAB, ["time=virtual"])
-    return BusRecord(config.buses["can0"].bus, lambda: namer_of(config, "can0"))
+    return BusRecord(config.buses["can0"].bus, namer_of(config, "can0"))
 
 
 def batch(first: int, *data: str) -> dict[str, object]:

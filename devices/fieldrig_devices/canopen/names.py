@@ -5,7 +5,7 @@ and 39, and CiA 305 (LSS).  COB-IDs and PDO mappings begin as in the node's dict
 that are seen to succeed; a change over segments, or by the node itself, is not seen.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from fieldrig.bus import Bus
@@ -68,6 +68,14 @@ class CanopenNames:
             node_id, kind, text = found
             return Named(kind, self._name(node_id), text)
         return self._by_identifier(message)
+
+    def wants(self) -> Mapping[str, Sequence[str]]:
+        return {self._name(node_id): keys for node_id, keys in self._pdos.parameters().items()}
+
+    def learn(self, device: str, values: Mapping[str, Any]) -> None:
+        for node_id, node in self._nodes.items():
+            if node.name == device:
+                self._pdos.learn(node_id, values)
 
     def _name(self, node_id: int) -> str:
         node = self._nodes.get(node_id)

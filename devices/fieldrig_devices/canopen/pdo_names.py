@@ -4,7 +4,7 @@ Source: CiA 301 version 4.2, 7.5.2.35 to 7.5.2.38 (communication and mapping par
 """
 
 from collections.abc import Iterator, Mapping
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.cob_id import EXTENDED, is_valid
@@ -44,6 +44,22 @@ class PdoNames:
             self._written[node_id, index, subindex] = number
             self._by_identifier = self._found()
             self._texts.clear()
+
+    def parameters(self) -> dict[int, list[str]]:
+        """Return the keys of all parameters of PDOs, by node-ID."""
+        return {
+            node_id: [variable.key for variable in dictionary if variable.index in PARAMETERS]
+            for node_id, dictionary in self._dictionaries.items()
+        }
+
+    def learn(self, node_id: int, values: Mapping[str, Any]) -> None:
+        """Take the present numbers of parameters, by key."""
+        for key, number in values.items():
+            index, _, subindex = key.partition(":")
+            if isinstance(number, int):
+                self._written.setdefault((node_id, int(index, 16), int(subindex, 16)), number)
+        self._by_identifier = self._found()
+        self._texts.clear()
 
     def named(self, frame: CanFrame) -> tuple[int, str, str] | None:
         """Return node-ID, name and content of a PDO; None for any other frame."""

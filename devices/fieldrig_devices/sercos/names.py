@@ -1,7 +1,7 @@
 """Messages of a SERCOS ring by name: phase, drives, service channel, states, and cyclic values by their IDNs.
 
 Source: IEC 61491 by its public facts.  Where a record is in the MDT and what the telegrams carry is learnt from what
-the master writes in CP2 (S-0-0009, S-0-0015, S-0-0016, S-0-0024); values of a drive that was prepared before are bytes.
+the master writes in CP2 (S-0-0009, S-0-0015, S-0-0016, S-0-0024), or from the points of the drives.
 """
 
 import struct
@@ -15,11 +15,13 @@ from fieldrig_bus.ring.sercos.message import BROADCAST, Answers, Cycle, show
 from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos import words
 from fieldrig_devices.sercos.datum import Datum
-from fieldrig_devices.sercos.idn import idn_text
+from fieldrig_devices.sercos.idn import idn_of, idn_text
 from fieldrig_devices.sercos.service_names import ServiceNames
 from fieldrig_devices.sercos.telegram import AT_HEAD, CONFIGURED, HEAD_BYTES, STANDARD
 
 PHASE_MASK: Final = 7
+CONFIGURATION: Final = (std.RECORD_POSITION, std.TELEGRAM_TYPE, std.AT_CONFIGURATION, std.MDT_CONFIGURATION)
+"""The data that say what the telegrams of a drive carry."""
 MOST_SHOWN: Final = 6
 """Drives in the text of one message."""
 _HEAD: Final = struct.Struct("<HH")
@@ -53,6 +55,18 @@ class _Drive:
         self.name, self._table = known
         self.service = ServiceNames(known.table)
         self._order = self._state = -1
+
+    @property
+    def is_known(self) -> bool:
+        """True if the rig says which operation data it has."""
+        return bool(self._table)
+
+    def learn(self, values: Mapping[str, Any]) -> None:
+        """Take its configuration, as its points show it."""
+        for key, value in values.items():
+            numbers = [idn_of(text) for text in value.split()] if isinstance(value, str) else [int(value)]
+            data = b"".join(number.to_bytes(2, "little") for number in numbers)
+            self.service.written.setdefault(idn_of(key), data)
 
     @property
     def position(self) -> int | None:
@@ -120,6 +134,16 @@ class SercosNames:
             head = ", ".join([counted(len(message.ats), "drive"), *trouble])
             return self._named("AT", self._in_ats(message.ats), head)
         return Named("", "", show(message))
+
+    def wants(self) -> Mapping[str, Sequence[str]]:
+        return {
+            drive.name: [idn_text(idn) for idn in CONFIGURATION] for drive in self._drives.values() if drive.is_known
+        }
+
+    def learn(self, device: str, values: Mapping[str, Any]) -> None:
+        for drive in self._drives.values():
+            if drive.name == device:
+                drive.learn(values)
 
     def _named(self, what: str, parts: Iterable[tuple[str, str]], head: str) -> Named:
         told: dict[str, list[str]] = {}

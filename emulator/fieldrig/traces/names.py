@@ -6,9 +6,9 @@ is named in the same way.  A namer reads the messages of one bus in their order,
 request.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import entry_points
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
 
 from fieldrig.bus import Bus
 from fieldrig.config.entries import DeviceEntry
@@ -48,6 +48,19 @@ class Member(NamedTuple):
 
 Namer = Callable[[Any], Named]
 """Returns the name of a message of the bus; a message that it cannot name has its usual text, without a kind."""
+
+
+@runtime_checkable
+class Learning(Protocol):
+    """A namer that names more if it learns what was configured before it began to read."""
+
+    def wants(self) -> Mapping[str, Sequence[str]]:
+        """Return the points that say so, by device."""
+
+    def learn(self, device: str, values: Mapping[str, Any]) -> None:
+        """Take the values of these points of a device, by key."""
+
+
 MakeNamer = Callable[[Bus[Any], Sequence[Member]], Namer]
 
 

@@ -85,6 +85,23 @@ def test_cyclic_values_have_the_names_that_the_master_has_configured() -> None:
     assert "S-0-0047 " in seen["CP4 MDT"].text
 
 
+def test_a_ring_that_runs_already_is_named_by_what_the_drives_say() -> None:
+    bench = DriveBench({}).up().enable()
+    table = {datum.idn: datum for datum in Mc4Settings(ring_address=1).operation_data()}
+    ring, seen = SercosNames({1: KnownDrive("d1", table)}), dict[str, Named]()
+    (keys,) = ring.wants().values()
+    ring.learn("d1", {key: bench.rig.get(f"d1/{key}") for key in keys})
+
+    def on_delivery(bus: Bus[Any], delivery: Delivery[Any]) -> None:
+        if bus.name == "ring":
+            seen.update({(named := ring(delivery.message)).kind: named})
+
+    bench.rig.on_delivery = on_delivery
+    bench.run(20)
+    assert f"S-0-0051 {bench.rig.get('d1/position')} incr" in seen["CP4 AT"].text
+    assert "S-0-0047 " in seen["CP4 MDT"].text
+
+
 @given(
     mst=st.binary(max_size=3),
     mdt=st.binary(max_size=40),
