@@ -115,6 +115,7 @@ def test_traffic_is_named_filtered_and_paused(browser: Browser, lab: ServedRig, 
     network.add_node(node)
     with opened(browser, lab, path="/traffic/can0") as page:
         expect(page.get_by_role("button", name="can0")).to_have_attribute("aria-pressed", "true")
+        expect(page.locator(".rows tbody tr").first).to_contain_text("heartbeat")  # the page hears the bus
         page.get_by_label("kind").fill("SDO")
         expect(page.get_by_role("status").filter(has_text="messages")).to_have_text("0 messages")
         node.sdo.upload(0x1008, 0)
