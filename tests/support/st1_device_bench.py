@@ -50,7 +50,7 @@ class DeviceBench:
         assert not self.pam.errors
 
     def _on_delivery(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:
-        if bus.name == "wires" and delivery.sender == "axis":
+        if bus.name == "wires" and delivery.sender == "axis" and isinstance(delivery.message, Signal):
             self.wires.append((delivery.time_ns, delivery.message))
 
     def run(self, ms: float) -> "DeviceBench":

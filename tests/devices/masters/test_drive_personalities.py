@@ -14,6 +14,7 @@ from canopen.profiles.p402 import BaseNode402
 from canopen.sdo.exceptions import SdoError
 
 from fieldrig import Bus, Delivery, Rig, from_dict, virtual_time
+from fieldrig_bus.can import CanFrame
 from fieldrig_devices.cia402 import EDS
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(120)]
@@ -33,7 +34,7 @@ class Words:
         self.sent: list[int] = []
 
     def __call__(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:
-        if delivery.message.identifier == 0x200 + NODE:
+        if isinstance(delivery.message, CanFrame) and delivery.message.identifier == 0x200 + NODE:
             self.sent.append(int.from_bytes(delivery.message.data[:2], "little"))
 
 
