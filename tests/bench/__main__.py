@@ -23,6 +23,7 @@ import iec_language  # noqa: E402
 import master_time  # noqa: E402
 import modbus  # noqa: E402
 import page_ready  # noqa: E402
+import page_ring  # noqa: E402
 import page_scope  # noqa: E402
 import pam  # noqa: E402
 import pam_language  # noqa: E402
@@ -65,6 +66,7 @@ BENCHMARKS = (
     teleservice,
     block_status,
     page_ready,
+    page_ring,
     page_scope,
 )
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")

@@ -26,9 +26,15 @@ Role = Literal["operate", "look"]
 class ServedRig(RunningRig):
     """A rig that is ready, with its page."""
 
-    def __init__(self, rig: Path, *options: str, environment: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self,
+        rig: str | Path,
+        kinds: Path | None = None,
+        *options: str,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
         ui = f"--set=ui.listen=127.0.0.1:{free_port()}"
-        super().__init__(rig, None, ui, *options, environment={**WITH_PAGE, **(environment or {})})
+        super().__init__(rig, kinds, ui, *options, environment={**WITH_PAGE, **(environment or {})})
         self.until_ready()
 
     def addresses(self) -> dict[str, str]:

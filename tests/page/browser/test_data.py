@@ -34,7 +34,7 @@ def lab() -> Iterator[ServedRig]:
 
 @pytest.fixture(scope="module")
 def feeder() -> Iterator[ServedRig]:
-    with ServedRig(CONFIGS / "feeder.yaml", "--set=time=virtual") as rig:
+    with ServedRig(CONFIGS / "feeder.yaml", None, "--set=time=virtual") as rig:
         yield rig
 
 

@@ -28,14 +28,14 @@ pytestmark = pytest.mark.real
 @pytest.fixture(scope="module")
 def ring() -> Iterator[ServedRig]:
     """A controller with four drives on a ring, in virtual time at the speed of real time."""
-    with ServedRig(CONFIGS / "ring.yaml", "--set=time=virtual") as rig:
+    with ServedRig(CONFIGS / "ring.yaml", None, "--set=time=virtual") as rig:
         yield rig
 
 
 @pytest.fixture(scope="module")
 def lab() -> Iterator[ServedRig]:
     """The lab in virtual time, paused at 0 s."""
-    with ServedRig(CONFIGS / "lab.yaml", "--set=time=virtual") as rig:
+    with ServedRig(CONFIGS / "lab.yaml", None, "--set=time=virtual") as rig:
         rig.ask("rig/pause")
         yield rig
 

@@ -28,7 +28,7 @@ pytestmark = pytest.mark.real
 @pytest.fixture(scope="module")
 def lab() -> Iterator[ServedRig]:
     """The lab in virtual time, at the speed of real time."""
-    with ServedRig(LAB, "--set=time=virtual") as rig:
+    with ServedRig(LAB, None, "--set=time=virtual") as rig:
         yield rig
 
 
@@ -100,7 +100,7 @@ def test_the_first_step_by_keyboard_leads_past_the_head(browser: Browser, lab: S
 
 
 def test_two_rigs_of_a_host_do_not_take_each_others_cookies(browser: Browser, lab: ServedRig) -> None:
-    with ServedRig(LAB, "--set=time=virtual") as other, opened(browser, lab) as page:
+    with ServedRig(LAB, None, "--set=time=virtual") as other, opened(browser, lab) as page:
         page.goto(other.addresses()["look"])
         expect(page.locator("header .facts")).to_contain_text("looking only")
         page.goto(lab.addresses()["operate"].partition("?")[0])  # its cookie is still there
@@ -108,7 +108,7 @@ def test_two_rigs_of_a_host_do_not_take_each_others_cookies(browser: Browser, la
 
 
 def test_a_page_whose_rig_was_started_anew_asks_for_the_new_address(browser: Browser) -> None:
-    with ServedRig(LAB, "--set=time=virtual") as rig, opened(browser, rig) as page:
+    with ServedRig(LAB, None, "--set=time=virtual") as rig, opened(browser, rig) as page:
         expect(page.locator("header").get_by_role("status")).to_have_text("ready")
         port = urlsplit(page.url).port
         rig.end()

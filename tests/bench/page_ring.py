@@ -1,0 +1,64 @@
+"""What the page of a rig costs a ring of 40 drives: cycles kept and round trip with no page open, one, and five.
+
+Windows alternate in one run, so that a busy host treats them alike.  The browser runs on the same host.
+"""
+
+import json
+from collections.abc import Callable
+from contextlib import ExitStack
+from statistics import mean, stdev
+
+from browser_page import ServedRig, chromium, opened
+from playwright.sync_api import Browser
+from report import Report, progress
+from ring import CASES, DEVICES, DRIVES, SECONDS, Case, Outcome, measured, rig_of
+from running_rig import until
+
+ROUNDS = 4
+PAGES = (0, 1, 5)
+RINGS = (CASES[0], CASES[-1])
+"""Over Zenoh with a process per drive at 4 ms, and over shared memory with one process at 1 ms."""
+FIGURES: tuple[tuple[str, Callable[[Outcome], float], str], ...] = (
+    ("cycles kept in %", lambda outcome: outcome.kept_percent, ".2f"),
+    ("round trip p50 in us", lambda outcome: outcome.p50_us, ",.0f"),
+    ("round trip p99 in us", lambda outcome: outcome.p99_us, ",.0f"),
+)
+
+
+def window(browser: Browser, rig: ServedRig, pages: int) -> Outcome:
+    """Measure while this number of pages shows the picture of the rig."""
+    with ExitStack() as stack:
+        for page in [stack.enter_context(opened(browser, rig, "look")) for _ in range(pages)]:
+            page.wait_for_selector("main article")
+        return measured(rig)
+
+
+def add_ring(report: Report, browser: Browser, case: Case) -> None:
+    progress(f"page of the ring {case.what}")
+    with ServedRig(json.dumps(rig_of(case, is_full=True)), DEVICES) as rig:
+        until(lambda: rig.value("max4/moving") == DRIVES)
+        found: dict[int, list[Outcome]] = {pages: [] for pages in PAGES}
+        for _ in range(ROUNDS):
+            for pages in PAGES:
+                found[pages].append(window(browser, rig, pages))
+    for what, of_it, form in FIGURES:
+        of = {pages: [of_it(outcome) for outcome in outcomes] for pages, outcomes in found.items()}
+        cells = [f"{mean(of[pages]):{form}} ± {stdev(of[pages]):{form}}" for pages in PAGES]
+        ratios = [f"{mean(of[pages]) / mean(of[0]):.3f}" for pages in PAGES[1:]]
+        report.add(f"{case.what}: {what}", *cells, *ratios)
+
+
+def run() -> Report:
+    report = Report(
+        "Page of a ring of 40 drives",
+        f"{ROUNDS} windows of {SECONDS:g} s each, in turn, with the picture of the rig in Chromium on the same host.",
+        ("quantity", "no page", "one page", "five pages", "one to none", "five to none"),
+    )
+    with chromium() as browser:
+        for case in RINGS:
+            add_ring(report, browser, case)
+    return report
+
+
+if __name__ == "__main__":
+    print(run().markdown())
