@@ -29,7 +29,7 @@ def decode(data: bytes) -> FaultNote:
     if not data.startswith(LEAD) or len(data) < start:
         raise ValueError(f"not a note of a fault: {data[:80].hex(' ')}")
     (number,) = FaultNote.WIRE.unpack(data[len(LEAD) : start])
-    return FaultNote(number, data[start : start + 4 * LONGEST].decode(errors="replace")[:LONGEST])
+    return FaultNote(number, data[start:].decode()[:LONGEST])
 
 
 def show(note: FaultNote) -> str:
