@@ -38,7 +38,7 @@ def add_day(report: Report, browser: Browser) -> None:
     """Let the lab run for a day at full speed with its times open in a browser."""
     progress("a day of the lab")
     with (
-        ServedRig(CONFIGS / "lab.yaml", "--set=time=virtual", None, "--set=speed=max") as rig,
+        ServedRig(CONFIGS / "lab.yaml", None, "--set=time=virtual", "--set=speed=max") as rig,
         opened(browser, rig, "look", path="/time"),
     ):
         server, first = server_of(rig), 0.0

@@ -47,7 +47,7 @@ def main(names: Sequence[str]) -> None:
                 set_values(lab, drive={"speed_set": 80, "run": True})
                 take_all(browser, lab, scenes)
         if scenes := chosen(OF_VIRTUAL_LAB, names):
-            with ServedRig(CONFIGS / "lab.yaml", "--set=time=virtual", None, "--set=speed=1") as lab:
+            with ServedRig(CONFIGS / "lab.yaml", None, "--set=time=virtual", "--set=speed=1") as lab:
                 set_values(lab, drive={"speed_set": 80, "run": True})
                 take_all(browser, lab, scenes)
         if scenes := chosen(OF_MACHINE, names):

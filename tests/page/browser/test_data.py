@@ -26,6 +26,7 @@ def lab() -> Iterator[ServedRig]:
     can, tcp = PORTS["can"], PORTS["tcp"]
     with ServedRig(
         CONFIGS / "lab.yaml",
+        None,
         f"--set=buses.can0.socketcand=127.0.0.1:{can}",
         f"--set=buses.mb_tcp.listen=127.0.0.1:{tcp}",
     ) as rig:
