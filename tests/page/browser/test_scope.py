@@ -1,6 +1,8 @@
 """The scope in a browser: what is drawn is counted in pixels, and what a person does is done."""
 
 import json
+import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,6 +11,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from browser_page import ServedRig, opened
 from playwright.sync_api import Browser, Locator, Page, expect
+from running_rig import until
 
 from fieldrig.clock import MS, S
 
@@ -27,6 +30,7 @@ USUAL = {"recorded": [], "rhythm": "cycle", "before": 0.5, "mode": "run", "trigg
 
 COUNT = """([row, isDark]) => {
   const canvas = document.querySelector('.scope-plot canvas');
+  if (canvas === null || canvas.width === 0) return 0;
   const probe = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
   return import('/static/scope/canvas.js').then(({ colour }) => {
     probe.fillStyle = colour(row, isDark);
@@ -163,6 +167,25 @@ def test_a_set_up_is_saved_and_opened_again(browser: Browser, pulses: ServedRig)
     with opened(browser, pulses, "look", path="/scope") as page:
         page.get_by_text("Set-ups").click()
         expect(page.get_by_role("button", name="Save")).to_have_count(0)
+
+
+def server_of(rig: ServedRig) -> int | None:
+    """The process of the page; None while there is none."""
+    children = Path(f"/proc/{rig.process.pid}/task/{rig.process.pid}/children").read_text().split()
+    return next((int(pid) for pid in children if Path(f"/proc/{pid}/comm").read_text() == "rig:ui\n"), None)
+
+
+def test_the_scope_goes_on_after_its_server_was_killed(browser: Browser, pulses: ServedRig) -> None:
+    with opened(browser, pulses, path="/scope") as page:
+        remember(page, {"signals": ["source/ramp"], "window_ns": S})
+        until_drawn(page, 0, 400)
+        killed = server_of(pulses)
+        assert killed is not None
+        os.kill(killed, signal.SIGKILL)
+        until(lambda: server_of(pulses) not in (None, killed))
+        page.evaluate("document.querySelector('.scope-plot canvas').width = 1")
+        until_drawn(page, 0, 400)
+        expect(page.locator(".scope .pill").first).to_have_text("rolling")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
