@@ -95,7 +95,7 @@ def test_signals_are_found_by_search_and_drawn(browser: Browser, pulses: ServedR
         expect(page.locator(".scope-values tbody tr")).to_have_count(2)
         page.get_by_role("button", name="remove source/ramp").click()
         expect(page.locator(".scope-values tbody tr")).to_have_count(1)
-        assert columns(page, 1) == 0
+        page.wait_for_function(f"async (given) => (await ({COUNT})(given)) === 0", arg=[1, False])
 
 
 def test_a_pulse_of_1_ms_is_caught_with_200_ms_before_it_and_stays_over_a_reload(
@@ -183,7 +183,8 @@ def test_the_scope_goes_on_after_its_server_was_killed(browser: Browser, pulses:
         assert killed is not None
         os.kill(killed, signal.SIGKILL)
         until(lambda: server_of(pulses) not in (None, killed))
-        page.evaluate("document.querySelector('.scope-plot canvas').width = 1")
+        expect(page.locator(".scope-plot canvas")).to_be_visible()
+        page.evaluate("for (const canvas of document.querySelectorAll('.scope-plot canvas')) canvas.width = 1")
         until_drawn(page, 0, 400)
         expect(page.locator(".scope .pill").first).to_have_text("rolling")
 
