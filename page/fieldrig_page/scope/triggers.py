@@ -175,10 +175,8 @@ def read_trigger(data: Any) -> Trigger:
         part=typed(data.get("part", ""), str, "part") if kind in ("message", "fault") else "",
         words=tuple(_words(data)) if kind == "message" else (),
     )
-    if kind == "window" and trigger.high < trigger.level:
-        raise MalformedError(f"high: expected at least {trigger.level:g}, the lower limit, found {trigger.high:g}")
-    if kind == "message" and not trigger.part:
-        raise MalformedError("part: expected the name of a bus")
+    if trigger.high < trigger.level and kind == "window":  # a page sends both limits while one of them is typed
+        return trigger._replace(level=trigger.high, high=trigger.level)
     return trigger
 
 
@@ -187,8 +185,8 @@ def _what(data: Any, kind: str) -> str:
     what = typed(data.get("what", known[0] if known else ""), str, "what")
     if known is not None and what not in known:
         raise MalformedError(f"what: expected one of {', '.join(known)}, found {shown(what)}")
-    if not what or len(what) > LONGEST_TEXT:
-        raise MalformedError("what: expected the name of a state")
+    if len(what) > LONGEST_TEXT:
+        raise MalformedError(f"what: expected at most {LONGEST_TEXT} characters")
     return what
 
 
