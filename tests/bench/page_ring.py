@@ -1,4 +1,4 @@
-"""What the page of a rig costs a ring of 40 drives: cycles kept and round trip with no page open, one, and five.
+"""The cost of the page of a rig to a ring of 40 drives: cycles kept and round trip with no page open, one, and five.
 
 Windows alternate in one run, so that a busy host treats them alike.  The browser runs on the same host.
 """
