@@ -35,4 +35,5 @@ def test_the_machine_becomes_ready_beside_thirty_busy_loops_and_no_check_adds_to
         assert {count for name, count in stack.restarts().items() if name != "rig"} == {0}
         parts = [line for line in stack.processes() if "fieldrig up" in line]
         checks = [line for line in stack.processes() if "fieldrig status" in line]
-        assert (len(parts), checks) == (2 * len(stack.containers()), [])  # each with the init of Docker before it
+        # Each with the init of Docker before it, and the page beside the rig.
+        assert (len(parts), checks) == (2 * len(stack.containers()) + 1, [])
