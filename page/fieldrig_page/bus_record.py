@@ -41,7 +41,7 @@ class BusRecord:
         self.bus, self._namer = bus, namer
         self._rows: deque[Row] = deque(maxlen=MOST_MESSAGES)
         self._expected: dict[str, int] = {}
-        self._last_ns: dict[tuple[str, str, int], int] = {}
+        self._last_ns: dict[tuple[str, str, int | str], int] = {}
         self.next = 0
         """The number of the next message."""
         self.lost = 0
@@ -83,12 +83,12 @@ class BusRecord:
             del self._last_ns[next(iter(self._last_ns))]
         return Row(message, named, raw, None if before_ns is None else message.time_ns - before_ns)
 
-    def _named(self, message: Message) -> tuple[Named, str, int]:
-        """Return name and usual text of a message, and its identifier if messages of its family have one."""
+    def _named(self, message: Message) -> tuple[Named, str, int | str]:
+        """Return name and usual text of a message, and what sets its sort apart: an identifier, or a name."""
         try:
             decoded = self.bus.decode(message.data)
         except ValueError:
             text = message.data.hex(" ").upper()
             return Named("", "", text), text, 0
-        identifier = getattr(decoded, "identifier", 0)
-        return self._namer(decoded), self.bus.show(decoded), identifier if isinstance(identifier, int) else 0
+        sort = getattr(decoded, "identifier", None) or getattr(decoded, "name", 0)
+        return self._namer(decoded, message.sender), self.bus.show(decoded), sort if isinstance(sort, int | str) else 0

@@ -58,7 +58,7 @@ class CanopenNames:
         self._pdos = PdoNames(dictionaries)
         self._sdo = SdoNames(dictionaries, self._pdos.note)
 
-    def __call__(self, message: Any) -> Named:
+    def __call__(self, message: Any, sender: str = "") -> Named:
         if not isinstance(message, CanFrame):
             return Named("", "", show(message))
         if message.is_extended:

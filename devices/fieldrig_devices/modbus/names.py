@@ -43,7 +43,7 @@ class ModbusNames:
         self._open: OrderedDict[tuple[int, int], bytes] = OrderedDict()
         """The PDUs of requests without a response, by unit and exchange."""
 
-    def __call__(self, message: Any) -> Named:
+    def __call__(self, message: Any, sender: str = "") -> Named:
         if not isinstance(message, ModbusRequest | ModbusResponse):
             return Named("", "", show(message))
         unit = self._units.get(message.unit, KnownUnit(f"unit {message.unit}", _EMPTY))

@@ -121,7 +121,7 @@ class SercosNames:
         self._drives = {address: _Drive(known) for address, known in drives.items()}
         self._phase = 0
 
-    def __call__(self, message: Any) -> Named:
+    def __call__(self, message: Any, sender: str = "") -> Named:
         if isinstance(message, Cycle):
             if not message.mst:
                 return Named("MST failed", "", "")

@@ -64,7 +64,7 @@ class NameShower(Shower):
         if namer is None:
             namer = self._namers[entry.bus] = namer_of(self._config, entry.bus)
         try:
-            return in_words(namer(known.bus.decode(entry.data)))
+            return in_words(namer(known.bus.decode(entry.data), entry.sender))
         except ValueError:
             return entry.data.hex(" ")
 

@@ -46,8 +46,15 @@ class Member(NamedTuple):
         return [claim for claim in claims if claim.what == what and claim.link in self.links]
 
 
-Namer = Callable[[Any], Named]
-"""Returns the name of a message of the bus; a message that it cannot name has its usual text, without a kind."""
+class Namer(Protocol):
+    """Names the messages of a bus."""
+
+    def __call__(self, message: Any, sender: str = "") -> Named:
+        """Return the name of a message; one that cannot be named has its usual text, without a kind.
+
+        `sender` is the member that sent it, as the trace names it; bytes of one sender that follow each other are one
+        stream.
+        """
 
 
 @runtime_checkable
@@ -64,12 +71,22 @@ class Learning(Protocol):
 MakeNamer = Callable[[Bus[Any], Sequence[Member]], Namer]
 
 
+class _Unnamed:
+    """The namer of a family that has none."""
+
+    def __init__(self, bus: Bus[Any]) -> None:
+        self._bus = bus
+
+    def __call__(self, message: Any, sender: str = "") -> Named:
+        return Named("", "", self._bus.show(message))
+
+
 def namer_of(config: RigConfig, bus: str) -> Namer:
     """Return the namer of a bus of a rig."""
     entry = config.buses[bus].bus
     points = entry_points(group=NAMERS, name=entry.family)
     if not points:
-        return lambda message: Named("", "", entry.show(message))
+        return _Unnamed(entry)
     make: MakeNamer = next(iter(points)).load()
     return make(entry, members_of(config, bus))
 
