@@ -49,7 +49,7 @@ class _Filter:
         named, sender = row.named, row.message.sender
         if self._kind and self._kind not in named.kind.lower():
             return False
-        if self._node and self._node not in named.node.lower() and self._node not in sender.lower():
+        if self._node and not named.concerns(self._node) and self._node not in sender.lower():
             return False
         if not self._words:
             return True

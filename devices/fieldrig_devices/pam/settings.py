@@ -1,7 +1,7 @@
 """Settings of a PAM in a rig file."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import datetime
 from typing import Final, Literal
 
@@ -10,12 +10,17 @@ from pydantic import Field
 from fieldrig.clock import MS
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
 from fieldrig_devices.languages.source_file import LONGEST, decoded
+from fieldrig_devices.pam.application_files import reader_beside
+from fieldrig_devices.pam.declared_nodes import described_nodes
+from fieldrig_devices.pam.language.compiler import checked
+from fieldrig_devices.pam.language.items import Program
 from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.runtime.compiler import DEFAULT_CYCLE
 from fieldrig_devices.pam.runtime.processor import Limits
 from fieldrig_devices.pam.runtime.readings import Readings
+from fieldrig_devices.pamring.described import DescribedNode
 from fieldrig_devices.pamring.settings import RingLimits
 
 _RING: Final = RingLimits()
@@ -120,6 +125,19 @@ class PamSettings(Settings):
         ring = self.ring.model_dump()
         times = {f"{name}_ns": ring.pop(f"{name}_ms") * 1_000_000 for name in _RING_TIMES}
         return RingLimits(thirds=thirds, **ring, **times)
+
+    def program(self) -> Program | None:
+        """Return the application as far as tools need it; None for one with mistakes."""
+        path = self.application
+        read = reader_beside(path)
+        program, mistakes = checked(
+            decoded(path.read_bytes()), path.name, read, ignores_case=self.programs.ignores_case
+        )
+        return None if any(not mistake.is_note for mistake in mistakes) else program
+
+    def ring_objects(self) -> Mapping[int, DescribedNode]:
+        program = self.program()
+        return {} if program is None else described_nodes(program)
 
     def limits(self) -> Limits:
         return Limits(self.programs.statements_per_ms, self.programs.is_overrun_fatal)

@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
 
 from fieldrig.bus import Bus
 from fieldrig.points.values import counted
-from fieldrig.traces.names import Member, Named, Namer
+from fieldrig.traces.names import MOST_SHOWN, Member, Named, Namer
 from fieldrig_bus.ring.sercos.message import BROADCAST, Answers, Cycle, show
 from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos import words
@@ -22,8 +22,6 @@ from fieldrig_devices.sercos.telegram import AT_HEAD, CONFIGURED, HEAD_BYTES, ST
 PHASE_MASK: Final = 7
 CONFIGURATION: Final = (std.RECORD_POSITION, std.TELEGRAM_TYPE, std.AT_CONFIGURATION, std.MDT_CONFIGURATION)
 """The data that say what the telegrams of a drive carry."""
-MOST_SHOWN: Final = 6
-"""Drives in the text of one message."""
 _HEAD: Final = struct.Struct("<HH")
 STATES: Final = {
     words.NOT_READY: "not ready",
@@ -154,7 +152,9 @@ class SercosNames:
         if len(told) > MOST_SHOWN:
             texts.append(f"{len(told) - MOST_SHOWN} more")
         text = "; ".join(part for part in (head, *texts) if part)
-        return Named(f"CP{self._phase} {what}", next(iter(told)) if len(told) == 1 else "", text)
+        is_one = len(told) == 1
+        nodes = () if is_one else tuple(told)
+        return Named(f"CP{self._phase} {what}", next(iter(told)) if is_one else "", text, nodes)
 
     def _in_mdt(self, mdt: bytes) -> Iterator[tuple[str, str]]:
         if len(mdt) == 1 + HEAD_BYTES and mdt[0] != BROADCAST:

@@ -6,7 +6,7 @@ is named in the same way.  A namer reads the messages of one bus in their order,
 request.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.metadata import entry_points
 from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
 
@@ -27,11 +27,40 @@ class Named(NamedTuple):
     """The device that it comes from or goes to, by its name in the rig; empty if there is none, or several."""
     text: str
     """Its content, in one line."""
+    nodes: tuple[str, ...] = ()
+    """All devices that it comes from or goes to, if they are several."""
+
+    def concerns(self, word: str) -> bool:
+        """Return whether a name of its devices contains this word, in small letters."""
+        return any(word in name.lower() for name in (self.node, *self.nodes))
+
+
+MOST_SHOWN: Final = 6
+"""Devices in the text of one message."""
+
+
+def of_several(empty: str, parts: Iterable[tuple[str, str, str]], head: str = "") -> Named:
+    """Return a message that consists of parts, each with its kind, its device and its text.
+
+    `empty` is the kind of a message without a part, and `head` begins the text.
+    """
+    listed = list(parts)
+    kinds = tuple(dict.fromkeys(kind for kind, _, _ in listed))
+    told: dict[str, list[str]] = {}
+    for kind, node, text in listed:
+        told.setdefault(node, []).append(f"{kind} {text}".rstrip() if len(kinds) > 1 else text)
+    kind = ", ".join(kinds) or empty
+    if len(told) == 1:
+        node, texts = next(iter(told.items()))
+        return Named(kind, node, "; ".join(filter(None, (head, *texts))))
+    texts = [f"{node}: {', '.join(filter(None, texts))}".removesuffix(": ") for node, texts in told.items()]
+    more = [f"{len(texts) - MOST_SHOWN} more"] if len(texts) > MOST_SHOWN else []
+    return Named(kind, "", "; ".join(filter(None, (head, *texts[:MOST_SHOWN], *more))), tuple(told))
 
 
 def in_words(named: Named) -> str:
     """Return the whole of it in one line, such as `SDO read belt 6041:00 Statusword`."""
-    return " ".join(part for part in named if part)
+    return " ".join(part for part in named[:3] if part)
 
 
 class Member(NamedTuple):
