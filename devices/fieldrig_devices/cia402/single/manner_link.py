@@ -20,8 +20,8 @@ NMT, SYNC, ANSWER, REQUEST, ERROR_CONTROL = 0x000, 0x080, 0x580, 0x600, 0x700
 RESET_NODE: Final = 0x81
 GOLDEN: Final = 0.618034
 PRE_OPERATIONAL: Final = b"\x7f"
-STORE: Final = b"\x10\x10"
-"""The index 1010h, as a request has it."""
+SAVE: Final = (b"\x23\x10\x10", b"save")
+"""A request that saves: a download of 4 bytes to 1010h, and the signature behind the sub-index (CiA 301, 7.5.2.13)."""
 
 
 class MannerLink:
@@ -97,7 +97,7 @@ class MannerLink:
             if self._manner.loses_first_sdo and not self._has_lost:
                 self._has_lost = True
                 return
-            self._is_saving = message.data[1:3] == STORE and message.data[:1] != b"\x40"
+            self._is_saving = message.data[3:4] != b"\0" and (message.data[:3], message.data[4:]) == SAVE
         handler(message)
 
     def _takes_reset(self, data: bytes) -> bool:

@@ -9,6 +9,7 @@ from pydantic import ConfigDict, Field, model_validator
 from fieldrig.errors import Mistake
 from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig.text.nearest import closest
+from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds import reader
 from fieldrig_devices.canopen.node_settings import CanopenSettings
@@ -202,6 +203,17 @@ class Cia402DriveSettings(CanopenSettings):
         if self.eds == EDS:
             scale_speeds(dictionary, self.chosen_behaviour().velocity_unit, self.objects)
         return dictionary
+
+    def canopen_nodes(self) -> Iterator[DescribedNode]:
+        """Yield the drive with what it has at power-on.  Values that no master can write remain those of the EDS."""
+        node_id = self.node_id or reader.CHECKED_AS
+        described = {variable.key: variable.start for variable in reader.describe(self.eds, node_id).variables}
+        changed = {
+            variable.key: variable.value
+            for variable in self.dictionary(node_id)
+            if variable.access.is_writable and variable.start != described[variable.key]
+        }
+        yield DescribedNode(self.node_id, self.eds, {**changed, **self.objects})
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield from super().claims(device)

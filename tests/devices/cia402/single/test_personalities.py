@@ -455,6 +455,19 @@ def test_saving_takes_its_time_in_silence() -> None:
     assert bench.send(ASK_1000H) == [ANSWER_TO_1000H]
 
 
+@pytest.mark.parametrize(
+    ("asked", "answer"),
+    [
+        ("40 10 10 01 00 00 00 00", "43 10 10 01 01 00 00 00"), ("23 10 10 01 67 6e 61 77", "80 10 10 01 20 00 00 08"),
+        ("2f 10 10 00 00 00 00 00", "80 10 10 00 02 00 01 06"),
+    ],
+)  # fmt: skip
+def test_what_saves_nothing_is_answered_at_once(asked: str, answer: str) -> None:
+    """Reading 1010h, a wrong signature, and a write of the number of its entries (CiA 301, 7.5.2.13)."""
+    bench = drive(save_ms=3_000, silent_while_saving=True)
+    assert bench.send(f"605#{asked}") == [f"585#{answer.upper()}"]
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_objects_that_a_personality_lacks_are_not_there(name: str) -> None:
     bench = SingleDriveBench(personality=name, behaviour=QUICK_ANSWERS)
