@@ -10,13 +10,16 @@ from pydantic import Field
 from fieldrig.clock import MS
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
 from fieldrig_devices.languages.source_file import LONGEST, decoded
+from fieldrig_devices.line_names.described import LineReader
 from fieldrig_devices.pam.application_files import reader_beside
 from fieldrig_devices.pam.declared_nodes import described_nodes
 from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.language.items import Program
+from fieldrig_devices.pam.language.ports import ports_of
 from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
 from fieldrig_devices.pam.ports.options import PortOptions
+from fieldrig_devices.pam.ports.rs422.names import Rs422Reader
 from fieldrig_devices.pam.runtime.compiler import DEFAULT_CYCLE
 from fieldrig_devices.pam.runtime.processor import Limits
 from fieldrig_devices.pam.runtime.readings import Readings
@@ -138,6 +141,14 @@ class PamSettings(Settings):
     def ring_objects(self) -> Mapping[int, DescribedNode]:
         program = self.program()
         return {} if program is None else described_nodes(program)
+
+    def line_reader(self, link: str, device: str) -> LineReader | None:
+        """Return a reader of the telegrams at the link `rs422`."""
+        if link != "rs422":
+            return None
+        program = self.program()
+        plans = [] if program is None else ports_of(program)
+        return Rs422Reader(device, [each for plan in plans if plan.kind == "RS422 PORT" for each in plan.variables])
 
     def limits(self) -> Limits:
         return Limits(self.programs.statements_per_ms, self.programs.is_overrun_fatal)

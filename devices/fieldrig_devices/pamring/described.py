@@ -1,4 +1,4 @@
-"""What a master says of its ring: the objects of its application by node, for tools that name its frames.
+"""The objects of a master's application by node, for tools that name the frames of its ring.
 
 A device says so by the method `ring_objects` of its settings.
 """

@@ -14,7 +14,9 @@ from fieldrig_devices.arp.language.files import HIGHEST_SYSTEM
 from fieldrig_devices.arp.parameters import GENERAL, GENERAL_PARAMETERS, PARAMETERS, Par, Parameter
 from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs, Slices
+from fieldrig_devices.arp.user_port.names import UserPortReader
 from fieldrig_devices.arp.user_port.server import UserPortSettings
+from fieldrig_devices.line_names.described import LineReader
 
 Values = dict[int, int | float]
 """Parameters of one group in engineering units, by number."""
@@ -175,6 +177,10 @@ class ArpSettings(Settings):
         names = wire_names(device, self.signals)
         for terminal in OUTPUTS:
             yield Claim("wires", "wire", names[terminal], ("signals", terminal))
+
+    def line_reader(self, link: str, device: str) -> LineReader | None:
+        """Return a reader of the frames at the link `user`."""
+        return UserPortReader() if link == "user" else None
 
     @property
     def needs_can(self) -> bool:
