@@ -25,7 +25,7 @@ from fieldrig_devices.cia402.motor import Kind, Motor
 from fieldrig_devices.cia402.options import HALT_OPTIONS, Options, Ramp
 from fieldrig_devices.cia402.pace import NO_BAND
 from fieldrig_devices.cia402.window import Window
-from fieldrig_devices.motion.profile import brake
+from fieldrig_devices.motion.smooth import brake
 
 INTERNAL_LIMIT: Final = 0x0800
 """Bit of the status word."""
@@ -157,7 +157,7 @@ class AxisDrive:
         self.is_moving = self._is_halted = False
         self.is_ramp = True
         limits = self._context.ramp_limits(ramp) if self.shown_mode == NO_MODE else self.mode.ramp_limits(ramp)
-        motion.start(brake(motion.speed, limits))
+        motion.start(brake(motion.speed, limits, motion.acceleration))
 
     def go_on(self) -> None:
         was_ramp, self.is_ramp = self.is_ramp, False

@@ -13,6 +13,7 @@ from fieldrig_devices.cia402.motion import Motion
 from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.options import Ramp
 from fieldrig_devices.cia402.pace import Pace
+from fieldrig_devices.cia402.permitted import JERK_LIMITED
 from fieldrig_devices.cia402.units import BITS_32, Direction, Units, turn_of, units_of
 from fieldrig_devices.motion.profile import Limits
 from fieldrig_devices.motion.travel import Travel
@@ -139,10 +140,19 @@ class Context:
         return min(numbers[objects.MAX_TORQUE], numbers[objects.MAX_CURRENT])
 
     def profile_limits(self, speed: float | None = None) -> Limits:
-        """Profile limits from 6083h and 6084h, with the speed from 6081h unless it is given."""
+        """Profile limits from 6083h, 6084h and 60A4h, with the speed from 6081h unless it is given."""
         numbers = self.objects
         wanted = numbers[objects.PROFILE_VELOCITY] if speed is None else speed
-        return self.limits(wanted, numbers[objects.PROFILE_ACCELERATION], numbers[objects.PROFILE_DECELERATION])
+        limits = self.limits(wanted, numbers[objects.PROFILE_ACCELERATION], numbers[objects.PROFILE_DECELERATION])
+        return limits._replace(jerk=self._jerk)
+
+    @property
+    def _jerk(self) -> float:
+        """The jerk of a profile in increments per second cubed; it has no limit unless 6086h says so."""
+        numbers = self.objects
+        if numbers[objects.PROFILE_TYPE] != JERK_LIMITED:
+            return inf
+        return self.rate(numbers.numbers[objects.PROFILE_JERK, 1])
 
     def ramp_limits(self, ramp: Ramp) -> Limits:
         index = {
@@ -151,7 +161,8 @@ class Context:
             Ramp.LIMIT: objects.MAX_DECELERATION,
         }[ramp]
         rate = self.objects[index]
-        return self.limits(self.objects[objects.MAX_VELOCITY], rate, rate)
+        limits = self.limits(self.objects[objects.MAX_VELOCITY], rate, rate)
+        return limits._replace(jerk=self._jerk) if ramp is Ramp.SLOW_DOWN else limits
 
     def _range(self) -> tuple[float, float] | None:
         numbers = self.objects.numbers

@@ -19,6 +19,11 @@ class Motion:
         return self._seconds >= self._duration_s
 
     @property
+    def acceleration(self) -> float:
+        """That of the profile at this instant."""
+        return self._profile.values_at(self._seconds)[2]
+
+    @property
     def end(self) -> float:
         """The position at which the profile reaches its end speed."""
         return self._begin + self._distance

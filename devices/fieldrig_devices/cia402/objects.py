@@ -81,6 +81,8 @@ FEED_CONSTANT: Final = 0x6092
 HOMING_METHOD: Final = 0x6098
 HOMING_SPEED: Final = 0x6099
 HOMING_ACCELERATION: Final = 0x609A
+JERK_USE: Final = 0x60A3
+PROFILE_JERK: Final = 0x60A4
 POSITION_OFFSET: Final = 0x60B0
 VELOCITY_OFFSET: Final = 0x60B1
 TORQUE_OFFSET: Final = 0x60B2
@@ -163,6 +165,7 @@ NAMES: Final = {
     GEAR_RATIO: "Gear ratio",
     FEED_CONSTANT: "Feed constant",
     HOMING_SPEED: "Homing speeds",
+    PROFILE_JERK: "Profile jerk",
     PROBE_SOURCE: "Touch probe source",
     DATA_RECORD: "Interpolation data record",
     INTERPOLATION_TIME: "Interpolation time period",
@@ -251,7 +254,7 @@ ROWS: Final = [
     Row(PROFILE_ACCELERATION, None, "Profile acceleration", U32, "rw", 10_000_000, is_mappable=True, low=1),
     Row(PROFILE_DECELERATION, None, "Profile deceleration", U32, "rw", 10_000_000, is_mappable=True, low=1),
     Row(QUICK_STOP_DECELERATION, None, "Quick stop deceleration", U32, "rw", 100_000_000, low=1),
-    Row(PROFILE_TYPE, None, "Motion profile type", I16, "rw", low=0, high=0),
+    Row(PROFILE_TYPE, None, "Motion profile type", I16, "rw", low=0, high=3),
     Row(TORQUE_SLOPE, None, "Torque slope", U32, "rw", 1_000, low=1),
     Row(TORQUE_PROFILE, None, "Torque profile type", I16, "rw", low=0, high=0),
     *_array(
@@ -266,6 +269,8 @@ ROWS: Final = [
         (("speed during search for switch", 500_000), ("speed during search for zero", 50_000)),
     ),
     Row(HOMING_ACCELERATION, None, "Homing acceleration", U32, "rw", 5_000_000, low=1),
+    Row(JERK_USE, None, "Profile jerk use", U8, "rw", 1, low=1, high=1),
+    Row(PROFILE_JERK, 1, "Profile jerk, profile jerk 1", U32, "rw", 100_000_000, low=1),
     Row(POSITION_OFFSET, None, "Position offset", I32, "rww", is_mappable=True),
     Row(VELOCITY_OFFSET, None, "Velocity offset", I32, "rww", is_mappable=True),
     Row(TORQUE_OFFSET, None, "Torque offset", I16, "rww", is_mappable=True),

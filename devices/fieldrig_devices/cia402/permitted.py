@@ -18,6 +18,10 @@ FROM_ACTUAL: Final = 2
 RELATIVE_OPTION: Final = 0x0003
 """Bits 0 and 1 of 60F2h; bits 6 and 7 are the direction within the range, and the others are not supported."""
 DIRECTION_OPTION: Final = 0x00C0
+LINEAR, JERK_LIMITED = 0, 3
+"""Values of 6086h; sin2 ramps (1) and jerk-free ramps (2) are not supported."""
+ONE_JERK: Final = 1
+"""Value of 60A3h: one jerk for all parts of a profile."""
 PROBE_1, PROBE_2, HARDWARE_ZERO, SOFTWARE_ZERO = 1, 2, 5, 6
 """Sources in 60D0h."""
 PROBE_SOURCE: Final = 0x0C
@@ -53,6 +57,8 @@ def start_rules(behaviour: Behaviour, modes: Collection[int]) -> dict[Key, Rule]
         (objects.PROBE_FUNCTION, 0): PROBE_FUNCTION,
         (objects.PROBE_SOURCE, 1): PROBE_SOURCES,
         (objects.PROBE_SOURCE, 2): PROBE_SOURCES,
+        (objects.PROFILE_TYPE, 0): PROFILE_TYPES,
+        (objects.JERK_USE, 0): JERK_USES,
     }
 
 
@@ -73,5 +79,7 @@ def _is_function(word: int) -> bool:
 
 
 POSITIONING: Final = Rule(_is_option, "bits 0 and 1 from 0 to 2, bits 6 and 7, and no others")
+PROFILE_TYPES: Final = _one_of((LINEAR, JERK_LIMITED))
+JERK_USES: Final = _one_of((ONE_JERK,))
 PROBE_FUNCTION: Final = Rule(_is_function, "a source from 0 to 2 in bits 2 and 3, and in bits 10 and 11")
 PROBE_SOURCES: Final = _one_of((PROBE_1, PROBE_2, HARDWARE_ZERO, SOFTWARE_ZERO))

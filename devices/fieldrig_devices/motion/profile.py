@@ -18,6 +18,8 @@ class Limits(NamedTuple):
     speed: float
     acceleration: float
     deceleration: float
+    jerk: float = math.inf
+    """The profiles of this module have none; those of `jerk` do."""
 
 
 class State(NamedTuple):
@@ -132,7 +134,7 @@ def _step(speed: float, wanted: float, limits: Limits) -> tuple[float, float]:
 
 def _straight(distance: float, speed: float, limits: Limits) -> list[tuple[float, float]]:
     """Return the steps of a trapezoid or triangle.  `speed` is a magnitude; the distance must suffice for stopping."""
-    top, a, d = limits
+    top, a, d, _ = limits
     length = abs(distance)
     if speed > top:
         before = (speed - top) / d, -d

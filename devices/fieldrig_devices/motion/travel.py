@@ -5,9 +5,11 @@ reading: an axis that runs onto a switch is stopped, and its direction stays bar
 switch, until the axis is commanded the other way or to stand still.  The unit of length is the caller's.
 """
 
+from math import inf
 from typing import Final, Protocol
 
-from fieldrig_devices.motion.profile import Limits, Profile, brake, move
+from fieldrig_devices.motion.profile import Limits, Profile
+from fieldrig_devices.motion.smooth import brake, move
 
 NEGATIVE, POSITIVE = 0x1, 0x2
 """Bits of the limit switches, as in 60FDh."""
@@ -71,7 +73,13 @@ class Travel:
         return min(max(position, low), high)
 
     def stop_ahead(
-        self, position: float, speed: float, wanted: float, limits: Limits, cycle_s: float
+        self,
+        position: float,
+        speed: float,
+        wanted: float,
+        limits: Limits,
+        cycle_s: float,
+        acceleration: float = 0.0,
     ) -> Profile | None:
         """Return the profile that stops at the software limit ahead, or None while there is no need to brake yet.
 
@@ -82,13 +90,22 @@ class Travel:
             return None
         way = ends[1] - position if direction > 0 else position - ends[0]
         soon = min(abs(speed) + limits.acceleration * cycle_s, max(abs(speed), abs(wanted)))
-        if way > soon * soon / (2 * limits.deceleration) + soon * cycle_s:
+        if way > _stopping_way(soon, limits, acceleration, cycle_s) + soon * cycle_s:
             return None
         self.is_limited = True
         if way <= 0:
-            return brake(speed, limits)
-        return move(way if direction > 0 else -way, speed, limits._replace(speed=abs(wanted or speed)))
+            return brake(speed, limits, acceleration)
+        slower = limits._replace(speed=abs(wanted or speed))
+        return move(way if direction > 0 else -way, speed, slower, acceleration)
 
     def release(self) -> None:
         """Release the axis at the start of another motion."""
         self.held, self.is_limited = 0, False
+
+
+def _stopping_way(speed: float, limits: Limits, acceleration: float, cycle_s: float) -> float:
+    """Return the way from a speed, without its sign, to rest, after one more cycle of the present acceleration."""
+    if limits.jerk == inf:
+        return speed * speed / (2 * limits.deceleration)
+    soon = min(abs(acceleration) + limits.jerk * cycle_s, limits.acceleration)
+    return brake(speed, limits, soon).distance

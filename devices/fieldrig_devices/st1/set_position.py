@@ -178,7 +178,7 @@ class SetPosition:
 
     def _limits_of(self, order: AxisOrder) -> Limits:
         """Return the limits of an order, clipped to those of the axis (PAML-048, PAML-049)."""
-        speed, most, _ = self._limits
+        speed, most = self._limits.speed, self._limits.acceleration
         acceleration = min(order.acceleration, most) if order.acceleration > 0 else most
         deceleration = min(order.deceleration, most) if order.deceleration > 0 else acceleration
         return Limits(min(order.speed, speed) if order.speed > 0 else speed, acceleration, deceleration)

@@ -192,7 +192,7 @@ class Axes:
             return
         cam = ElectronicCam(follower, self._master, table, self._readings.zero_offset_step == "ignore")
         if cam.is_inside:
-            _, acceleration, deceleration = follower.overrides.of(follower.setup)
+            _, acceleration, deceleration = follower.overrides.of(follower.setup)[:3]
             cam.enter(follower, Limits(follower.setup.entry_speed, acceleration, deceleration))
 
     def _movable(self, axis: int) -> Axis | None:
@@ -209,7 +209,7 @@ class Axes:
         setup = self._slave.setup
         if setup.master_speed <= 0:
             raise TableError("@ParX[24] of the slave must be greater than 0")
-        speed, acceleration, _ = self._slave.overrides.of_electronic_cam(setup)
+        speed, acceleration, _ = self._slave.overrides.of_electronic_cam(setup)[:3]
         demand = Demand(setup.master_speed, speed, acceleration)
         points = read_points(self._variables, first)
         return CamTable(points, self._master.setup.span, setup.span, demand, self._readings.pst_join)

@@ -94,5 +94,5 @@ class Overrides:
 
     def of_electronic_cam(self, setup: Setup) -> Limits:
         """Limits of an electronic cam, whose acceleration is the smaller of the two (digest 13.2)."""
-        speed, acceleration, deceleration = self.of(setup)
+        speed, acceleration, deceleration = self.of(setup)[:3]
         return Limits(speed, min(acceleration, deceleration), min(acceleration, deceleration))

@@ -12,7 +12,8 @@ from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.motor import Kind
 from fieldrig_devices.cia402.options import Ramp
 from fieldrig_devices.cia402.pace import NO_BAND
-from fieldrig_devices.motion.profile import Limits, brake
+from fieldrig_devices.motion.profile import Limits
+from fieldrig_devices.motion.smooth import brake
 
 HALT: Final = 0x0100
 """Bit of the control word."""
@@ -57,7 +58,8 @@ class Mode:
         self.brake(ramp)
 
     def brake(self, ramp: Ramp) -> None:
-        self.context.motion.start(brake(self.context.motion.speed, self.ramp_limits(ramp)))
+        motion = self.context.motion
+        motion.start(brake(motion.speed, self.ramp_limits(ramp), motion.acceleration))
 
     def ramp_limits(self, ramp: Ramp) -> Limits:
         """The profile limits of a ramp that brings the axis to rest in this mode."""
@@ -66,7 +68,7 @@ class Mode:
     def come_to_rest(self) -> None:
         """Bring the axis to rest if it still moves from another mode."""
         motion = self.context.motion
-        motion.start(brake(motion.speed, self.context.profile_limits()))
+        motion.start(brake(motion.speed, self.context.profile_limits(), motion.acceleration))
 
     def go_on(self) -> None:
         """Resume after a halt."""

@@ -14,10 +14,11 @@ from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.mode import BIT_12, TARGET_REACHED, Mode
 from fieldrig_devices.cia402.options import Ramp
-from fieldrig_devices.cia402.permitted import FROM_ACTUAL, POSITIONING, RELATIVE_OPTION
+from fieldrig_devices.cia402.permitted import FROM_ACTUAL, JERK_USES, POSITIONING, PROFILE_TYPES, RELATIVE_OPTION
 from fieldrig_devices.cia402.units import Direction
 from fieldrig_devices.cia402.window import Window
-from fieldrig_devices.motion.profile import Limits, move, pass_through
+from fieldrig_devices.motion.profile import Limits
+from fieldrig_devices.motion.smooth import move, pass_through
 
 NEW_SET_POINT: Final = 0x0010
 CHANGE_IMMEDIATELY: Final = 0x0020
@@ -70,7 +71,11 @@ class ProfilePosition(Mode):
         self._is_acknowledged = False
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
-        return {(objects.POSITIONING_OPTION, 0): POSITIONING.check}
+        return {
+            (objects.POSITIONING_OPTION, 0): POSITIONING.check,
+            (objects.PROFILE_TYPE, 0): PROFILE_TYPES.check,
+            (objects.JERK_USE, 0): JERK_USES.check,
+        }
 
     def control(self, word: int, rising: int) -> None:
         was_asked, self._is_asked = self._is_asked, bool(word & NEW_SET_POINT)
@@ -138,7 +143,7 @@ class ProfilePosition(Mode):
             bool(self._waiting) and self._waiting[0].is_passed and distance != 0 and distance * motion.speed >= 0
         )
         profile = pass_through if self._is_passing else move
-        motion.start(profile(distance, motion.speed, self._limits), seconds)
+        motion.start(profile(distance, motion.speed, self._limits, motion.acceleration), seconds)
 
     def go_on(self) -> None:
         super().go_on()

@@ -6,7 +6,8 @@ Set values are positions, so that the axis holds its position after a stop.
 from fieldrig_devices.cia402.context import Context
 from fieldrig_devices.cia402.modes.mode import Mode
 from fieldrig_devices.cia402.options import Ramp
-from fieldrig_devices.motion.profile import Limits, change_speed
+from fieldrig_devices.motion.profile import Limits
+from fieldrig_devices.motion.smooth import change_speed
 
 
 class SpeedMode(Mode):
@@ -39,7 +40,8 @@ class SpeedMode(Mode):
         limits = self.limits()
         context.travel.is_limited = abs(self._asked) > limits.speed
         self._wanted = min(max(self._asked, -limits.speed), limits.speed)
-        context.motion.start(change_speed(context.motion.speed, self._wanted, limits))
+        motion = context.motion
+        motion.start(change_speed(motion.speed, self._wanted, limits, motion.acceleration))
 
     def go_on(self) -> None:
         super().go_on()
@@ -67,7 +69,9 @@ class SpeedMode(Mode):
     def _watch_limits(self) -> None:
         """Start the stop at a software limit in time."""
         context, motion = self.context, self.context.motion
-        way = context.travel.stop_ahead(motion.position, motion.speed, self._wanted, self.limits(), context.cycle_s)
+        way = context.travel.stop_ahead(
+            motion.position, motion.speed, self._wanted, self.limits(), context.cycle_s, motion.acceleration
+        )
         if way is not None:
             self._is_ending = True
             motion.start(way)

@@ -43,7 +43,7 @@ SPEEDS: Final = frozenset({
 })  # fmt: skip
 RATES: Final = frozenset({
     objects.PROFILE_ACCELERATION, objects.PROFILE_DECELERATION, objects.QUICK_STOP_DECELERATION,
-    objects.HOMING_ACCELERATION, objects.MAX_ACCELERATION, objects.MAX_DECELERATION,
+    objects.HOMING_ACCELERATION, objects.MAX_ACCELERATION, objects.MAX_DECELERATION, objects.PROFILE_JERK,
 })  # fmt: skip
 CONSTANTS: Final = (objects.SUPPORTED_MODES, objects.RATED_TORQUE, objects.RATED_CURRENT, objects.DEVICE_TYPE)
 """Objects that describe drive and motor."""

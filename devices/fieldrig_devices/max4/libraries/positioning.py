@@ -94,8 +94,8 @@ def functions(motion: Motion) -> Mapping[str, NativeFunction]:
         if isinstance(scaled_axis, Result):
             return (int(scaled_axis),)
         axis, scale = scaled_axis
-        scaled = Limits(*(value * abs(scale) for value in limits))
-        if not is_usable(way * scale, *scaled) or min(scaled) < SMALLEST:
+        scaled = Limits(*(value * abs(scale) for value in limits[:3]))
+        if not is_usable(way * scale, *scaled[:3]) or min(scaled) < SMALLEST:
             return (int(Result.WRONG_VALUE),)
         start(positioner(axis), way * scale, scaled)
         return (int(Result.TAKEN),)

@@ -1,14 +1,10 @@
 """The PMP generator: moves with a limited jerk, also forward and backward without a stop (PAML-600 to PAML-608)."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
 
+from fieldrig_devices.motion.jerk import JerkProfile, largest
 from fieldrig_devices.pam.pipes.generator import Generator
-
-_HALVINGS: Final = 80
-"""Steps of the searches by halving, beyond the digits of a float."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,85 +17,6 @@ class PmpLimits:
     jerk: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Piece:
-    seconds: float
-    position: float
-    speed: float
-    acceleration: float
-    jerk: float
-
-    def at(self, t: float) -> tuple[float, float, float]:
-        speed = self.speed + (self.acceleration + self.jerk * t / 2) * t
-        position = self.position + (self.speed + (self.acceleration / 2 + self.jerk * t / 6) * t) * t
-        return position, speed, self.acceleration + self.jerk * t
-
-
-class JerkProfile:
-    """Pieces of constant jerk from position 0, at rest or in motion; behind them the speed remains."""
-
-    def __init__(self, speed: float = 0.0, acceleration: float = 0.0) -> None:
-        self.pieces: list[_Piece] = []
-        self.duration_s = 0.0
-        self._end = (0.0, speed, acceleration)
-
-    @property
-    def distance(self) -> float:
-        return self._end[0]
-
-    def relax(self, jerk: float) -> None:
-        """Bring the acceleration to 0."""
-        acceleration = self._end[2]
-        self._add(abs(acceleration) / jerk, -math.copysign(jerk, acceleration))
-        self._end = (*self._end[:2], 0.0)
-
-    def ramp(self, speed: float, acceleration: float, jerk: float) -> None:
-        """Go from the present speed to another with an acceleration that is a trapezoid, or a triangle if short."""
-        change = speed - self._end[1]
-        sign = 1.0 if change >= 0 else -1.0
-        rise_s = min(acceleration / jerk, (abs(change) / jerk) ** 0.5)
-        hold_s = abs(change) / (rise_s * jerk) - rise_s if rise_s > 0 else 0.0
-        self._add(rise_s, sign * jerk)
-        self._add(max(hold_s, 0.0), 0.0)
-        self._add(rise_s, -sign * jerk)
-        self._end = (self._end[0], speed, 0.0)
-
-    def cruise(self, seconds: float) -> None:
-        self._add(seconds, 0.0)
-
-    def then(self, pieces: "JerkProfile", sign: float) -> None:
-        """Add another motion that ends at rest, mirrored if the sign is negative."""
-        for piece in pieces.pieces:
-            self._add(piece.seconds, sign * piece.jerk)
-        self._end = (self._end[0], 0.0, 0.0)
-
-    def _add(self, seconds: float, jerk: float) -> None:
-        if seconds > 0:
-            piece = _Piece(seconds, *self._end, jerk)
-            self.pieces.append(piece)
-            self.duration_s += seconds
-            self._end = piece.at(seconds)
-
-    def at(self, seconds: float) -> tuple[float, float, float]:
-        """Return position, speed and acceleration."""
-        for piece in self.pieces:
-            if seconds < piece.seconds:
-                return piece.at(max(seconds, 0.0))
-            seconds -= piece.seconds
-        return self._end[0] + self._end[1] * seconds, self._end[1], 0.0
-
-    def turning_position(self) -> float:
-        """Return the position at which the speed passes through zero."""
-        for piece in self.pieces:
-            if piece.speed > 0 and piece.at(piece.seconds)[1] <= 0:
-                low, high = 0.0, piece.seconds
-                for _ in range(_HALVINGS):
-                    middle = (low + high) / 2
-                    low, high = (middle, high) if piece.at(middle)[1] > 0 else (low, middle)
-                return piece.at(low)[0]
-        return self._end[0]
-
-
 def single(distance: float, limits: PmpLimits) -> JerkProfile:
     """Return the motion over a distance above 0.  A short one does not reach the speed (PAML-604)."""
 
@@ -110,7 +27,7 @@ def single(distance: float, limits: PmpLimits) -> JerkProfile:
         profile.ramp(0.0, limits.acceleration, limits.jerk)
         return profile
 
-    speed = limits.first_speed * _largest(lambda share: motion(limits.first_speed * share, 0.0).distance <= distance)
+    speed = limits.first_speed * largest(lambda share: motion(limits.first_speed * share, 0.0).distance <= distance)
     return motion(speed, (distance - motion(speed, 0.0).distance) / speed)
 
 
@@ -135,20 +52,9 @@ def forward_backward(forward: float, backward: float, limits: PmpLimits) -> Jerk
         turning = shortest.turning_position()
         return forward - turning, backward - (turning - shortest.distance)
 
-    share = _largest(lambda share: min(left(share)) >= 0)
+    share = largest(lambda share: min(left(share)) >= 0)
     first, last = left(share)
     return motion(share, first / (limits.first_speed * share), last / (limits.last_speed * share))
-
-
-def _largest(fits: Callable[[float], bool]) -> float:
-    """Return the largest share from 0 to 1 that fits."""
-    if fits(1.0):
-        return 1.0
-    low, high = 0.0, 1.0
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        low, high = (middle, high) if fits(middle) else (low, middle)
-    return low or high
 
 
 class PmpGenerator(Generator):
@@ -171,14 +77,14 @@ class PmpGenerator(Generator):
 
     @property
     def speed(self) -> float:
-        return self._way.at(self._seconds)[1] if self.is_active else 0.0
+        return self._way.values_at(self._seconds)[1] if self.is_active else 0.0
 
     @property
     def acceleration(self) -> float:
-        return self._way.at(self._seconds)[2] if self.is_active else 0.0
+        return self._way.values_at(self._seconds)[2] if self.is_active else 0.0
 
     def _moved(self, seconds: float) -> float:
-        return self._way.at(seconds)[0]
+        return self._way.values_at(seconds)[0]
 
     def _rest(self) -> None:
         self._way = JerkProfile()

@@ -47,7 +47,7 @@ def test_trapezoid_of_the_manual_takes_10_3_s(sign: int) -> None:
     trajectory = move(sign * 10_000.0, 0.0, LIMITS)
     assert trajectory.duration_s == pytest.approx(10.3, abs=1e-12)
     for t in samples(trajectory):
-        assert trajectory.at(t).position == pytest.approx(sign * closed_trapezoid(t, *LIMITS, 10_000.0), abs=1e-8)
+        assert trajectory.at(t).position == pytest.approx(sign * closed_trapezoid(t, *LIMITS[:3], 10_000.0), abs=1e-8)
 
 
 @pytest.mark.manual("ARP-095")

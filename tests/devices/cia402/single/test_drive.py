@@ -1,6 +1,7 @@
 """A single drive with motor and load: modes of operation, faults, terminals; torques and times from physics."""
 
 from collections.abc import Callable
+from itertools import pairwise
 from math import pi, tau
 from typing import Any
 
@@ -383,3 +384,52 @@ def test_another_encoder_shows_in_608f_and_not_in_user_units() -> None:
     bench.after(300)
     assert bench.read("position") == pytest.approx(2 * pi, abs=0.01)
     assert bench.get(0x6063) == pytest.approx(4_096, abs=2)
+
+
+# ---- profiles with a limited jerk
+
+
+def test_a_move_with_a_limited_jerk_takes_longer_and_ends_at_the_same_place(bench: SingleDriveBench) -> None:
+    """Two turns at a turn a second: ramps of 1 / 10 + 10 / 100 = 0.2 s instead of 0.1 s, so 2.2 s instead of 2.1 s."""
+    bench.put(0x6086, 3).put(0x60A4, 100 * TURN, 1).enabled(PP).put(0x607A, 2 * TURN).control(0x1F)
+    assert bench.until(lambda: bench.drive.axis.status_word & 0x0400 != 0) == pytest.approx(2_200, abs=30)
+    bench.after(200)
+    assert bench.get(0x6062) == 2 * TURN
+    assert bench.get(0x6064) == pytest.approx(2 * TURN, abs=20)
+
+
+@pytest.mark.parametrize(("mode", "target"), [(PP, 0x607A), (PV, 0x60FF)])
+def test_neither_acceleration_nor_jerk_of_the_demand_is_exceeded(
+    bench: SingleDriveBench, mode: int, target: int
+) -> None:
+    """606Bh, each millisecond, while the target changes in the middle of a ramp, and a halt comes in another one."""
+    bench.put(0x6086, 3).put(0x60A4, 50 * TURN, 1).put(0x6084, 5 * TURN).enabled(mode)
+    speeds = []
+    motion = bench.drive.axis.drive._motion
+    for wanted, word in ((TURN, 0x0F), (TURN, 0x3F), (-TURN // 2, 0x0F), (-TURN // 2, 0x3F), (-TURN // 2, 0x13F)):
+        bench.put(target, wanted).control(word)
+        for _ in range(130):
+            bench.after(1)
+            speeds.append(motion.speed)
+    rates = [(after - before) * 1_000 for before, after in pairwise(speeds)]
+    jerks = [(after - before) * 1_000 for before, after in pairwise(rates)]
+    assert max(map(abs, speeds)) > TURN / 4
+    assert max(map(abs, rates)) <= 10.001 * TURN
+    assert max(map(abs, jerks)) <= 50.01 * TURN
+
+
+def test_a_software_limit_is_kept_with_a_limited_jerk(bench: SingleDriveBench) -> None:
+    bench.put(0x607D, 0, 1).put(0x607D, TURN, 2).put(0x6086, 3).put(0x60A4, 20 * TURN, 1)
+    bench.enabled(PV).put(0x60FF, TURN).after(4_000)
+    assert bench.get(0x6062) == pytest.approx(TURN, abs=1)
+    assert bench.read("position") == pytest.approx(tau, abs=1e-3)
+
+
+@pytest.mark.parametrize(("index", "value", "code"), [(0x6086, 1, 0x0609_0030), (0x6086, 2, 0x0609_0030)])
+def test_profile_types_that_the_drive_lacks_are_refused(
+    bench: SingleDriveBench, index: int, value: int, code: int
+) -> None:
+    """CiA 301, table 22: 0609 0030h is an invalid value of a parameter."""
+    answer = bench.sdo(f"2b {index & 0xFF:02x} {index >> 8:02x} 00 {value:02x} 00 00 00")
+    assert answer == f"80 {index & 0xFF:02x} {index >> 8:02x} 00 {code.to_bytes(4, 'little').hex(' ')}"
+    assert bench.get(index) == 0
