@@ -128,7 +128,7 @@ def test_a_rig_that_is_read_gives_the_same_trace(name: str, tmp_path: Path) -> N
             lines.append((delivery.time_ns, bus.name, delivery.sender, bus.encode(delivery.message)))
 
         with make(tmp_path) as rig:
-            rig.on_delivery = on_delivery
+            rig.on_delivery(on_delivery)
             rig.run_until(150 * MS)
             set_it_going(rig)
             for pause_ns in pauses_ns:

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from fieldrig.bus import Delivery
 from fieldrig.clock import MS
+from fieldrig.faults.chance import derived
 from fieldrig.faults.disturbed import Effects, Struck
 from fieldrig.faults.faults import Fault, Timed
 from fieldrig.faults.hex_bytes import flipped, replaced
@@ -68,7 +69,7 @@ class ModbusEffects(Effects[OnModbus]):
 
     def begin(self, medium: Any, random: Random) -> None:
         super().begin(medium, random)
-        self._random = Random(random.getrandbits(64))
+        self._random = derived(random)
 
     def check(self, settings: Any, members: Iterable[str]) -> None:
         wrong = faults.TCP_ONLY if self._timing is not None else faults.LINE_ONLY

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from fieldrig.bus import CutOff, Delivery
 from fieldrig.clock import MS
 from fieldrig.faults import faults
+from fieldrig.faults.chance import derived
 from fieldrig.faults.disturbed import Effects, Struck
 from fieldrig.faults.faults import LONGEST_MS, Fault, Repeated, Timed
 from fieldrig.faults.hex_bytes import Hex, flipped, replaced
@@ -152,7 +153,7 @@ class SerialEffects(Effects[SerialMessage]):
 
     def begin(self, medium: Any, random: Random) -> None:
         super().begin(medium, random)
-        self._random = Random(random.getrandbits(64))
+        self._random = derived(random)
 
     def check(self, settings: Any, members: Iterable[str]) -> None:
         end = getattr(settings, "end", None)

@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from fieldrig.bus import Delivery
 from fieldrig.clock import MS
 from fieldrig.faults import faults
+from fieldrig.faults.chance import derived
 from fieldrig.faults.disturbed import Effects, Struck
 from fieldrig.faults.faults import LONGEST_MS, Fault, Repeated, Timed
 from fieldrig_bus.signals.codec import LONGEST_NAME
@@ -90,7 +91,7 @@ class WireEffects(Effects[Signal]):
 
     def begin(self, medium: Any, random: Random) -> None:
         super().begin(medium, random)
-        self._random = Random(random.getrandbits(64))
+        self._random = derived(random)
         self._held: dict[int, Signal] = {}
         self._noise: dict[int, float] = {}
         self._level: dict[str, bool] = {}

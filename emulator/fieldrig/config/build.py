@@ -17,12 +17,23 @@ from fieldrig.storage.store import MemoryStore, Store
 Links = Mapping[str, Link[Any] | list[Link[Any]]]
 
 
+def random_of(part: str, seed: int) -> Random:
+    """Return the random numbers of a device or a bus, which no other part of the rig draws from."""
+    return Random(f"{seed}/{part}")
+
+
 def build_device(
-    entry: DeviceEntry, *, clock: Clock, links: Links, store: Store, seed: int, background: Background | None = None
+    entry: DeviceEntry,
+    *,
+    clock: Clock,
+    links: Links,
+    store: Store,
+    random: Random,
+    background: Background | None = None,
 ) -> Device:
     """Return the device.  ConfigError, naming it, if it refuses its settings or the files that they name.
 
-    Without `background` it does its long work as under virtual time.
+    `random` are its random numbers, see `random_of`.  Without `background` it does its long work as under virtual time.
     """
     offered = {
         **{name: None for name, link in link_parameters(entry.cls).items() if not link.required},
@@ -30,7 +41,7 @@ def build_device(
         "name": entry.name,
         "settings": entry.settings,
         "store": store,
-        "random": Random(f"{seed}/{entry.name}"),
+        "random": random,
         "background": background or VirtualBackground(clock),
         **links,
     }
@@ -65,4 +76,6 @@ def build_alone(entry: DeviceEntry, seed: int = 0) -> Device:
         name: [UnconnectedLink() for _ in buses] if name in entry.many else UnconnectedLink()
         for name, buses in entry.links.items()
     }
-    return build_device(entry, clock=VirtualClock(), links=links, store=MemoryStore(), seed=seed)
+    return build_device(
+        entry, clock=VirtualClock(), links=links, store=MemoryStore(), random=random_of(entry.name, seed)
+    )

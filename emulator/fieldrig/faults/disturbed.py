@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Final, Generic, NamedTuple, TypeVar
 
 from fieldrig.bus import BusModel, Delivery, Doors, ModelBus, Refusal
 from fieldrig.clock import NEVER_NS
+from fieldrig.faults.chance import derived
 from fieldrig.faults.faults import Fault, Faults, Timed, fault_of
 from fieldrig.faults.note import FaultNote
 
@@ -119,7 +120,7 @@ class Disturbed(BusModel[M]):
         self._choose_way(0)
 
     def begin(self, now_ns: int, random: Random) -> None:
-        self._faults = Faults(Fault, Random(random.getrandbits(64)))
+        self._faults = Faults(Fault, derived(random))
         self.model.begin(now_ns, random)
         self.effects.begin(self.model, random)
         for settings in self.effects.given:

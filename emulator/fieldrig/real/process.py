@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fieldrig.bus import Bus, Delivery, DirectBus, ModelBus
-from fieldrig.config.build import build_device
+from fieldrig.config.build import build_device, random_of
 from fieldrig.config.entries import DeviceEntry
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.bus_questions import answers_of_bus
@@ -217,7 +217,7 @@ class DeviceProcess:
             clock=DeviceClock(self.clock, entry.name),
             links=_links(entry, ends),
             store=store,
-            seed=self.config.seed,
+            random=random_of(entry.name, self.config.seed),
             background=self.background.of(entry.name),
         )
 

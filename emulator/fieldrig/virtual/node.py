@@ -9,10 +9,11 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from fieldrig.bus import Bus
 from fieldrig.clock import VirtualClock
-from fieldrig.config.build import build_device
+from fieldrig.config.build import build_device, random_of
 from fieldrig.config.entries import DeviceEntry
 from fieldrig.device import Device, Value
 from fieldrig.errors import ControlError, RigError, refusals
+from fieldrig.faults.chance import reseed
 from fieldrig.faults.note import FaultNote
 from fieldrig.faults.noted import Noted
 from fieldrig.hub.checked_link import uninteresting, unsendable
@@ -193,6 +194,7 @@ class LocalNode(EventNode):
     def __init__(self, entry: DeviceEntry, seed: int, store: Store, outbox: Outbox | None = None) -> None:
         super().__init__(entry.name, outbox=outbox)
         self._entry, self._seed, self._store = entry, seed, store
+        self._random = random_of(entry.name, seed)
         self.is_on = True
         self._noted = Noted(self._note)
         with blamed(self.name, 0):
@@ -210,6 +212,7 @@ class LocalNode(EventNode):
         if not is_on:
             return
         with blamed(self.name, now_ns):
+            self._random = random_of(self.name, self._seed)
             former, self.device = self.device, self._built()
             if former.injected is not None and self.device.injected is not None:
                 self.device.injected.adopt(former.injected)
@@ -217,6 +220,11 @@ class LocalNode(EventNode):
             self._watched.move_to(self.device)
             self.cycle_hook.move_to(self.device)
             self.device.start()
+
+    def reseed(self, seed: int) -> None:
+        """Draw from other random numbers from now on, also after the next power cycle."""
+        self._seed = seed
+        reseed(self._random, f"{seed}/{self.name}")
 
     def _note(self, note: FaultNote) -> None:
         self.outbox.notes.append((self.name, self.clock.now_ns(), note))
@@ -227,7 +235,7 @@ class LocalNode(EventNode):
             parameter: [self.link(bus) for bus in buses] if parameter in entry.many else self.link(buses[0])
             for parameter, buses in entry.links.items()
         }
-        return build_device(entry, clock=self.clock, links=links, store=self._store, seed=self._seed)
+        return build_device(entry, clock=self.clock, links=links, store=self._store, random=self._random)
 
     def _check_on(self) -> None:
         if not self.is_on:

@@ -63,7 +63,7 @@ class RigSource:
             if of_bus.name == bus:
                 on_delivery(delivery)
 
-        return self._rig._listen(heard)
+        return self._rig.on_delivery(heard)
 
 
 class DeviceSignals:

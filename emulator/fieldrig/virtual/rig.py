@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Self, TypeVar, overload
 
 from fieldrig.bus import Bus, BusModel, Delivery, Doors, ModelBus
 from fieldrig.clock import MS, NEVER_NS, VirtualClock, whole_ns
+from fieldrig.config.build import random_of
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, ControlError, RigError, UnmetError, refusals
@@ -48,6 +49,7 @@ LOOK_NS: Final = 1 * MS
 """Longest time between two looks at a condition; values such as the level of a tank change without an event."""
 
 T = TypeVar("T")
+C = TypeVar("C")
 OnChange = Callable[[Value], None]
 OnDelivery = Callable[[Bus[Any], Delivery[Any]], None]
 
@@ -68,15 +70,17 @@ class Rig:
         self._is_closed = False
         self._may_run_alone = ALONE.is_taken
         self.now_ns = 0
-        self.on_delivery = on_delivery
         self.buses: dict[str, ModelBus[Any]] = {}
         self._models: dict[str, BusModel[Any]] = {}
+        self._randoms: dict[str, Random] = {}
+        """The random numbers of the buses."""
         for name, bus_entry in config.buses.items():
             if not isinstance(bus_entry.bus, ModelBus):
                 raise RigError(f"{name}: {bus_entry.kind} has no model to run under virtual time")
             self.buses[name] = bus_entry.bus
             self._models[name] = medium_of(bus_entry.bus)
-            self._models[name].begin(0, Random(f"{config.seed}/{name}"))
+            self._randoms[name] = random_of(name, config.seed)
+            self._models[name].begin(0, self._randoms[name])
         self._nodes: dict[str, Node] = {}
         self._outbox = Outbox(self.buses)
         """The outbox of all nodes in this process."""
@@ -96,10 +100,14 @@ class Rig:
         self._triggers = Triggers(self._own_clock, self, self._begin_fault, self._plan)
         self._mains: Mains | None = None
         """The power of the devices, once it has been switched."""
-        self._listeners: list[OnDelivery] = []
-        """Called with every delivery, for recordings."""
+        self._listeners: tuple[OnDelivery, ...] = () if on_delivery is None else (on_delivery,)
+        """Called with every delivery; another tuple after each change, which may come from one of them."""
         self._ends: list[Callable[[], None]] = []
         """Calls of recordings at the end of the present instant."""
+        self._instant_calls: tuple[Callable[[], None], ...] = ()
+        """Called at the end of every instant; another tuple after each change."""
+        self._is_playing = False
+        """True while an instant is being played, between its first reaction and its last."""
         self._watches: dict[str, dict[str, list[OnChange]]] = {}
         """The calls for changes of points, by device and key."""
         self._is_telling = False
@@ -255,6 +263,38 @@ class Rig:
                 calls.remove(call)
                 if not calls and not self._is_closed:
                     node.unwatch(key)
+
+        return end
+
+    def on_delivery(self, call: OnDelivery) -> Callable[[], None]:
+        """Call `call(bus, delivery)` with every message from now on; returns a function that ends it.
+
+        Faults that a bus notes in its traces are among them.  `call` may not run the rig.
+        """
+        self._check_open()
+        if not callable(call):
+            raise ArgumentError(
+                f"on_delivery cannot call {shown(call)}", "expected a function that takes a bus and a delivery"
+            )
+        self._listeners = (*self._listeners, call)
+
+        def end() -> None:
+            self._listeners = _without(self._listeners, call)
+
+        return end
+
+    def on_instant(self, call: Callable[[], None]) -> Callable[[], None]:
+        """Call `call()` at the end of each instant at which something happens; returns a function that ends it.
+
+        Everything has happened then that happens at `now_ns`.  `call` may read and write points, but not run the rig.
+        """
+        self._check_open()
+        if not callable(call):
+            raise ArgumentError(f"on_instant cannot call {shown(call)}", "expected a function without arguments")
+        self._instant_calls = (*self._instant_calls, call)
+
+        def end() -> None:
+            self._instant_calls = _without(self._instant_calls, call)
 
         return end
 
@@ -419,12 +459,13 @@ class Rig:
 
     def _note(self, device: str, note: FaultNote, instant_ns: int | None = None) -> None:
         """Add a fault of a device to the traces of its buses."""
-        if self.on_delivery is None:
+        if not self._listeners:
             return
         delivery = Delivery(self.now_ns if instant_ns is None else instant_ns, device, note, ())
         for bus in self.config.devices[device].buses:
             if self.buses[bus].notes_faults:
-                self.on_delivery(self.buses[bus], delivery)
+                for listener in self._listeners:
+                    listener(self.buses[bus], delivery)
 
     def _switch(self, device: str, is_on: bool) -> None:
         """Switch a device off or on now."""
@@ -461,7 +502,8 @@ class Rig:
         self._check_open()
         if self._is_telling:
             raise RigError(
-                "a call of on_change cannot run the rig", "it may read and write points; run the rig after it"
+                "a call of on_change or on_instant cannot run the rig",
+                "it may read and write points; run the rig after it",
             )
 
     def _tell(self, names: Iterable[str]) -> None:
@@ -469,11 +511,16 @@ class Rig:
         for name in [name for name in names if name in self._watches]:
             for key, value in self._nodes[name].changes():
                 for call in list(self._watches[name].get(key, ())):
-                    was_telling, self._is_telling = self._is_telling, True
-                    try:
+                    with self._telling():
                         call(value)
-                    finally:
-                        self._is_telling = was_telling
+
+    @contextmanager
+    def _telling(self) -> Iterator[None]:
+        was_telling, self._is_telling = self._is_telling, True
+        try:
+            yield
+        finally:
+            self._is_telling = was_telling
 
     def _instant(self, until_ns: int) -> int:
         """Return an instant that has not passed.  ArgumentError for anything else."""
@@ -493,16 +540,6 @@ class Rig:
         self._own_clock.instant_ns = max(self._own_clock.instant_ns, self.now_ns)
         self._own_clock.call_at(when_ns, lambda: self._ends.append(action))
         self._plan()
-
-    def _listen(self, listener: OnDelivery) -> Callable[[], None]:
-        """Call `listener` too with every delivery, until the returned function is called."""
-        self._listeners.append(listener)
-
-        def end() -> None:
-            if listener in self._listeners:
-                self._listeners.remove(listener)
-
-        return end
 
     def _node(self, device: str) -> Node:
         self._check_open()
@@ -546,7 +583,7 @@ class Rig:
         would look at all members and buses each time.  A member from outside is no such member, as it has an outbox of
         its own; but it may be there, because nothing arrives at it meanwhile.
         """
-        if not self._may_run_alone:
+        if not self._may_run_alone or self._instant_calls:
             return False
         name, next_ns, limit_ns = "", NEVER_NS, min(self._arrival_ns(), until_ns + 1)
         for member, at_ns in self._next_of.items():
@@ -568,11 +605,18 @@ class Rig:
         return True
 
     def _run_instant(self, now_ns: int) -> None:
-        self._play_instant(now_ns)
-        if self._ends:
-            ends, self._ends = self._ends, []
-            for end in ends:
-                end()
+        self._is_playing = True
+        try:
+            self._play_instant(now_ns)
+            if self._ends:
+                ends, self._ends = self._ends, []
+                for end in ends:
+                    end()
+        finally:
+            self._is_playing = False
+        for call in self._instant_calls:
+            with self._telling():
+                call()
 
     def _play_instant(self, now_ns: int) -> None:
         self.now_ns = now_ns
@@ -608,8 +652,6 @@ class Rig:
             if arrival_ns is None or arrival_ns > now_ns:
                 continue
             for delivery in model.collect(now_ns):
-                if self.on_delivery is not None:
-                    self.on_delivery(self.buses[bus], delivery)
                 for listener in self._listeners:
                     listener(self.buses[bus], delivery)
                 arrived = ((bus, delivery.message),)  # the same for all, for they may be many
@@ -699,7 +741,7 @@ class Clients:
     def are_alone(self) -> bool:
         """True if whatever happens in the rig calls nothing outside but these clients."""
         rig = self._rig
-        is_heard = rig.on_delivery is not None or rig._listeners
+        is_heard = rig._listeners or rig._instant_calls
         return not is_heard and not rig._watches and len(rig._outside) == len(self._buses)
 
     def has(self, member: str, bus: str) -> bool:
@@ -743,6 +785,12 @@ def _unknown(sort: str, name: str, known: Iterable[str], other_sort: str, others
     if isinstance(name, str) and name in others:
         return ControlError(f"{name!r} is a {other_sort}, not a {sort}", closest("", list(known)))
     return ControlError(f"the rig has no {sort} {name!r}", closest(name, list(known)))
+
+
+def _without(calls: tuple[C, ...], call: C) -> tuple[C, ...]:
+    """Return the calls without the first one that is `call`."""
+    place = next((place for place, each in enumerate(calls) if each == call), len(calls))
+    return calls[:place] + calls[place + 1 :]
 
 
 def _duration(duration_ns: int, call: str) -> int:

@@ -91,6 +91,8 @@ class VirtualService:
         self._may_run = asyncio.Event()
         self._may_run.set()
         self._listeners: dict[str, OnDelivery] = {}
+        self._end_listening: Callable[[], None] | None = None
+        """Ends the call for every delivery, while there is a listener."""
         self._speed = config.speed
         self._started_s = time.monotonic()
         self._base_s = self._loop.time()  # virtual time is paced from here: the host's time, and ours at that time
@@ -226,7 +228,11 @@ class VirtualService:
             self._listeners.pop(bus, None)
         else:
             self._listeners[bus] = on_delivery
-        self._rig.on_delivery = self._on_delivery if self._listeners else None
+        if self._listeners and self._end_listening is None:
+            self._end_listening = self._rig.on_delivery(self._on_delivery)
+        elif not self._listeners and self._end_listening is not None:
+            self._end_listening()
+            self._end_listening = None
 
     def _on_delivery(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:
         listener = self._listeners.get(bus.name)

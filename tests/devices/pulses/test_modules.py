@@ -112,7 +112,7 @@ def trace(processes: str) -> list[tuple[int, str, bytes]]:
         lines.append((delivery.time_ns, delivery.sender, bus.encode(delivery.message)))
 
     with rig(processes=processes) as bench:
-        bench.on_delivery = on_delivery
+        bench.on_delivery(on_delivery)
         bench.set("pwm", "run", True)
         for count, direction in ((30, 1), (12, -1), (0, 1)):
             bench.set("source", "count", count)

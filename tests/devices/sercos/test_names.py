@@ -78,7 +78,7 @@ def test_cyclic_values_have_the_names_that_the_master_has_configured() -> None:
             named = ring(delivery.message)
             seen[named.kind] = named
 
-    bench.rig.on_delivery = on_delivery
+    bench.rig.on_delivery(on_delivery)
     bench.up().enable()
     assert seen["CP4 AT"].node == "d1"
     assert f"S-0-0051 {bench.rig.get('d1/position')} incr" in seen["CP4 AT"].text
@@ -96,7 +96,7 @@ def test_a_ring_that_runs_already_is_named_by_what_the_drives_say() -> None:
         if bus.name == "ring":
             seen.update({(named := ring(delivery.message)).kind: named})
 
-    bench.rig.on_delivery = on_delivery
+    bench.rig.on_delivery(on_delivery)
     bench.run(20)
     assert f"S-0-0051 {bench.rig.get('d1/position')} incr" in seen["CP4 AT"].text
     assert "S-0-0047 " in seen["CP4 MDT"].text

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from fieldrig.clock import VirtualClock
-from fieldrig.config.build import build_device, try_devices
+from fieldrig.config.build import build_device, random_of, try_devices
 from fieldrig.config.rig_file import RigConfig, from_dict
 from fieldrig.device import Device
 from fieldrig.errors import ConfigError, Mistake
@@ -29,7 +29,7 @@ def rig_of(folder: Path = HERE, **device: Any) -> RigConfig:
 
 
 def built(config: RigConfig, **links: Any) -> Any:
-    return build_device(config.devices["io"], clock=CLOCK, links=links, store=STORE, seed=7)
+    return build_device(config.devices["io"], clock=CLOCK, links=links, store=STORE, random=random_of("io", 7))
 
 
 def node(**keys: Any) -> dict[str, Any]:

@@ -86,7 +86,7 @@ def test_a_call_may_write_points_but_not_run_the_rig(rig: Rig) -> None:
     rig.run_until(10 * MS)
     assert rig.get("slow/throws") == 200
     rig.on_change("slow/throws", lambda _: rig.run_for(MS))
-    with pytest.raises(RigError, match="a call of on_change cannot run the rig"):
+    with pytest.raises(RigError, match="a call of on_change or on_instant cannot run the rig"):
         rig.run_until(20 * MS)
 
 

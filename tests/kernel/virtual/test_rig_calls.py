@@ -126,3 +126,37 @@ def test_a_duration_is_a_number_of_whole_nanoseconds(rig: Rig, duration: Any) ->
         ):
             call(duration)
     assert issubclass(ArgumentError, RigError | TypeError)
+
+
+# ---- listeners
+
+
+def test_several_listeners_hear_every_message_until_they_end(rig: Rig) -> None:
+    heard: dict[str, list[int]] = {"a": [], "b": []}
+    end_a = rig.on_delivery(lambda _bus, delivery: heard["a"].append(delivery.time_ns))
+
+    def hear_once(_bus: Any, delivery: Any) -> None:
+        heard["b"].append(delivery.time_ns)
+        end_b()
+
+    end_b = rig.on_delivery(hear_once)
+    rig.run_until(20 * MS)
+    end_a()
+    end_a()
+    rig.run_until(40 * MS)
+    assert heard == {"a": [0, 10 * MS, 20 * MS], "b": [0]}
+
+
+def test_the_end_of_an_instant_comes_after_everything_of_it(rig: Rig) -> None:
+    seen: list[tuple[int, Any]] = []
+    end = rig.on_instant(lambda: seen.append((rig.now_ns, rig.get("dice/throws"))))
+    rig.run_until(20 * MS)
+    end()
+    rig.run_until(40 * MS)
+    assert seen == [(0, 1), (10 * MS, 2), (20 * MS, 3)]
+
+
+def test_what_is_called_at_the_end_of_an_instant_does_not_run_the_rig(rig: Rig) -> None:
+    rig.on_instant(rig.step)  # type: ignore[arg-type]
+    with pytest.raises(RigError, match="a call of on_change or on_instant cannot run the rig"):
+        rig.run_until(20 * MS)

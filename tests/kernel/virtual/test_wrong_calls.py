@@ -58,6 +58,8 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
         (("dice", print), ("'dice' is not a point", "expected DEVICE/KEY")),
         (("dice/throws", None), (r"on_change cannot call None", "expected a function")),
     ],
+    "on_delivery": [((None,), (r"on_delivery cannot call None", "expected a function"))],
+    "on_instant": [((5,), (r"on_instant cannot call 5", "expected a function"))],
     "attach": [
         (("dice",), ("the rig already has a member 'dice'", "choose another name")),
         ((5,), (r"a member cannot be called 5", "expected a name")),
@@ -161,7 +163,7 @@ def test_a_closed_rig_does_nothing_any_more(call: str) -> None:
     right: dict[str, tuple[Any, ...]] = {
         "run_until": (S,), "run_for": (S,), "until": (lambda: False, S), "attach": ("bench",), "keys": ("dice",),
         "facts": ("dice",), "front": ("dice",), "values": ("dice",),
-        "on_change": ("dice/throws", print), "detach": ("bench",),
+        "on_change": ("dice/throws", print), "on_delivery": (print,), "on_instant": (print,), "detach": ("bench",),
         "record": ("dice/throws",), "signals": ("can0",),
         "get": ("dice/throws",), "set": ("dice/throws", 1), "answer": ("dice", "rethrow", {"times": 1}),
         "statistics": ("can0",), "conditions": ("can0",), "add_fault": ("can0", {"what": "drop"}),
