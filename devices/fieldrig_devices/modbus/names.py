@@ -13,7 +13,7 @@ from fieldrig.bus import Bus
 from fieldrig.traces.names import Member, Named, Namer
 from fieldrig_bus.modbus.codec import EXCEPTIONS, FUNCTIONS, show
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
-from fieldrig_devices.registers.described import HasTables
+from fieldrig_devices.registers.described import HasRegisterNames, HasTables, RegisterNames
 from fieldrig_devices.registers.named import NamedRegisters
 from fieldrig_devices.registers.table import Table, load_table
 
@@ -31,7 +31,7 @@ class KnownUnit(NamedTuple):
     """A unit of the bus: the name of its device, and its registers."""
 
     name: str
-    registers: NamedRegisters
+    registers: RegisterNames
 
 
 class ModbusNames:
@@ -63,7 +63,7 @@ class ModbusNames:
             self._open.popitem(last=False)
 
 
-def _request(registers: NamedRegisters, pdu: bytes) -> str:
+def _request(registers: RegisterNames, pdu: bytes) -> str:
     function, data = pdu[0], pdu[1:]
     try:
         if function in READ_SPACES:
@@ -91,7 +91,7 @@ def _request(registers: NamedRegisters, pdu: bytes) -> str:
     return data.hex(" ").upper()
 
 
-def _response(registers: NamedRegisters, pdu: bytes, request: bytes | None) -> str:
+def _response(registers: RegisterNames, pdu: bytes, request: bytes | None) -> str:
     function, data = pdu[0], pdu[1:]
     if request is None or request[0] != function or len(request) < 1 + _RANGE.size:
         return data.hex(" ").upper()
@@ -113,6 +113,8 @@ def namer(bus: Bus[Any], members: Sequence[Member]) -> Namer:
         settings, name = member.entry.settings, member.entry.name
         for unit in settings.register_tables() if isinstance(settings, HasTables) else ():
             units[unit.unit_id] = KnownUnit(name, NamedRegisters(load_table(unit.table)))
+        for named in settings.register_names() if isinstance(settings, HasRegisterNames) else ():
+            units[named.unit_id] = KnownUnit(name, named.names)
         for claim in member.claims("unit"):
             if isinstance(claim.value, int):
                 units.setdefault(claim.value, KnownUnit(name, _EMPTY))

@@ -1,7 +1,7 @@
 """Settings of a PAM in a rig file."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from typing import Final, Literal
 
@@ -15,16 +15,19 @@ from fieldrig_devices.pam.application_files import reader_beside
 from fieldrig_devices.pam.declared_nodes import described_nodes
 from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.language.items import Program
-from fieldrig_devices.pam.language.ports import ports_of
+from fieldrig_devices.pam.language.ports import PortPlan, ports_of
 from fieldrig_devices.pam.objects.readings import ObjectReadings
 from fieldrig_devices.pam.ports.access.faces import AccessSettings
+from fieldrig_devices.pam.ports.names import map_of
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.rs422.names import Rs422Reader
+from fieldrig_devices.pam.ports.words import MapRegisters, WordMap
 from fieldrig_devices.pam.runtime.compiler import DEFAULT_CYCLE
 from fieldrig_devices.pam.runtime.processor import Limits
 from fieldrig_devices.pam.runtime.readings import Readings
 from fieldrig_devices.pamring.described import DescribedNode
 from fieldrig_devices.pamring.settings import RingLimits
+from fieldrig_devices.registers.described import NamedUnit
 
 _RING: Final = RingLimits()
 _RING_TIMES: Final = ("boot", "identify", "acknowledge", "first_value")
@@ -146,9 +149,22 @@ class PamSettings(Settings):
         """Return a reader of the telegrams at the link `rs422`."""
         if link != "rs422":
             return None
+        plans = [plan for plan in self.port_plans() if plan.kind == "RS422 PORT"]
+        return Rs422Reader(device, [variable for plan in plans for variable in plan.variables])
+
+    def port_plans(self) -> Sequence[PortPlan]:
+        """Return the ports of the application; none if it has mistakes."""
         program = self.program()
-        plans = [] if program is None else ports_of(program)
-        return Rs422Reader(device, [each for plan in plans if plan.kind == "RS422 PORT" for each in plan.variables])
+        return [] if program is None else ports_of(program)
+
+    def dual_port(self) -> WordMap | None:
+        return map_of(self.port_plans(), self.ports)
+
+    def register_names(self) -> Iterator[NamedUnit]:
+        """Yield the DualPort memory, whose words are registers."""
+        words = self.dual_port()
+        if words is not None:
+            yield NamedUnit(self.access.unit_id, MapRegisters(words))
 
     def limits(self) -> Limits:
         return Limits(self.programs.statements_per_ms, self.programs.is_overrun_fatal)
