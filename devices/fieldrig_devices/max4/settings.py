@@ -11,15 +11,19 @@ from fieldrig.settings import MASTER, Claim, ConfigFile, Settings, WrongKey, ref
 from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.canopen.master_settings import CanMasterSettings
 from fieldrig_devices.iec.costs import Costs
+from fieldrig_devices.iec.dialect import DIALECTS
+from fieldrig_devices.languages.source_file import SourceFile, decoded
 from fieldrig_devices.max4.can.objects import EDS
 from fieldrig_devices.max4.can.settings import CanFaceSettings
 from fieldrig_devices.max4.configuration.files import Configuration, DriveSettings, Symbol, symbol_of
 from fieldrig_devices.max4.configuration.limits import MOST_AXES
 from fieldrig_devices.max4.configuration.version import version_of
+from fieldrig_devices.max4.modbus.marker_names import MarkerNames, markers_in
 from fieldrig_devices.max4.modbus.settings import ModbusFaceSettings
 from fieldrig_devices.max4.storage.disk import file_name
 from fieldrig_devices.max4.storage.retain import RetainKind
 from fieldrig_devices.modbus.client_settings import ModbusClientSettings
+from fieldrig_devices.registers.described import NamedUnit
 from fieldrig_devices.registers.packed import Element
 
 Wires = dict[Symbol, str]
@@ -192,6 +196,11 @@ class Max4Settings(Settings):
     def canopen_nodes(self) -> Iterator[DescribedNode]:
         if self.can_axes is not None:
             yield from (DescribedNode(node_id, EDS, self.can_axes.objects) for node_id in self.can_axes.node_ids)
+
+    def register_names(self) -> Iterator[NamedUnit]:
+        """Yield the server, whose markers are variables of the program."""
+        sources = [SourceFile(path.name, decoded(path.read_bytes())) for path in self.program]
+        yield NamedUnit(self.modbus.unit_id, MarkerNames(markers_in(sources, DIALECTS[self.dialect])))
 
     def claims(self, device: str) -> Iterator[Claim]:
         """The names and addresses that the controller occupies; a CANopen node answers only one master."""

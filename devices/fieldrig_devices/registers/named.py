@@ -4,11 +4,10 @@ from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 from fieldrig.points.values import show_number
+from fieldrig.traces.names import listed
 from fieldrig_devices.registers.entries import Bit, Register, each_value
 from fieldrig_devices.registers.table import SPACES, Table
 
-MOST_SHOWN: Final = 8
-"""Values in the text of one message."""
 MOST_ADDRESSES: Final = 2_000
 """The most bits that one message can have (V1.1b3, 6.1); a wrong request can ask for more."""
 
@@ -32,19 +31,19 @@ class NamedRegisters:
 
     def names(self, space: str, address: int, count: int) -> str:
         """Return the names of `count` registers or bits from `address` on."""
-        return _joined(self._label(space, at) for at, _ in self._starts(space, address, count))
+        return listed(self._label(space, at) for at, _ in self._starts(space, address, count))
 
     def registers(self, space: str, address: int, data: bytes) -> str:
         """Return names and values of registers whose bytes are `data`."""
         starts = self._starts(space, address, len(data) // 2)
-        return _joined(
+        return listed(
             f"{self._label(space, at)} {self._value(space, at, data[2 * (at - address) :])}" for at, _ in starts
         )
 
     def bits(self, space: str, address: int, count: int, data: bytes) -> str:
         """Return names and values of `count` bits, the lowest one of the first byte first."""
         number = int.from_bytes(data, "little")
-        return _joined(
+        return listed(
             f"{self._label(space, at)} {'on' if number >> at - address & 1 else 'off'}"
             for at in range(address, address + min(count, 8 * len(data)))
         )
@@ -83,9 +82,3 @@ def _value_of(table: Table, entry: Register, data: bytes) -> str:
         return entry.values[int(number)]
     value = float(f"{number * entry.scale + entry.offset:.12g}")
     return f"{show_number(value)} {entry.unit}".rstrip()
-
-
-def _joined(parts: Iterator[str]) -> str:
-    listed = list(parts)
-    rest = len(listed) - MOST_SHOWN
-    return ", ".join(listed[:MOST_SHOWN]) + (f" and {rest} more" if rest > 0 else "")

@@ -58,6 +58,17 @@ def of_several(empty: str, parts: Iterable[tuple[str, str, str]], head: str = ""
     return Named(kind, "", "; ".join(filter(None, (head, *texts[:MOST_SHOWN], *more))), tuple(told))
 
 
+MOST_LISTED: Final = 8
+"""Values in the text of one message."""
+
+
+def listed(texts: Iterable[str]) -> str:
+    """Return texts with commas between them: the first ones of many, and how many there are besides."""
+    every = list(texts)
+    rest = len(every) - MOST_LISTED
+    return ", ".join(every[:MOST_LISTED]) + (f" and {rest} more" if rest > 0 else "")
+
+
 def in_words(named: Named) -> str:
     """Return the whole of it in one line, such as `SDO read belt 6041:00 Statusword`."""
     return " ".join(part for part in named[:3] if part)

@@ -7,6 +7,7 @@ import struct
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Final
 
+from fieldrig.traces.names import listed
 from fieldrig_devices.arp.user_port.framing import Deframer
 from fieldrig_devices.arp.user_port.messages import (
     ANSWER,
@@ -35,8 +36,6 @@ from fieldrig_devices.arp.user_port.quantities import BITS, Kind, name_of, state
 from fieldrig_devices.line_names.described import Part
 
 MOST_ENDS: Final = 8
-MOST_SHOWN: Final = 8
-"""Values in the text of one frame."""
 UNSOLICITED: Final = {EVENT: "EVENT", SAMPLES: "SAMPLES", PROGRESS: "PROGRESS"}
 COMMANDS: Final = {int(command): command.name for command in Command}
 STATUSES: Final = {int(status): status.name for status in Status}
@@ -110,12 +109,6 @@ def _tried(show: Callable[[bytes], str], data: bytes) -> str:
         return _hex(data)
 
 
-def _listed(parts: Iterable[str]) -> str:
-    listed = list(parts)
-    rest = len(listed) - MOST_SHOWN
-    return ", ".join(listed[:MOST_SHOWN]) + (f" and {rest} more" if rest > 0 else "")
-
-
 def _name(kind: int, number: int) -> str:
     return name_of(Quantity(kind, number))
 
@@ -126,7 +119,7 @@ def _from_to(kind: int, first: int, count: int) -> str:
 
 def _shown(quantities: Iterable[Quantity], raws: Iterable[int]) -> str:
     pairs = zip(quantities, raws, strict=False)
-    return _listed(f"{name_of(quantity)} = {text_of(quantity, raw)}" for quantity, raw in pairs)
+    return listed(f"{name_of(quantity)} = {text_of(quantity, raw)}" for quantity, raw in pairs)
 
 
 def _span(kind: int, first: int, count: int) -> list[Quantity]:
@@ -177,11 +170,11 @@ def _block(data: bytes) -> str:
 
 
 def _lines(data: bytes) -> str:
-    return "lines " + _listed(str(line) for (line,) in LINE.iter_unpack(data)) if data else "no lines"
+    return "lines " + listed(str(line) for (line,) in LINE.iter_unpack(data)) if data else "no lines"
 
 
 def _trace(data: bytes) -> str:
-    return f"every {TRACE.unpack_from(data)[0]} loops " + _listed(map(name_of, _quantities(data[TRACE.size :])))
+    return f"every {TRACE.unpack_from(data)[0]} loops " + listed(map(name_of, _quantities(data[TRACE.size :])))
 
 
 def _hello(data: bytes) -> str:
@@ -209,7 +202,7 @@ def _progress(data: bytes) -> str:
 
 _REQUESTS: Final[Mapping[int, Callable[[bytes], str]]] = {
     Command.READ: lambda data: _from_to(*_RANGE.unpack(data)),
-    Command.READ_MANY: lambda data: _listed(map(name_of, _quantities(data))),
+    Command.READ_MANY: lambda data: listed(map(name_of, _quantities(data))),
     Command.WRITE_VARIABLES: _write_variables,
     Command.WRITE_BITS: _write_bits,
     Command.READ_PARAMETERS: _read_parameters,

@@ -31,7 +31,7 @@ def located(node: tree.Direct, context: Context) -> Located | None:
     if len(node.numbers) > (2 if size is None else 1) and context.project.dialect.has_address_levels:
         return _of_levels(node, context)
     if size is None:
-        byte, bit = _bit(node.numbers)
+        byte, bit = bit_place(node.numbers)
         kind = Elementary.BOOL
     else:
         byte, bit = node.numbers[0] * size, -1
@@ -77,7 +77,8 @@ def _of_levels(node: tree.Direct, context: Context) -> Located | None:
     return Located(node.area, window + byte, bit, Elementary.BOOL if size is None else BITS[node.size])
 
 
-def _bit(numbers: tuple[int, ...]) -> tuple[int, int]:
+def bit_place(numbers: tuple[int, ...]) -> tuple[int, int]:
+    """Return byte and bit of %MX with these one or two numbers; a bit of 8 or more does not exist."""
     if len(numbers) == 1:
         return numbers[0] // 8, numbers[0] % 8
     if numbers[1] >= WORD_BITS:

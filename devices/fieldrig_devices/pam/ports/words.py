@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple, Protocol
 
 from fieldrig.points.values import show_number
+from fieldrig.traces.names import listed
 
 PANEL: Final = ("origin", "number", "date", "time", "tag", "info", "reserved")
 """The cells of the fatal error panel (PAMS-056)."""
-MOST_SHOWN: Final = 8
-"""Pieces in the text of one message."""
 
 
 class Piece(NamedTuple):
@@ -40,14 +39,8 @@ def pieces(words: WordMap, first: int, values: Sequence[int]) -> list[Piece]:
     return found
 
 
-def listed(texts: Sequence[str]) -> str:
-    """Return texts with commas, the first ones of many."""
-    rest = len(texts) - MOST_SHOWN
-    return ", ".join(texts[:MOST_SHOWN]) + (f" and {rest} more" if rest > 0 else "")
-
-
 def in_text(found: Sequence[Piece]) -> str:
-    return listed([f"{piece.name} = {piece.value}" for piece in found])
+    return listed(f"{piece.name} = {piece.value}" for piece in found)
 
 
 def shown(value: float | bool) -> str:
@@ -73,7 +66,7 @@ class MapRegisters:
 
     def names(self, space: str, address: int, count: int) -> str:
         labels = dict.fromkeys(self._words.label(word) for word in range(address, address + min(count, 125)))
-        return listed(list(labels))
+        return listed(labels)
 
     def registers(self, space: str, address: int, data: bytes) -> str:
         values = [int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data) - 1, 2)]
