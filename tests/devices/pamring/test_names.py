@@ -178,7 +178,7 @@ def test_the_objects_of_an_application_have_the_numbers_that_the_pam_gives_them(
         if bus.name == "ring":
             seen.append(name(delivery.message, delivery.sender))
 
-    rig.on_delivery = on_delivery
+    rig.on_delivery(on_delivery)
     rig.run_until(S)
     told = " / ".join(f"{named.kind} {named.node} {named.text}" for named in seen if "configure" in named.kind)
     for expected in ("SBI_Start address 101", "SBO_Lamp address 102", "AXI_Belt initial position 0"):
