@@ -32,10 +32,12 @@ from fieldrig_devices.hiperface.encoder import HiperfaceEncoder, eeprom_with
 from fieldrig_devices.hiperface.faults import MODELS, EncoderFaults
 from fieldrig_devices.hiperface.line import StationPort
 from fieldrig_devices.hiperface.memory import Eeprom
+from fieldrig_devices.hiperface.names import HiperfaceReader
 from fieldrig_devices.hiperface.plate import NamePlate, PlateError
 from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import INCREMENTS, TYPES, Signals, Turning, increments_of, signals
 from fieldrig_devices.hiperface.telegram import ADDRESSES, FACTORY_ADDRESS, Status
+from fieldrig_devices.line_names.described import LineReader
 from fieldrig_devices.motion.front import shaft
 
 log = logging.getLogger(__name__)
@@ -63,6 +65,10 @@ class SmEncoderSettings(Settings):
     )
     shaft_wire: str | None = Field(default=None, description="input in rad, turn or count; default: NAME.shaft")
     temperature_wire: str | None = Field(default=None, description="input in degC; default: NAME.temperature")
+
+    def line_reader(self, link: str, device: str) -> LineReader | None:
+        """Return a reader of the telegrams at the link `line`."""
+        return HiperfaceReader(device) if link == "line" else None
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("line", "HIPERFACE address", self.address, ("address",))
