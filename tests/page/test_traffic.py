@@ -71,6 +71,46 @@ async def test_what_was_configured_before_a_page_looked_has_its_names_too() -> N
         await socket.close()
 
 
+PAM = """
+APPLICATION NAME = FILTER V1.00 ; BASIC_PAM_CYCLE = 6 ; END
+NODE NOD_Left; ADDRESS = 1; TYPE = SMART_IO; END
+NODE NOD_Right; ADDRESS = 2; TYPE = SMART_IO; END
+BINARY_OUTPUT SBO_Left; NODE = NOD_Left; ADDRESS = 101; ACTIVE = HIGH; END
+BINARY_OUTPUT SBO_Right; NODE = NOD_Right; ADDRESS = 101; ACTIVE = HIGH; END
+"""
+RING = """
+time: virtual
+buses:
+  ring: {kind: pamring.virtual}
+  wires: {kind: wires.virtual}
+devices:
+  pam: {kind: pam, application: app.pam, links: {ring: ring, wires: wires}}
+  left: {kind: smart_io, ring_address: 1, links: {ring: ring, wires: wires}, terminals: {out101: left.lamp}}
+  right: {kind: smart_io, ring_address: 2, links: {ring: ring, wires: wires}}
+"""
+
+
+@pytest.mark.long
+@in_loop
+async def test_a_message_of_several_nodes_is_found_by_each_of_them_and_by_each_of_its_kinds(tmp_path: Path) -> None:
+    (tmp_path / "app.pam").write_text(PAM)
+    (tmp_path / "rig.yaml").write_text(RING)
+    async with page_of(tmp_path / "rig.yaml") as page:
+        socket = await looking(page, buses=["ring", "wires"])
+        await page.call("POST", "rig/step", {"for": "1 s"})
+        for output in ("SBO_Left", "SBO_Right"):
+            await page.call("PUT", f"devices/pam/points/{output}", {"value": True})
+        await page.call("POST", "rig/step", {"for": "20 ms"})
+        await socket.until("traffic", lambda frame: any(row[5] == "set output" for row in frame.get("rows", ())))
+        for query in ("node=left&kind=set%20output", "node=right", "kind=output&text=sbo_right", "kind=set"):
+            texts = [message["text"] for message in (await page.get(f"buses/ring/messages?{query}")).json]
+            assert "left: SBO_Left level 1; right: SBO_Right level 1" in texts, query
+        assert (await page.get("buses/ring/messages?node=middle")).json == []
+        (lamp,) = (await page.get("buses/wires/messages?node=left&kind=digital&text=true")).json
+        assert lamp["text"] == "left.lamp = True"
+        await socket.close()
+
+
 @pytest.fixture
 def record() -> BusRecord:
     config = load(LAB, ["time=virtual"])
