@@ -17,7 +17,7 @@ VERBS: Final = ("faults", "add_fault", "clear_fault")
 
 
 TIMES: Final = ("when", "start_ms", "duration_ms")
-STATE: Final = ("state", "applied")
+STATE: Final = ("state", "applied", "left_ms")
 STANDING: Final = ("what", *STATE)
 """The keys of a fault that `fieldrig fault` shows in columns of their own."""
 IN_HEX: Final = ("identifier", "mask")

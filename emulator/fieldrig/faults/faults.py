@@ -157,10 +157,12 @@ class Fault(Generic[S]):
         return mixed ^ mixed >> 31
 
     def about(self, now_ns: int) -> dict[str, Any]:
+        """Return what was given, the state, how often it was applied, and for a limited time how much is left."""
         state = "over" if self.is_over(now_ns) else "on" if self.is_on(now_ns) else "waiting"
         given = self.settings.model_dump(exclude_unset=True)
         ordered = {key: given[key] for key in keys_of(type(self.settings)) if key in given}
-        return {**ordered, "state": state, "applied": self.applied}
+        left = {} if state != "on" or self.until_ns is None else {"left_ms": -(-(self.until_ns - now_ns) // MS)}
+        return {**ordered, "state": state, "applied": self.applied, **left}
 
 
 F = TypeVar("F", bound=Fault[Any])

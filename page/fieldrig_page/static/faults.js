@@ -47,18 +47,23 @@ export function Active({ faults, role, part }) {
     <h2 id="faults-active">Given faults</h2>
     <${Refused} refusal=${refusal} />
     ${shown.length === 0 ? html`<p class="quiet">none</p>` : html`<div class="wide" tabindex="0" role="region" aria-label="table of the faults"><table>
-      <thead><tr><th>part</th><th class="number">no.</th><th>fault</th><th>how</th><th>state</th><th class="number">applied</th>${role === 'operate' && html`<th>do</th>`}</tr></thead>
+      <thead><tr><th>part</th><th class="number">no.</th><th>fault</th><th>how</th><th>state</th><th class="number">left</th><th class="number">applied</th>${role === 'operate' && html`<th>do</th>`}</tr></thead>
       <tbody>${shown.map((fault) => html`<tr key=${`${fault.part}/${fault.number}`}>
         <th scope="row">${fault.part}</th><td class="number">${fault.number}</td><td>${fault.what}</td><td>${how(fault)}</td>
-        <td><span class=${`pill ${STATES[fault.state] ?? ''}`}>${fault.state}</span></td><td class="number">${times(fault.applied)}</td>
+        <td><span class=${`pill ${STATES[fault.state] ?? ''}`}>${fault.state}</span></td><td class="number">${left(fault)}</td><td class="number">${times(fault.applied)}</td>
         ${role === 'operate' && html`<td><button onClick=${() => clear(fault.part, fault.number)} aria-label=${`Clear fault ${fault.number} of ${fault.part}`}>Clear</button></td>`}
       </tr>`)}</tbody></table></div>`}
   </section>`;
 }
 
+// What is left of a fault: time, if it lasts for some, and messages, if it acts on so many.
+const left = ({ state, left_ms: ms, count, applied }) => [
+  ms === undefined ? '' : ms < 10000 ? `${(ms / 1000).toFixed(1)} s` : `${Math.ceil(ms / 1000)} s`,
+  count === undefined || count === null || state === 'over' ? '' : times(Math.max(count - applied, 0)),
+].filter(Boolean).join(', ');
 const times = (count) => `${count} ×`;
 const how = (fault) => Object.entries(fault)
-  .filter(([key]) => !['part', 'number', 'what', 'state', 'applied'].includes(key))
+  .filter(([key]) => !['part', 'number', 'what', 'state', 'applied', 'left_ms'].includes(key))
   .map(([key, value]) => `${key}=${['identifier', 'mask'].includes(key) ? `0x${value.toString(16)}` : value}`).join(' ');
 
 function Adding({ part: given }) {

@@ -88,7 +88,12 @@ def test_a_device_without_power_is_silent_and_boots_when_it_is_back(rig: Rig) ->
     found = heard(rig)
     rig.run_until(250 * MS)
     number = rig.add_fault("io", {"what": "power_off", "duration_ms": 300})
-    assert rig.faults("io")[number] == {"what": "power_off", "duration_ms": 300, "state": "on", "applied": 1}
+    given = {"what": "power_off", "duration_ms": 300}
+    assert rig.faults("io")[number] == {**given, "state": "on", "applied": 1, "left_ms": 300}
+    rig.run_until(251 * MS - 1)
+    assert rig.faults("io")[number]["left_ms"] == 300
+    rig.run_until(549 * MS)
+    assert rig.faults("io")[number]["left_ms"] == 1
     rig.run_until(700 * MS)
     assert found == [(0, BOOT_UP), (100, b"\x7f"), (200, b"\x7f"), (550, BOOT_UP), (650, b"\x7f")]
     assert rig.faults("io")[number]["state"] == "over"
