@@ -48,7 +48,7 @@ def virtual_time(
     scheduler, swaps, network = Scheduler(rig, limit_s, jitter, seed), Swaps(), Network()
     watchdog, doors = Watchdog(scheduler, patience_s), None
     try:
-        doors = scheduler.doors = RigDoors(scheduler)
+        doors = scheduler.doors = RigDoors(scheduler, network.has_connections)
         _swap(swaps, network, doors.terminals)
         activate(scheduler)
         network.rig_addresses = addresses_of(rig)

@@ -56,7 +56,7 @@ class Door(Generic[M]):
                 if timeout_s == 0:
                     scheduler.count_read()
                 break
-            scheduler.wait(until_ns, self._waiting)
+            scheduler.wait(until_ns, self._waiting, hears_rig=True)
         return arrived.popleft() if arrived else None
 
     def close(self) -> None:

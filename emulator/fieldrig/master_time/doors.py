@@ -130,8 +130,9 @@ class DoorClock:
 class RigDoors:
     """All ports of a rig."""
 
-    def __init__(self, scheduler: Scheduler) -> None:
-        self.rig, self._scheduler = scheduler.rig, scheduler
+    def __init__(self, scheduler: Scheduler, has_connections: Callable[[], bool]) -> None:
+        """`has_connections` tells whether a socket of a port is connected."""
+        self.rig, self._scheduler, self._has_connections = scheduler.rig, scheduler, has_connections
         self.clock = DoorClock(self.rig)
         self.arrived: deque[tuple[Callable[[Any], None], Any]] = deque()
         """The messages that have arrived at ports, with their handlers."""
@@ -148,6 +149,10 @@ class RigDoors:
     @property
     def have_written(self) -> bool:
         return bool(self.arrived)
+
+    @property
+    def have_clients(self) -> bool:
+        return self._has_connections() or self.terminals.are_open
 
     def next_ns(self) -> int | None:
         known = [instant_ns for instant_ns in (self.clock.timers.next_ns(), self._wake_ns) if instant_ns is not None]
@@ -236,7 +241,7 @@ class RigDoors:
     def _do(self, work: Coroutine[Any, Any, None]) -> None:
         """Do this, while the rig and the members go on if it takes time."""
         task = self._begin(work)
-        self._scheduler.wait(ready=task.done)
+        self._scheduler.wait(ready=task.done, hears_rig=True)
         task.result()
 
     def _begin(self, work: Coroutine[Any, Any, None]) -> "asyncio.Task[None]":

@@ -13,8 +13,8 @@ class Member:
     """A thread that runs only while it has the baton."""
 
     __slots__ = (
-        "baton", "error", "ident", "is_delayed", "is_done", "is_lost", "is_notified", "is_waiting", "joiners", "name",
-        "native", "reads", "ready", "refused", "turn",
+        "baton", "error", "hears_rig", "ident", "is_delayed", "is_done", "is_lost", "is_notified", "is_waiting",
+        "joiners", "name", "native", "reads", "ready", "refused", "turn",
     )  # fmt: skip
 
     def __init__(self, name: str) -> None:
@@ -29,6 +29,8 @@ class Member:
         self.is_waiting = self.is_notified = False
         self.is_delayed = False
         """True from when it was woken until it wakes up late, by jitter."""
+        self.hears_rig = False
+        """True while it waits for what the rig does, at an end of a bus of its own."""
         self.turn = 0
         """Counts its waits, so that an old timer does not end a new wait."""
         self.ready: Callable[[], bool] | None = None

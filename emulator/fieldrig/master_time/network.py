@@ -13,7 +13,7 @@ import secrets
 import socket
 from collections.abc import Callable
 from typing import Any, Final
-from weakref import WeakKeyDictionary, ref
+from weakref import WeakKeyDictionary, WeakSet, ref
 
 from fieldrig.master_time.active import seeing_scheduler, waiting_scheduler
 from fieldrig.master_time.descriptors import is_ready
@@ -50,6 +50,8 @@ class Network:
         """The socket that listens at each address, and the name of the socket behind it."""
         self._addresses: WeakKeyDictionary[socket.socket, tuple[Any, Any]] = WeakKeyDictionary()
         """The own address of each socket, and that of its peer."""
+        self._of_ports: WeakSet[socket.socket] = WeakSet()
+        """The sockets of ports of the rig that have been connected."""
         self._free = itertools.cycle(range(FIRST_FREE, LAST_FREE + 1))
         self._known: set[Address] = set()
         """The addresses at which a server listens, or has listened."""
@@ -90,6 +92,16 @@ class Network:
             _stand_behind(sock, hidden)
         near = "::1" if sock.family == socket.AF_INET6 else "127.0.0.1"
         self._addresses[sock] = (_full(sock, near, own), _full(sock, host, port))
+        self._note(sock)
+
+    def _note(self, sock: socket.socket) -> None:
+        scheduler = seeing_scheduler()
+        if scheduler is not None and scheduler.place is Place.DOORS:
+            self._of_ports.add(sock)
+
+    def has_connections(self) -> bool:
+        """True if a port of the rig has a connection."""
+        return any(sock.fileno() >= 0 for sock in self._of_ports)
 
     def accepted(self, listening: socket.socket, sock: socket.socket, hidden: Any) -> Any:
         """Return the address of a client that was accepted."""
@@ -97,6 +109,7 @@ class Network:
         near = "::1" if listening.family == socket.AF_INET6 else "127.0.0.1"
         peer = _full(listening, near, own)
         self._addresses[sock] = (self._addresses[listening][0], peer)
+        self._note(sock)
         return peer
 
     def own_address(self, sock: socket.socket) -> Any:

@@ -58,6 +58,10 @@ class Doors(Protocol):
     def have_written(self) -> bool:
         """True if a port may have written to a client since the last look."""
 
+    @property
+    def have_clients(self) -> bool:
+        """True if a port may still write to a client."""
+
 
 class Scheduler:
     def __init__(self, rig: Rig, limit_s: float, jitter_s: float, seed: int) -> None:
@@ -99,15 +103,23 @@ class Scheduler:
         return self.rig.now_ns + (max(1, round(timeout_s * S)) if timeout_s > 0 else 0)
 
     def wait(
-        self, until_ns: int | None = None, queue: deque[Member] | None = None, ready: Callable[[], bool] | None = None
+        self,
+        until_ns: int | None = None,
+        queue: deque[Member] | None = None,
+        ready: Callable[[], bool] | None = None,
+        hears_rig: bool = False,
     ) -> bool:
         """Let others run until this thread is woken, `ready()` holds, or the instant comes; return False for the last.
 
-        `queue` is where those find it who wake it.
+        `queue` is where those find it who wake it.  With `hears_rig` an event of the rig may wake it, without a socket.
         """
         me = self._at_turn()
         me.reads = 0
-        return self._wait(me, until_ns, queue, ready)
+        me.hears_rig = hears_rig
+        try:
+            return self._wait(me, until_ns, queue, ready)
+        finally:
+            me.hears_rig = False
 
     def give_way(self) -> None:
         """Let all others run that can."""
@@ -315,9 +327,16 @@ class Scheduler:
         rig = self.rig
         if rig.next_ns() is None:
             raise self._standstill("all threads wait forever, and nothing is left to happen in the rig")
-        if not self._polled and rig.clients.are_alone:
+        if not self._hears_rig:
             raise self._standstill("all threads wait forever, and nothing in the rig can wake one of them")
         return rig.now_ns + FOREVER_NS
+
+    @property
+    def _hears_rig(self) -> bool:
+        """True if an event of the rig may wake a member: by a call of the test, a bus, or a client of a port."""
+        if not self.rig.clients.are_alone or any(member.hears_rig for member in self.alive):
+            return True
+        return bool(self._polled) and self.doors is not None and self.doors.have_clients
 
     def _wake_ns(self) -> int | None:
         timers = self._timers

@@ -157,6 +157,11 @@ class Terminals:
         self.by_path: dict[str, Terminal] = {}
         self._by_descriptor: dict[int, tuple[Terminal, tuple[int, int]]] = {}
 
+    @property
+    def are_open(self) -> bool:
+        """True if a program may have one of them open."""
+        return bool(self._by_descriptor)
+
     def swaps(self) -> list[tuple[Any, Any]]:
         """Return the calls of the system, each with its stand-in."""
         named = {name: getattr(self, name) for name in _REAL}
