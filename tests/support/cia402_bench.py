@@ -31,6 +31,7 @@ class FakeMotor:
         self.position, self.velocity, self.torque = 0, 0.0, 0
         self.rated_torque_mnm = 2_500
         self.rated_current_ma = 5_000
+        self.torque_by_current = 1.0
         self.dc_link_mv = 325_000
         self.largest_speed = inf
         self.edges: dict[int, Captured] = {}
@@ -45,6 +46,10 @@ class FakeMotor:
         self.wanted: list[bool] = []
         self._is_enabled = False
         self._rest = 0
+
+    @property
+    def current(self) -> int:
+        return self.torque
 
     @property
     def inputs(self) -> int:

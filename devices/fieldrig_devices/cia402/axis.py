@@ -100,7 +100,7 @@ class Cia402Axis(Service):
         self._numbers.reload()
         self._context.refresh()
         if self._context.most_torque != self._most_torque:
-            self._limit_torque()
+            self.limit_torque()
         self._set_outputs()
         if scope is Reset.NODE:
             self.restart()
@@ -167,7 +167,7 @@ class Cia402Axis(Service):
         numbers.variable(objects.CONTROL_WORD).is_command = True
         numbers.on_write(objects.MODE, self._on_mode)
         for index in (objects.MAX_TORQUE, objects.MAX_CURRENT):
-            numbers.on_write(index, lambda _written: self._limit_torque())
+            numbers.on_write(index, lambda _written: self.limit_torque())
         for subindex in (1, 2):
             numbers.on_write(objects.OUTPUTS, lambda _written: self._set_outputs(), subindex)
         self._connect_modes()
@@ -213,7 +213,8 @@ class Cia402Axis(Service):
         self.drive.mode.control(self.machine.control_word, 0)
         self._show()
 
-    def _limit_torque(self) -> None:
+    def limit_torque(self) -> None:
+        """Pass the limits of 6072h and 6073h to the motor."""
         self._most_torque = self._context.most_torque
         self._motor.limit_torque(self._most_torque)
 

@@ -135,9 +135,10 @@ class Context:
 
     @property
     def most_torque(self) -> int:
-        """The lower one of the limits for torque (6072h) and current (6073h), in 0.1 % of the rated value."""
+        """The lower one of the limits for torque (6072h) and current (6073h), in 0.1 % of the rated torque."""
         numbers = self.objects
-        return min(numbers[objects.MAX_TORQUE], numbers[objects.MAX_CURRENT])
+        by_current = round(numbers[objects.MAX_CURRENT] * self.motor.torque_by_current)
+        return min(numbers[objects.MAX_TORQUE], by_current)
 
     def profile_limits(self, speed: float | None = None) -> Limits:
         """Profile limits from 6083h, 6084h and 60A4h, with the speed from 6081h unless it is given."""

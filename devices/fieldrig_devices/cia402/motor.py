@@ -67,7 +67,16 @@ class Motor(Protocol):
     def velocity(self) -> float: ...
 
     @property
-    def torque(self) -> int: ...
+    def torque(self) -> int:
+        """Actual torque, in 0.1 % of the rated torque."""
+
+    @property
+    def current(self) -> int:
+        """Actual current, in 0.1 % of the rated current."""
+
+    @property
+    def torque_by_current(self) -> float:
+        """Share of the rated torque that the rated current gives; 1 if they belong together."""
 
     @property
     def rated_torque_mnm(self) -> int: ...

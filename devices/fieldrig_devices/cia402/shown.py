@@ -20,7 +20,7 @@ def show(numbers: AxisObjects, context: Context, motor: Motor, drive: AxisDrive)
         (objects.RATED_CURRENT, lambda: motor.rated_current_ma),
         (objects.RATED_TORQUE, lambda: motor.rated_torque_mnm),
         (objects.TORQUE_ACTUAL, lambda: motor.torque),
-        (objects.CURRENT_ACTUAL, lambda: motor.torque),  # a synchronous motor has torque in proportion to its current
+        (objects.CURRENT_ACTUAL, lambda: motor.current),
         (objects.DC_LINK, lambda: motor.dc_link_mv),
         (objects.FOLLOWING_ERROR, lambda: context.units.length(drive.following_error)),
         (objects.DEMAND_INTERNAL, lambda: BITS_32.shown(round(drive.position_demand))),

@@ -24,6 +24,7 @@ from fieldrig_devices.canopen.service import Reset, Service
 from fieldrig_devices.cia402.axis import COMMUNICATION_LOST, Cia402Axis
 from fieldrig_devices.cia402.error_register import register_of
 from fieldrig_devices.cia402.motor import Kind
+from fieldrig_devices.cia402.objects import RATED_CURRENT, RATED_TORQUE
 from fieldrig_devices.cia402.single import pdo_rules
 from fieldrig_devices.cia402.single.faults import MODELS
 from fieldrig_devices.cia402.single.front import front_of
@@ -43,7 +44,7 @@ MOST_CYCLES: Final = 1_000
 
 
 class _Awake(Service):
-    """Lets the drive run a cycle after a reset of its node."""
+    """Lets the drive look at its objects, and run a cycle, after a reset of its node."""
 
     def __init__(self, go_on: Callable[[], None]) -> None:
         self._go_on = go_on
@@ -120,9 +121,27 @@ class Cia402Drive(Device):
         axis.on_error = self._on_error
         for index in declared.constants:
             dictionary.find(index, 0).reader = None
+        for index in declared.constants & {RATED_TORQUE, RATED_CURRENT}:
+            dictionary.find(index, 0).watchers.append(self._on_rated)
+        self._rate()
+        self.node.attach(_Awake(self._on_rated))
         self.node.attach(axis)
         self.node.attach(_Awake(self._go_on))
         return axis
+
+    def _on_rated(self) -> None:
+        self._rate()
+        self.axis.limit_torque()
+
+    def _rate(self) -> None:
+        """Take the rated torque and current that file or master give; 0 is none."""
+
+        def given(index: int) -> float | None:
+            is_given = index in self._settings.declared.constants
+            return self.node.dictionary.number(index, 0) / 1_000 or None if is_given else None
+
+        by_current = self._settings.manner.torque_base == "current"
+        self.motor.rate(given(RATED_TORQUE), given(RATED_CURRENT), by_current)
 
     def _connect(self, name: str, wires: Link[Signal]) -> None:
         settings = self._settings

@@ -84,6 +84,9 @@ class PersonalitySettings(Settings):
     velocity_unit: Literal["user", "counts", "rpm", "scaled"] = Field(
         default="user", description="unit of 60FFh and of all velocities"
     )
+    torque_base: Literal["torque", "current"] = Field(
+        default="torque", description="what 100 % of torques are: 6076h, or the torque of the current 6075h"
+    )
     empty_limits_count: bool = Field(default=False, description="607Dh 0/0 allows position 0 only")
     limit_switch: LimitSwitch = Field(default=LimitSwitch.BLOCKS, strict=False, description="effect of a limit switch")
     empty_buffer: EmptyBuffer = Field(

@@ -59,6 +59,8 @@ class Servo:
         self._stopped = 0
         """The direction of the mechanical stop at which the shaft is; 0 if it is at none."""
         self._most_nm = self._data.peak_torque_nm
+        self._rated_nm, self._rated_a = self._data.rated_torque_nm, self._data.rated_current_a
+        """What 100 % of torques and currents are."""
         self.axis = self._make_axis()
         self.at_ns = clock.now_ns()
         """The instant of the last cycle."""
@@ -115,7 +117,7 @@ class Servo:
         axis = self.axis
         self.position = round(axis.position * self._scale)
         self.velocity = axis.v / tau * self.revolution
-        self.torque = round(axis.t / self._data.rated_torque_nm * 1_000)
+        self.torque = round(axis.t / self._rated_nm * 1_000)
         self.inputs = self._terminals.word(axis.position * RAD / self._gear)
 
     @property
@@ -131,13 +133,35 @@ class Servo:
         moment = self.present
         return (moment.position * RAD - moment.twist) / self._gear
 
+    def rate(self, torque_nm: float | None, current_a: float | None, by_current: bool) -> None:
+        """Set the rated values that the objects say; None for those of the motor.
+
+        With `by_current` the rated torque is the one of the rated current.
+        """
+        data = self._data
+        self._rated_a = data.rated_current_a if current_a is None else current_a
+        if by_current:
+            self._rated_nm = self._rated_a * data.torque_constant_nm_per_a
+        else:
+            self._rated_nm = data.rated_torque_nm if torque_nm is None else torque_nm
+        self._measure()
+
+    @property
+    def current(self) -> int:
+        """In 0.1 % of the rated current: a synchronous motor has torque in proportion to its current."""
+        return round(self.axis.t / self._data.torque_constant_nm_per_a / self._rated_a * 1_000)
+
+    @property
+    def torque_by_current(self) -> float:
+        return self._rated_a * self._data.torque_constant_nm_per_a / self._rated_nm
+
     @property
     def rated_torque_mnm(self) -> int:
-        return round(self._data.rated_torque_nm * 1_000)
+        return round(self._rated_nm * 1_000)
 
     @property
     def rated_current_ma(self) -> int:
-        return round(self._data.rated_current_a * 1_000)
+        return round(self._rated_a * 1_000)
 
     @property
     def largest_speed(self) -> float:
@@ -200,7 +224,7 @@ class Servo:
         self._change()
 
     def limit_torque(self, most: int) -> None:
-        self._most_nm = min(self._data.peak_torque_nm, most / 1_000 * self._data.rated_torque_nm)
+        self._most_nm = min(self._data.peak_torque_nm, most / 1_000 * self._rated_nm)
         arranged = self.axis.arrangement
         self.axis.arrange(arranged.plant, arranged.gains, self._limits(), arranged.steps)
 
@@ -230,7 +254,7 @@ class Servo:
             axis.set_value(value / self.revolution * tau)
         else:
             axis.control(Mode.TORQUE)
-            axis.set_value(value / 1_000 * self._data.rated_torque_nm)
+            axis.set_value(value / 1_000 * self._rated_nm)
 
     # ---- the world
 

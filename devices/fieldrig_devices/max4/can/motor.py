@@ -119,6 +119,15 @@ class AxisMotor:
         return self._plate_value("RatedTorque")
 
     @property
+    def current(self) -> int:
+        """A synchronous motor has torque in proportion to its current."""
+        return self.torque
+
+    @property
+    def torque_by_current(self) -> float:
+        return 1.0
+
+    @property
     def rated_current_ma(self) -> int:
         """Standstill current in mA from the name plate, which is what the motor carries all the time."""
         return self._plate_value("StandstillCurrent")
