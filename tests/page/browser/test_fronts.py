@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 from collections.abc import Iterator
 from typing import Any
@@ -76,6 +77,7 @@ def enabled(browser: Browser, echo: ServedRig) -> None:
     """The card runs: a person has closed Enable on its front."""
     with opened(browser, echo, path="/device/card") as page:
         enable = page.get_by_role("button", name="I108")
+        expect(enable).to_have_attribute("aria-pressed", re.compile("true|false"))  # its value has come
         if enable.get_attribute("aria-pressed") == "false":
             enable.click()
         expect(page.get_by_role("img", name="RUN: lit")).to_be_visible()

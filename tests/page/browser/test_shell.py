@@ -112,7 +112,7 @@ def test_a_page_whose_rig_was_started_anew_asks_for_the_new_address(browser: Bro
         expect(page.locator("header").get_by_role("status")).to_have_text("ready")
         port = urlsplit(page.url).port
         rig.end()
-        rig.process = rig.up(f"--set=ui.listen=127.0.0.1:{port}", "--set=speed=1")  # with other tokens
+        rig.process = rig.up("--set=time=virtual", f"--set=ui.listen=127.0.0.1:{port}")  # with other tokens
         expect(page.locator("header").get_by_role("status")).to_contain_text("this address is no longer good")
 
 

@@ -13,6 +13,6 @@ export function Clamp({ part, values, units, mayOperate, onOperate }) {
   const body = html`<span class="screw" aria-hidden="true"></span><span class="name">${part.label}</span><span class="level">${level}</span>`;
   const look = `clamp ${part.side} ${value === true ? 'on' : ''}`;
   if (!part.operated || isTyped) return html`<span class=${look} title=${part.about}>${body}</span>`;
-  return html`<button type="button" class=${look} title=${part.about} disabled=${!mayOperate} aria-pressed=${value}
+  return html`<button type="button" class=${look} title=${part.about} disabled=${!mayOperate || value === undefined} aria-pressed=${value}
     aria-label=${`${part.label}, ${words}`} onClick=${() => onOperate(part, !value)}>${body}</button>`;
 }

@@ -8,7 +8,7 @@ export function Switch({ part, values, mayOperate, onOperate }) {
     const isSecond = value === positions[1][0];
     const words = value === undefined ? '–' : positions[isSecond ? 1 : 0][1];
     return html`<div class="fact" title=${part.about}><dt>${part.label}</dt><dd>
-      <button type="button" class="switch" role="switch" aria-checked=${isSecond} aria-label=${`${part.label}, ${words}`} disabled=${!mayOperate}
+      <button type="button" class="switch" role="switch" aria-checked=${isSecond} aria-label=${`${part.label}, ${words}`} disabled=${!mayOperate || value === undefined}
         onClick=${() => onOperate(part, positions[isSecond ? 0 : 1][0])}><span class="lever" aria-hidden="true"></span>${words}</button></dd></div>`;
   }
   const at = positions.findIndex(([one]) => one === value);
