@@ -1,12 +1,15 @@
 // One device: its front, its buses and faults, and all its values.
 import { html } from 'htm/preact';
 import { useEffect, useState } from 'preact/hooks';
-import { useAnswer, useLive, useWish } from './live.js';
+import { live, useAnswer, useLive, useWish } from './live.js';
 import { Active, useFaults } from './faults.js';
 import { Front } from './fronts/front.js';
 import { operate } from './fronts/operate.js';
 import { Refused } from './rows.js';
+import { instant } from './traffic.js';
 import { Values } from './values.js';
+
+const MOST_EMERGENCIES = 100;
 
 export function View({ path, role }) {
   return path ? html`<${Device} key=${path} name=${path} role=${role} />` : html`<${Choice} />`;
@@ -39,6 +42,7 @@ function Device({ name, role }) {
       ${front && html`<${Front} front=${front} values=${state.values} mayOperate=${mayOperate} onOperate=${onOperate} />`}
     </section>
     <${Active} faults=${faults} role=${role} part=${name} />
+    ${canOf(rig, name).length > 0 && html`<${Emergencies} name=${name} buses=${canOf(rig, name)} />`}
     <${AllValues} name=${name} role=${role} />`;
 }
 
@@ -48,6 +52,22 @@ function merged(before, message, name) {
   if (!news) return before;
   const values = message.whole || news.whole ? news.values : { ...before.values, ...news.values };
   return { values, why: news.why ?? before.why };
+}
+
+const canOf = (rig, name) => (rig?.devices?.[name]?.buses ?? []).filter((bus) => rig.buses[bus].family === 'can');
+
+// The EMCY messages of a device on its CAN buses, as they come, the newest first.
+function Emergencies({ name, buses }) {
+  const [rows, setRows] = useState(null);
+  useWish('traffic', { buses, kind: 'EMCY', node: name });
+  useEffect(() => live.on('traffic', (frame) => {
+    const news = (frame.rows ?? []).filter((row) => row[4] === name); // the filter takes a part of a name as well
+    if (frame.whole || news.length > 0) setRows((before) => [...(frame.whole ? [] : before ?? []), ...news].slice(-MOST_EMERGENCIES));
+  }), [name]);
+  return html`<section aria-labelledby="emergencies"><h2 id="emergencies">Emergency messages</h2>
+    ${!rows?.length ? html`<p class="quiet">${rows ? 'none since this page was opened' : 'asking ...'}</p>`
+      : html`<ol class="events emergencies" tabindex="0" aria-labelledby="emergencies">${[...rows].reverse().map(([number, time, bus, , , , text]) => html`<li key=${`${bus}/${number}`}>
+        <time class="quiet">${instant(time)}</time><span><a href=${`#/traffic/${encodeURIComponent(bus)}`}>${bus}</a></span><span>${text}</span></li>`)}</ol>`}</section>`;
 }
 
 // The list of all values, which are read only while it is open.

@@ -93,7 +93,7 @@ function gaps(state) {
 
 const kindsIn = (rows) => [...new Set(rows.slice(-500).map((row) => row[5]).filter(Boolean))].sort();
 
-function instant(ns) {
+export function instant(ns) {
   if (ns < TIME_OF_DAY) return (ns / 1e9).toFixed(6);
   return `${new Date(ns / 1e6).toLocaleTimeString('en-GB', { hour12: false })}.${String(Math.floor(ns / 1e3) % 1e6).padStart(6, '0')}`;
 }

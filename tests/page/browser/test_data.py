@@ -103,6 +103,27 @@ def test_a_fault_given_by_the_form_reaches_a_foreign_master_and_is_cleared(
         assert node.sdo.upload(0x1000, 0)
 
 
+def test_the_view_of_a_device_lists_its_emergency_messages_as_they_come(
+    browser: Browser, lab: ServedRig, network: canopen.Network
+) -> None:
+    """8130h is "life guard error or heartbeat error" (CiA 301, table 26); node 5 is io, and 6 is another one."""
+    with opened(browser, lab, path="/device/io") as page:
+        section = page.get_by_role("region", name="Emergency messages")
+        expect(section).to_contain_text("none since this page was opened")
+        expect(page.get_by_role("heading", name="io", exact=True)).to_be_visible()
+        entries = section.get_by_role("listitem")
+        for _ in range(100):  # until the page hears the bus
+            if entries.count() > 0:
+                break
+            network.send_message(0x085, bytes.fromhex("30 81 11 00 00 00 00 00"))
+            page.wait_for_timeout(100)
+        expect(entries.first).to_contain_text("8130h")
+        network.send_message(0x086, bytes.fromhex("20 81 11 00 00 00 00 00"))
+        network.send_message(0x085, bytes(8))
+        expect(entries.first).to_contain_text("error reset")
+        expect(section).not_to_contain_text("8120h")
+
+
 def test_a_wrong_fault_is_refused_beside_its_form(browser: Browser, lab: ServedRig) -> None:
     with opened(browser, lab, path="/faults") as page:
         page.get_by_label("probability").fill("two")
