@@ -106,3 +106,4 @@ def test_the_points_of_a_table_exist(table: tuple[str, str]) -> None:
     assert named_points()[table] - known == set()
     assert troubles <= known
     assert {key for key in node.device.trouble_keys if not key.startswith(WITH_MORE)} <= known
+    assert set(node.device.log_keys) <= known

@@ -38,6 +38,8 @@ class DevicePart:
     process: str
     about: str
     buses: tuple[str, ...]
+    logs: tuple[str, ...] = ()
+    """Keys of its points that have a message in each line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +82,8 @@ def graph_of(config: RigConfig) -> Graph:
 
 
 def _device(entry: DeviceEntry) -> DevicePart:
-    return DevicePart(entry.name, entry.kind, entry.process, entry.cls.about, linked_buses(entry))
+    cls = entry.cls
+    return DevicePart(entry.name, entry.kind, entry.process, cls.about, linked_buses(entry), tuple(cls.log_keys))
 
 
 def _bus(entry: BusEntry, devices: Mapping[str, DeviceEntry]) -> BusPart:

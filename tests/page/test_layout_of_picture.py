@@ -128,3 +128,9 @@ def test_the_whole_machine_is_five_rows_of_one_screen() -> None:
     assert {strip.bus for strip in placed.strips} == {"can1", "ring", "pamring"}
     assert rig.buses["ring"].members == ("max4", "infeed", "film", "jaw", "outfeed")
     assert rig.buses["pamring"].members[0] == "pam"
+
+
+def test_a_device_that_keeps_messages_says_in_which_values() -> None:
+    devices = graph_of(load(CONFIGS / "conveyor.yaml")).devices
+    assert devices["max4"].logs == ("log",)
+    assert {device.logs for device in devices.values()} == {("log",), ()}

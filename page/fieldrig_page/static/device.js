@@ -43,6 +43,7 @@ function Device({ name, role }) {
     </section>
     <${Active} faults=${faults} role=${role} part=${name} />
     ${canOf(rig, name).length > 0 && html`<${Emergencies} name=${name} buses=${canOf(rig, name)} />`}
+    ${(rig?.devices?.[name]?.logs ?? []).map((key) => html`<${Log} key=${key} name=${name} point=${key} />`)}
     <${AllValues} name=${name} role=${role} />`;
 }
 
@@ -52,6 +53,21 @@ function merged(before, message, name) {
   if (!news) return before;
   const values = message.whole || news.whole ? news.values : { ...before.values, ...news.values };
   return { values, why: news.why ?? before.why };
+}
+
+const LOG_MS = 1000;
+
+// The messages that a device keeps itself, such as those of a message logger, asked for again and again.
+function Log({ name, point }) {
+  const [times, setTimes] = useState(0);
+  const [answer, refusal] = useAnswer(`devices/${encodeURIComponent(name)}/points/${encodeURIComponent(point)}`, times);
+  useEffect(() => {
+    const timer = setInterval(() => setTimes((before) => before + 1), LOG_MS);
+    return () => clearInterval(timer);
+  }, []);
+  const title = `Messages: ${point}`;
+  return html`<section aria-labelledby=${`log-${point}`}><h2 id=${`log-${point}`}>${title}</h2><p class="quiet">${answer?.about}</p><${Refused} refusal=${refusal} />
+    ${answer?.value ? html`<pre class="log" tabindex="0">${answer.value}</pre>` : answer && html`<p class="quiet">none</p>`}</section>`;
 }
 
 const canOf = (rig, name) => (rig?.devices?.[name]?.buses ?? []).filter((bus) => rig.buses[bus].family === 'can');
