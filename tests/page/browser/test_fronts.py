@@ -151,6 +151,11 @@ def test_a_refusal_is_shown_with_its_reason(browser: Browser, kinds: ServedRig) 
         expect(page.get_by_role("alert")).to_contain_text("expected a number from 0 to 2 m, got 5")
 
 
+def test_the_message_logger_of_a_controller_is_below_its_front(browser: Browser, kinds: ServedRig) -> None:
+    with opened(browser, kinds, path="/device/max4") as page:
+        expect(page.get_by_role("region", name="Messages: log")).to_contain_text("boot started")
+
+
 def test_the_front_of_every_kind_is_drawn_without_a_mistake_and_fits(browser: Browser, kinds: ServedRig) -> None:
     with opened(browser, kinds, path="/device/motor") as page:
         for name, device in DEVICES.items():
