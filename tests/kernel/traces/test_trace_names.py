@@ -1,7 +1,9 @@
 """`fieldrig trace show --rig`: a trace by the names that a rig file has, without a rig that runs."""
 
+import json
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from fieldrig.cli.app import app
@@ -22,3 +24,20 @@ def test_a_foreign_log_is_shown_by_the_names_of_a_rig(tmp_path: Path) -> None:
     assert asked.endswith("SDO read io 6200:01 Write outputs byte 1")
     assert answered.endswith("SDO value io 6200:01 Write outputs byte 1 = 3")
     assert other.endswith("705 [1] 05")
+
+
+@pytest.mark.long
+def test_a_stream_of_bytes_is_read_for_each_sender(tmp_path: Path) -> None:
+    """A command that comes in two parts, with the modem's echo between them, is one command."""
+    sent = (("pc", "00415444"), ("office", "0041"), ("pc", "0032300d"), ("office", "00544432300d"))
+    lines = [
+        {"time_ns": number, "bus": "office_com", "family": "serial", "sender": sender, "data": data}
+        for number, (sender, data) in enumerate(sent)
+    ]
+    trace = tmp_path / "line.jsonl"
+    trace.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    done = CliRunner().invoke(app, ["trace", "show", str(trace), "--rig", str(CONFIGS / "modems.yaml")])
+    assert [line.split("  ")[-1].strip() for line in done.output.splitlines()[2:]] == [
+        "AT command office ATD20",
+        "AT echo office ATD20",
+    ]
