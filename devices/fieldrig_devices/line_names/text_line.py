@@ -29,7 +29,8 @@ NUMERIC: Final = {
 """V.250, table 1."""
 ESCAPE: Final = b"+++"
 _AFTER_PPP: Final = re.compile(rb"\r[ -}\r\n]*|\+\+\+|AT[ -}]*\r?", re.IGNORECASE)
-"""The words of a modem, or to it, after a call.  Frames of PPP have no CR of their own, as they escape it."""
+"""The words of a modem, or to it, after a call."""
+_FLAG: Final = b"\x7e"
 
 
 class TextLine:
@@ -39,25 +40,36 @@ class TextLine:
         self._ppp, self._is_ppp = PppFinder(), False
         self._open: dict[str, bytes] = {}
         """The line of each end that has not ended yet."""
+        self._in_frame: dict[str, bool] = {}
+        """Whether the last bytes of an end belong to a frame that has not ended."""
         self._commander: str | None = None
         """The end that gives commands to a modem."""
 
     def __call__(self, sender: str, data: bytes) -> Sequence[Part]:
         end = sender if sender in self._open or len(self._open) < MOST_ENDS else ""
+        self._open.setdefault(end, b"")
         frames = self._ppp.feed(end, data)
         if frames:
             self._is_ppp = True
             self._open[end] = b""
+            self._in_frame[end] = data[-1:] != _FLAG
             return [frame_words(frame) for frame in frames]
-        self._is_ppp = self._is_ppp and _AFTER_PPP.fullmatch(data) is None
+        self._is_ppp = self._is_ppp and not self._is_after_ppp(end, data)
         if self._is_ppp:
+            self._in_frame[end] = data[-1:] != _FLAG
             return [("PPP", f"part of a frame, {len(data)} bytes")]
-        *lines, rest = (self._open.get(end, b"") + data).split(b"\r")
+        *lines, rest = (self._open[end] + data).split(b"\r")
         self._open[end] = rest[-LONGEST_LINE:]
         found = [part for line in lines if (part := self._line(end, line)) is not None]
         if not found and data == ESCAPE and self._commander == end:
             return [("escape", readable(data))]
         return found or [("text" if is_text(data) else "data", text_or_hex(data))]
+
+    def _is_after_ppp(self, end: str, data: bytes) -> bool:
+        """Return whether these are words after a call, and no part of a frame, which may have any characters."""
+        if _AFTER_PPP.fullmatch(data) is None:
+            return False
+        return not self._in_frame.get(end) or RESULTS.fullmatch(data.strip().decode("latin-1")) is not None
 
     def _line(self, end: str, line: bytes) -> Part | None:
         command = COMMAND.fullmatch(line)

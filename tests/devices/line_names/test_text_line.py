@@ -67,6 +67,17 @@ def test_after_ppp_the_modem_speaks_again() -> None:
     assert line("modem", b"\r\nNO CARRIER\r\n") == [("AT result", "NO CARRIER")]
 
 
+def test_lines_within_a_frame_are_no_words_of_a_modem() -> None:
+    """Ends that have agreed on ACCM 0 send CR as it is (RFC 1662, 7.1)."""
+    line = TextLine()
+    line("pc", b"ATD200\r")
+    line("pc", PPP)
+    line("pc", b"\x7e\x21GET / HTTP/1.1")
+    assert line("pc", b"\r\nHost: plc\r\n") == [("PPP", "part of a frame, 13 bytes")]
+    assert line("modem", b"\x7e\x21E") == [("PPP", "part of a frame, 3 bytes")]
+    assert line("modem", b"\r\nNO CARRIER\r\n") == [("AT result", "NO CARRIER")]
+
+
 @given(st.lists(st.tuples(st.sampled_from(["a", "b"]), st.binary(max_size=40)), max_size=8))
 def test_any_bytes_have_some_name(sent: list[tuple[str, bytes]]) -> None:
     line = TextLine()
@@ -74,9 +85,12 @@ def test_any_bytes_have_some_name(sent: list[tuple[str, bytes]]) -> None:
         assert all(isinstance(kind, str) and isinstance(text, str) for kind, text in line(sender, data))
 
 
-def test_memory_stays_the_same_however_much_comes() -> None:
+@pytest.mark.parametrize("first", [b"", PPP])
+def test_memory_stays_the_same_however_much_comes(first: bytes) -> None:
     line = TextLine()
+    line("pc", first)
     for number in range(100):
         line(f"client {number}", b"x" * 1000)
-    assert len(line._open) <= MOST_ENDS + 1
+    for table in (line._open, line._in_frame, line._ppp._open):
+        assert len(table) <= MOST_ENDS + 1
     assert all(len(rest) <= LONGEST_LINE for rest in line._open.values())
