@@ -41,7 +41,7 @@ class TextLine:
         self._open: dict[str, bytes] = {}
         """The line of each end that has not ended yet."""
         self._in_frame: dict[str, bool] = {}
-        """Whether the last bytes of an end belong to a frame that has not ended."""
+        """True for each end whose last bytes belong to a frame that has not ended."""
         self._commander: str | None = None
         """The end that gives commands to a modem."""
 
