@@ -15,6 +15,8 @@ from fieldrig_devices.motion.profile import Limits, Profile
 
 _HALVINGS: Final = 80
 """Steps of the searches by halving, beyond the digits of a float."""
+ROUNDING: Final = 1e-12
+"""Share of a distance or an acceleration that is nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +56,7 @@ class JerkProfile(Profile):
         """
         begun, first = self._end[2], self.end_speed
         passed_s = 0.0
-        if begun and (speed - self.relaxed(jerk)) * begun > 0 and abs(begun) <= acceleration:
+        if begun and (speed - self.relaxed(jerk)) * begun > 0 and abs(begun) <= acceleration * (1 + ROUNDING):
             passed_s = abs(begun) / jerk
             first -= begun * passed_s / 2
         elif begun:
@@ -156,7 +158,10 @@ def move(distance: float, speed: float, limits: Limits, acceleration: float = 0.
     """Return the profile that ends at rest at `distance`."""
     stop = change_speed(speed, 0.0, limits, acceleration)
     left = distance - stop.distance
-    if left and left * (speed or acceleration or left) < 0:  # too short to stop, or behind the axis: stop, then return
+    if abs(left) <= ROUNDING * abs(distance):  # a rest of rounding would be crawled
+        stop.end_at(distance)
+        return stop
+    if left * (speed or acceleration or left) < 0:  # too short to stop, or behind the axis: stop, then return
         stop.then(move(left, 0.0, limits), 1.0)
         stop.end_at(distance)
         return stop

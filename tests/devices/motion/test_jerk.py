@@ -54,6 +54,16 @@ def test_a_set_point_that_is_passed_through_early_keeps_its_acceleration() -> No
     assert profile.at(profile.duration_s) == pytest.approx((10_000 * 0.1**3 / 6, 50.0, 1_000.0))
 
 
+@pytest.mark.parametrize("part", [0.01, 0.1, 0.3, 0.5, 0.7, 0.8244477569146318, 0.9, 0.99])
+def test_the_same_target_again_takes_the_time_that_is_left(part: float) -> None:
+    """At the last of these a rest of rounding was crawled for 0.6 s."""
+    limits = Limits(440074.7415526012, 411678682.09496826, 527390445.9783695, 1323025.9923400106)
+    whole = move(669318.8653579677, 0.0, limits)
+    state = whole.at(whole.duration_s * part)
+    again = move(whole.distance - state.position, state.speed, limits, state.acceleration)
+    assert again.duration_s == pytest.approx(whole.duration_s * (1 - part), abs=1e-3)
+
+
 def within(profile: JerkProfile, limits: Limits, speed: float) -> bool:
     """True if no instant exceeds the limits, nor the jerk from one to the next; `speed` is the one at the start."""
     most, rates = max(limits.speed, abs(speed)) * (1 + 1e-6), max(limits.acceleration, limits.deceleration) * (1 + 1e-6)
