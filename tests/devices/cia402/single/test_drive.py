@@ -418,6 +418,19 @@ def test_neither_acceleration_nor_jerk_of_the_demand_is_exceeded(
     assert max(map(abs, jerks)) <= 50.01 * TURN
 
 
+def test_a_set_point_that_is_passed_through_within_a_ramp_keeps_the_jerk(bench: SingleDriveBench) -> None:
+    """Bit 9: the axis is still accelerating when it passes a fiftieth of a turn."""
+    bench.put(0x6086, 3).put(0x60A4, 50 * TURN, 1).enabled(PP)
+    bench.put(0x607A, TURN // 50).control(0x1F).control(0x0F).put(0x607A, TURN).control(0x021F)
+    motion, speeds = bench.drive.axis.drive._motion, []
+    for _ in range(1_600):
+        speeds.append(motion.speed)
+        bench.after(1)
+    rates = [(after - before) * 1_000 for before, after in pairwise(speeds)]
+    assert max(abs(after - before) * 1_000 for before, after in pairwise(rates)) <= 50.01 * TURN
+    assert bench.get(0x6062) == TURN
+
+
 def test_a_software_limit_is_kept_with_a_limited_jerk(bench: SingleDriveBench) -> None:
     bench.put(0x607D, 0, 1).put(0x607D, TURN, 2).put(0x6086, 3).put(0x60A4, 20 * TURN, 1)
     bench.enabled(PV).put(0x60FF, TURN).after(4_000)
