@@ -14,6 +14,8 @@ __all__ = [
     "US",
     "ArgumentError",
     "Background",
+    "Branch",
+    "BranchMaker",
     "Bus",
     "BusError",
     "BusModel",
@@ -67,11 +69,12 @@ if TYPE_CHECKING:
     from fieldrig.loop.background import Background
     from fieldrig.master_time.block import virtual_time
     from fieldrig.master_time.errors import VirtualTimeError
-    from fieldrig.pytest_plugin import LiveRigMaker, MasterRigMaker, RigMaker
+    from fieldrig.pytest_plugin import BranchMaker, LiveRigMaker, MasterRigMaker, RigMaker
     from fieldrig.real.live_rig import LiveRig
     from fieldrig.recording.recording import Recording
     from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey
     from fieldrig.storage.store import MemoryStore, Store, StoreError, restore
+    from fieldrig.virtual.branch import Branch
     from fieldrig.virtual.node import EventNode
     from fieldrig.virtual.rig import Rig
 else:
@@ -90,8 +93,9 @@ else:
             "fieldrig.master_time.errors": "VirtualTimeError",
             "fieldrig.real.live_rig": "LiveRig",
             "fieldrig.recording.recording": "Recording",
+            "fieldrig.virtual.branch": "Branch",
             "fieldrig.virtual.node": "EventNode",
-            "fieldrig.pytest_plugin": "LiveRigMaker MasterRigMaker RigMaker",
+            "fieldrig.pytest_plugin": "BranchMaker LiveRigMaker MasterRigMaker RigMaker",
             "fieldrig.virtual.rig": "Rig",
             "fieldrig.settings": "Claim ConfigFile Settings WrongKey",
             "fieldrig.storage.store": "MemoryStore Store StoreError restore",

@@ -8,6 +8,13 @@ In virtual time, in the test's own process, ready in milliseconds:
         rig.run_until(10 * S)
         assert rig.get("tank/level") > 0.1
 
+A rig that takes long to come up, booted once a session; each test has a branch of it (Linux and macOS):
+
+    def test_feeder_runs(fieldrig_branch):
+        feeder = fieldrig_branch("configs/feeder.yaml", boot=10 * S)
+        feeder.set("feeder/panel.key1", True)
+        feeder.run_for(5 * S)
+
 A master in virtual time, unchanged: the test itself, and all threads that it starts, are in the time of the rig:
 
     def test_homing(fieldrig_master):
@@ -37,10 +44,14 @@ import pytest
 
 if TYPE_CHECKING:
     from fieldrig.real.live_rig import LiveRig
+    from fieldrig.virtual.branch import Branch
     from fieldrig.virtual.rig import Rig
 
+Boot = int | Callable[["Rig"], object]
 RigMaker = Callable[..., "Rig"]
 """The fixture `fieldrig_rig`: makes a rig in virtual time of a file with overrides, or of a dict."""
+BranchMaker = Callable[..., "Branch"]
+"""The fixture `fieldrig_branch`: makes a branch of a rig that a session boots once."""
 MasterRigMaker = Callable[..., "Rig | LiveRig"]
 """The fixture `fieldrig_master`: makes a rig of a file with overrides, or of a dict, and the test a master of it."""
 LiveRigMaker = Callable[..., "LiveRig"]
@@ -53,15 +64,53 @@ def fieldrig_rig() -> Iterator[RigMaker]:
 
     A file of real time runs in virtual time.
     """
+    with ExitStack() as rigs:
+
+        def make(source: str | Path | dict[str, Any], *overrides: str) -> "Rig":
+            return rigs.enter_context(_rig_of(source, overrides))
+
+        yield make
+
+
+def _rig_of(source: str | Path | dict[str, Any], overrides: tuple[str, ...]) -> "Rig":
     # Imported here: every pytest run on the machine loads this file, few use it.
     from fieldrig.config.rig_file import from_dict, load
     from fieldrig.virtual.rig import Rig
 
-    with ExitStack() as rigs:
+    return Rig(from_dict(source) if isinstance(source, dict) else load(source, (*overrides, "time=virtual")))
 
-        def make(source: str | Path | dict[str, Any], *overrides: str) -> Rig:
-            config = from_dict(source) if isinstance(source, dict) else load(source, (*overrides, "time=virtual"))
-            return rigs.enter_context(Rig(config))
+
+@pytest.fixture(scope="session")
+def _fieldrig_booted() -> Iterator[Callable[..., "Rig"]]:
+    """Boots each rig once, with its overrides and its boot, and keeps it to the end of the session."""
+    with ExitStack() as rigs:
+        booted: dict[Any, Rig] = {}
+
+        def boot_of(source: str | Path | dict[str, Any], overrides: tuple[str, ...], boot: Boot) -> "Rig":
+            name = json.dumps(source, default=str) if isinstance(source, dict) else str(Path(source).absolute())
+            if (name, overrides, boot) not in booted:
+                rig = rigs.enter_context(_rig_of(source, overrides))
+                rig.trace_hash()
+                if callable(boot):
+                    boot(rig)
+                else:
+                    rig.run_until(boot)
+                booted[name, overrides, boot] = rig
+            return booted[name, overrides, boot]
+
+        yield boot_of
+
+
+@pytest.fixture
+def fieldrig_branch(_fieldrig_booted: Callable[..., "Rig"]) -> Iterator[BranchMaker]:
+    """Makes branches of rigs, sources as for `fieldrig_rig`, and closes them after the test.
+
+    A rig is booted once a session: `boot` is the instant to which it runs, or a function of a module that takes it.
+    """
+    with ExitStack() as branches:
+
+        def make(source: str | Path | dict[str, Any], *overrides: str, boot: Boot = 0) -> "Branch":
+            return branches.enter_context(_fieldrig_booted(source, overrides, boot).branch())
 
         yield make
 

@@ -28,6 +28,7 @@ PAGES = {
     "fieldrig.settings": DEVICE,
     "fieldrig.storage.store": DEVICE,
     "fieldrig": TESTS,
+    "fieldrig.virtual.branch": "branches.md",
     "fieldrig_bus.can": "buses.md",
     "fieldrig_bus.modbus": "buses.md",
     "fieldrig_bus.opcua": "opcua.md",

@@ -1,4 +1,4 @@
-"""Random numbers that come from other random numbers, so that one seed stands behind all of a rig."""
+"""Random numbers that come from other random numbers, so that one seed decides all of a rig."""
 
 from random import Random
 from weakref import WeakKeyDictionary

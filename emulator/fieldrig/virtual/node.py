@@ -92,6 +92,9 @@ class Node(Protocol):
     def switch(self, now_ns: int, is_on: bool) -> None:
         """Switch the power off or on.  The caller steps the node at `now_ns` afterwards."""
 
+    def reseed(self, seed: int) -> None:
+        """Draw from other random numbers from now on, also after the next power cycle."""
+
     def stop(self) -> None: ...
 
 

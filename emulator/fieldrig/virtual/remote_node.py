@@ -96,6 +96,9 @@ class RemoteNode:
     def switch(self, now_ns: int, is_on: bool) -> None:
         self._ask("switch", now_ns, is_on)
 
+    def reseed(self, seed: int) -> None:
+        self._ask("reseed", seed)
+
     def stop(self) -> None:
         if self._process.is_alive():
             try:
@@ -161,6 +164,7 @@ def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses:
         "unwatch": node.unwatch,
         "changes": node.changes,
         "switch": node.switch,
+        "reseed": node.reseed,
         "stop": node.stop,
     }
     while True:

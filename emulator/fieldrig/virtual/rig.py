@@ -13,11 +13,12 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar, overload
 
 from fieldrig.bus import Bus, BusModel, Delivery, Doors, ModelBus
-from fieldrig.clock import MS, NEVER_NS, VirtualClock, whole_ns
+from fieldrig.clock import NEVER_NS, VirtualClock, whole_ns
 from fieldrig.config.build import random_of
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
-from fieldrig.errors import ArgumentError, ControlError, RigError, UnmetError, refusals
+from fieldrig.errors import ArgumentError, ControlError, RigError, refusals
+from fieldrig.faults.chance import reseed
 from fieldrig.faults.condition import condition_of
 from fieldrig.faults.disturbed import medium_of
 from fieldrig.faults.faults import Timed, fault_of
@@ -30,10 +31,16 @@ from fieldrig.points.names import split_point, written_point
 from fieldrig.recording.signals import Rhythm, wish_of
 from fieldrig.shortcuts import Shortcut
 from fieldrig.storage.store import MemoryStore, Store
+from fieldrig.system.threads import threads
 from fieldrig.text.nearest import closest
+from fieldrig.virtual.branch import Branch, branch_of, check_may_branch
+from fieldrig.virtual.branches import check_seed, run_branches
+from fieldrig.virtual.checkpoints import Checkpoints
 from fieldrig.virtual.node import Deliveries, EventNode, LocalNode, Node, Outbox
 from fieldrig.virtual.readings import Readings, seconds
 from fieldrig.virtual.remote_node import RemoteNode
+from fieldrig.virtual.trace_hash import TraceHash
+from fieldrig.virtual.until import duration, run_until_met
 
 if TYPE_CHECKING:
     from fieldrig.recording.recording import Recording
@@ -45,8 +52,7 @@ ALONE: Final = Shortcut("rig.alone", "the look at all members and buses while a 
 
 RIG: Final = "fieldrig:rig"
 """The rig itself among the members that act, for faults; no device has a colon in its name."""
-LOOK_NS: Final = 1 * MS
-"""Longest time between two looks at a condition; values such as the level of a tank change without an event."""
+UNREPEATED: Final = "what a member sends between two runs cannot be repeated; use set, answer and faults"
 
 T = TypeVar("T")
 C = TypeVar("C")
@@ -112,6 +118,16 @@ class Rig:
         """The calls for changes of points, by device and key."""
         self._is_telling = False
         """True while such a call is made."""
+        self._stores = dict(stores or {})
+        self._threads = threads()
+        """The threads that are older than the rig."""
+        self.is_branch = False
+        """True in a branch, where the calls of `on_delivery`, `on_change` and `on_instant` are made as well."""
+        self._branches: list[Branch] = []
+        self._checkpoints: Checkpoints | None = None
+        self._park_ns = NEVER_NS
+        """The instant of the next checkpoint, or `NEVER_NS`."""
+        self._trace_hash: TraceHash | None = None
         self._readings: Readings | None = None
         """The record of points that are read, while a condition is looked at."""
         try:
@@ -132,6 +148,7 @@ class Rig:
         self._check_may_run()
         next_ns = self.next_ns()
         if next_ns is not None:
+            self._park(next_ns)
             self._run_instant(next_ns)
         return next_ns is not None
 
@@ -147,10 +164,12 @@ class Rig:
         if stop is not None and not callable(stop):
             raise ArgumentError(f"run_until cannot call {shown(stop)}", "expected a function without arguments")
         while is_reached and (next_ns := self.next_ns()) is not None and next_ns <= until_ns:
-            if not self._run_alone(until_ns):
+            self._park(next_ns)
+            if not self._run_alone(min(until_ns, self._park_ns)):
                 self._run_instant(next_ns)
                 is_reached = stop is None or not stop()
         if is_reached:
+            self._park(until_ns + 1)
             self.now_ns = max(self.now_ns, until_ns)
         for node in self._outside.values():
             node.clock.instant_ns = self.now_ns
@@ -158,7 +177,7 @@ class Rig:
 
     def run_for(self, duration_ns: int) -> None:
         """Let everything happen that happens in the next `duration_ns`, such as `10 * MS`."""
-        self.run_until(self.now_ns + _duration(duration_ns, "run_for"))
+        self.run_until(self.now_ns + duration(duration_ns, "run_for"))
 
     def until(self, condition: Callable[[], T], within: int) -> T:
         """Run until `condition()` is true, at most for `within` nanoseconds, and return what it returned.
@@ -166,21 +185,7 @@ class Rig:
         It is called now, after each instant at which something happens, and at least once in a millisecond.
         UnmetError, with the points that it read and their last changes, if it is never true.
         """
-        if not callable(condition):
-            raise ArgumentError(
-                f"until cannot take {shown(condition)}",
-                'expected a function, such as until(lambda: rig.get("tank/level") > 1.5, within=60 * S)',
-            )
-        begin_ns, readings = self.now_ns, Readings()
-        end_ns = begin_ns + _duration(within, "until")
-        while not (met := self._looked_at(condition, readings)):
-            if self.now_ns >= end_ns:
-                times = f"within {seconds(within)}, from {seconds(begin_ns)} to {seconds(end_ns)}"
-                raise UnmetError(f"the condition did not hold {times}", readings.text())
-            next_ns = self.next_ns()
-            look_ns = self.now_ns + LOOK_NS
-            self.run_until(min(end_ns, look_ns if next_ns is None else max(min(next_ns, look_ns), self.now_ns + 1)))
-        return met
+        return run_until_met(self, condition, within, lambda readings: self._looked_at(condition, readings))
 
     def attach(self, member: str) -> EventNode:
         """Add a member from outside, such as a test, with a `clock` and a `link(bus)` to any bus of the rig."""
@@ -240,6 +245,7 @@ class Rig:
     def set(self, point: str, *key_and_value: Value) -> None:
         """Write a point at the present instant: `set("tank/level", 1.25)`, or `set("tank", "level", 1.25)`."""
         device, key, value = written_point(point, *key_and_value)
+        self._asked("set", device, key, value)
         with self._present(device) as node:
             node.set(key, value)
 
@@ -257,6 +263,7 @@ class Rig:
             node.watch(self.now_ns, key)
         calls = self._watches.setdefault(device, {}).setdefault(key, [])
         calls.append(call)
+        self._changed_for_good()
 
         def end() -> None:
             if call in calls:
@@ -277,6 +284,7 @@ class Rig:
                 f"on_delivery cannot call {shown(call)}", "expected a function that takes a bus and a delivery"
             )
         self._listeners = (*self._listeners, call)
+        self._changed_for_good()
 
         def end() -> None:
             self._listeners = _without(self._listeners, call)
@@ -292,6 +300,7 @@ class Rig:
         if not callable(call):
             raise ArgumentError(f"on_instant cannot call {shown(call)}", "expected a function without arguments")
         self._instant_calls = (*self._instant_calls, call)
+        self._changed_for_good()
 
         def end() -> None:
             self._instant_calls = _without(self._instant_calls, call)
@@ -314,6 +323,7 @@ class Rig:
 
     def answer(self, device: str, question: str, message: Any) -> Any:
         """Return the answer of a device to a question of its kind.  ControlError if the device refuses."""
+        self._asked("answer", device, question, message)
         with self._present(device) as node:
             return node.answer(question, message)
 
@@ -338,6 +348,7 @@ class Rig:
         self._check_part(where)
         if not isinstance(fault, Mapping):
             raise ArgumentError(f"a fault cannot be {shown(fault)}", 'expected a mapping, such as {"what": "drop"}')
+        self._asked("add_fault", where, fault)
         if where in self._models:
             with refusals(where):
                 number = self._models[where].add_fault(self.now_ns, fault)
@@ -353,6 +364,7 @@ class Rig:
     def restart(self, device: str) -> None:
         """Switch a device off and on again at the present instant; it keeps its non-volatile memory and its faults."""
         self._node(device)
+        self._asked("restart", device)
         if self._mains is not None and self._mains.is_off(device):
             raise ControlError(f"{device} is switched off", "clear the fault that has switched it off")
         self._switch(device, False)
@@ -363,6 +375,7 @@ class Rig:
         self._check_part(where)
         if type(number) is not int:
             raise ArgumentError(f"a fault cannot have the number {shown(number)}", "expected what add_fault returned")
+        self._asked("clear_fault", where, number)
         self._triggers.forget(where, number)
         if where in self._models:
             with refusals(where):
@@ -382,9 +395,92 @@ class Rig:
         own = self._node(where).faults(self.now_ns)
         return own if self._mains is None else dict(sorted({**own, **self._mains.about(self.now_ns, where)}.items()))
 
+    def trace_hash(self) -> str:
+        """Return the number of all messages since the first call of this function, and a hash of them.
+
+        Two rigs that did the same have the same hash; it goes on in a branch.
+        """
+        self._check_open()
+        if self._trace_hash is None:
+            self._trace_hash = TraceHash()
+            self.on_delivery(self._trace_hash)
+        return self._trace_hash.text()
+
+    def branch(self, seed: int | None = None) -> Branch:
+        """Return a copy of the rig that goes on from this instant in a process of its own; close it by `with`.
+
+        It is the rig to the last bit.  With a `seed`, its random numbers begin again from that.
+        RigError where a copy would not be the whole rig: on Windows, with `processes: each`, with younger threads.
+        """
+        self._check_open()
+        if seed is not None:
+            check_seed(seed)
+        check_may_branch(self)
+        branch = branch_of(self, seed)
+        self._branches = [*(each for each in self._branches if not each.is_closed), branch]
+        return branch
+
+    def branches(self, scenario: "Callable[[Rig, int], T]", seeds: Iterable[int], workers: int = 2) -> list[T]:
+        """Call `scenario(rig, seed)` in a branch for each seed, and return the results in the order of the seeds.
+
+        `workers` of them run at a time.  RigError with the seeds of those that failed, when all have ended.
+        """
+        self._check_open()
+        return run_branches(self, scenario, seeds, workers)
+
+    def checkpoint_every(self, period_ns: int, keep: int = 64) -> Callable[[], None]:
+        """Keep a parked branch of the rig now and at each multiple of a period, for `back`.
+
+        With more than `keep` of them, those in the past get rarer with their age.  Returns a function that ends it.
+        """
+        self._check_open()
+        if type(period_ns) is not int or period_ns < 1:
+            raise ArgumentError(f"checkpoint_every cannot take {shown(period_ns)}", "expected a period, such as 5 * S")
+        if type(keep) is not int or keep < 2:
+            raise ArgumentError(f"checkpoint_every cannot keep {shown(keep)}", "expected at least 2")
+        if self._outside:
+            raise RigError(
+                f"a rig with members from outside has no checkpoints: {', '.join(self._outside)}", UNREPEATED
+            )
+        self._end_checkpoints()
+        checkpoints = self._checkpoints = Checkpoints(self, period_ns, keep)
+        self._park_ns = checkpoints.due_ns(self.now_ns)
+
+        def end() -> None:
+            if self._checkpoints is checkpoints:
+                self._end_checkpoints()
+
+        return end
+
+    def back(self, ns: int) -> Branch:
+        """Return a branch of the rig as it was when its clock came to `ns`; the rig stays where it is.
+
+        It goes on from the last checkpoint before, and repeats what was asked of the rig since.
+        """
+        self._check_open()
+        instant_ns = _whole(ns)
+        if self._checkpoints is None:
+            raise RigError("the rig has no checkpoints to go back to", "call checkpoint_every(5 * S) before")
+        if instant_ns > self.now_ns:
+            raise ArgumentError(f"the rig cannot go back to {seconds(ns)}: it is at {seconds(self.now_ns)}", "run it")
+        branch = self._checkpoints.back(instant_ns)
+        self._branches = [*(each for each in self._branches if not each.is_closed), branch]
+        return branch
+
+    def checkpoints(self) -> Mapping[int, int]:
+        """Return the bytes of memory that each checkpoint has for itself, by its instant."""
+        self._check_open()
+        return {} if self._checkpoints is None else self._checkpoints.memory()
+
     def close(self) -> None:
-        """Stop every device; the last one started is the first to stop.  Closing twice does no harm."""
+        """Stop every device; the last one started is the first to stop.  Closing twice does no harm.
+
+        Branches and checkpoints end with their rig.
+        """
         self._is_closed = True
+        self._end_checkpoints()
+        while self._branches:
+            self._branches.pop().close()
         while self._nodes:
             self._nodes.popitem()[1].stop()
 
@@ -393,6 +489,46 @@ class Rig:
 
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
         self.close()
+
+    def _has_clients(self) -> bool:
+        return self.clients.are_there
+
+    def _become_branch(self, seed: int | None) -> None:
+        """Be the copy of a rig: what belongs to the process of the rig is not ours."""
+        self.is_branch = True
+        self._branches, self._checkpoints, self._park_ns = [], None, NEVER_NS
+        self._is_telling = self._is_playing = False
+        self._threads = threads()
+        if seed is not None:
+            for name, random in self._randoms.items():
+                reseed(random, f"{seed}/{name}")
+            for node in self._nodes.values():
+                node.reseed(seed)
+
+    def _park(self, next_ns: int) -> None:
+        """Take the checkpoint that is due before `next_ns`; if the rig sleeps over several, the last of them.
+
+        It is no event, so a rig makes the same steps with checkpoints and without.
+        """
+        if self._checkpoints is not None and self._park_ns < next_ns:
+            self._park_ns = self._checkpoints.due_ns(next_ns - 1)
+            self.now_ns = max(self.now_ns, self._park_ns - self._checkpoints.period_ns)
+            self._checkpoints.take()
+
+    def _end_checkpoints(self) -> None:
+        if self._checkpoints is not None:
+            self._checkpoints.close()
+            self._checkpoints, self._park_ns = None, NEVER_NS
+
+    def _asked(self, call: str, *arguments: Any) -> None:
+        """Note a call from outside that changes the rig, so that it can be repeated."""
+        if self._checkpoints is not None and not self._is_playing and not self._is_telling:
+            self._checkpoints.note(call, *arguments)
+
+    def _changed_for_good(self) -> None:
+        """Take a checkpoint after something that cannot be repeated, such as a call for changes."""
+        if self._checkpoints is not None and not self._is_playing:
+            self._checkpoints.take(is_fixed=True)
 
     def _build(self, stores: Mapping[str, Store]) -> None:
         config = self.config
@@ -479,6 +615,8 @@ class Rig:
         self._step([device], now_ns, {})
 
     def _add(self, member: str) -> EventNode:
+        if self._checkpoints is not None:
+            raise RigError("a rig with checkpoints takes no members from outside", UNREPEATED)
         node = self._outside[member] = self._here[member] = EventNode(member, self.now_ns, Outbox(self.buses))
         self._next_of[member] = NEVER_NS
         return node
@@ -500,6 +638,8 @@ class Rig:
 
     def _check_may_run(self) -> None:
         self._check_open()
+        if self._checkpoints is not None:
+            self._checkpoints.has_run = True
         if self._is_telling:
             raise RigError(
                 "a call of on_change or on_instant cannot run the rig",
@@ -524,10 +664,7 @@ class Rig:
 
     def _instant(self, until_ns: int) -> int:
         """Return an instant that has not passed.  ArgumentError for anything else."""
-        try:
-            instant_ns = whole_ns(until_ns)
-        except TypeError as wrong:
-            raise ArgumentError(str(wrong)) from None
+        instant_ns = _whole(until_ns)
         if instant_ns < self.now_ns:
             raise ArgumentError(
                 f"run_until cannot go back to {seconds(instant_ns)}: the rig is at {seconds(self.now_ns)}",
@@ -738,6 +875,11 @@ class Clients:
         """The buses of each client."""
 
     @property
+    def are_there(self) -> bool:
+        """True if the rig has any client."""
+        return bool(self._buses)
+
+    @property
     def are_alone(self) -> bool:
         """True if whatever happens in the rig calls nothing outside but these clients."""
         rig = self._rig
@@ -787,16 +929,14 @@ def _unknown(sort: str, name: str, known: Iterable[str], other_sort: str, others
     return ControlError(f"the rig has no {sort} {name!r}", closest(name, list(known)))
 
 
+def _whole(ns: int) -> int:
+    try:
+        return whole_ns(ns)
+    except TypeError as wrong:
+        raise ArgumentError(str(wrong)) from None
+
+
 def _without(calls: tuple[C, ...], call: C) -> tuple[C, ...]:
     """Return the calls without the first one that is `call`."""
     place = next((place for place, each in enumerate(calls) if each == call), len(calls))
     return calls[:place] + calls[place + 1 :]
-
-
-def _duration(duration_ns: int, call: str) -> int:
-    """Return a duration of a call.  ArgumentError for a negative one, or anything but whole nanoseconds."""
-    if type(duration_ns) is not int or duration_ns < 0:
-        raise ArgumentError(
-            f"{call} cannot take {shown(duration_ns)}", "expected a duration in whole nanoseconds, such as 10 * MS"
-        )
-    return duration_ns

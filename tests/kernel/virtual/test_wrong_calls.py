@@ -60,6 +60,22 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
     ],
     "on_delivery": [((None,), (r"on_delivery cannot call None", "expected a function"))],
     "on_instant": [((5,), (r"on_instant cannot call 5", "expected a function"))],
+    "branch": [(("5",), (r"a seed cannot be '5'", "expected a whole number"))],
+    "branches": [
+        ((5, [1]), (r"branches cannot call 5", "expected a function that takes a rig and a seed")),
+        ((print, 5), (r"seeds cannot be 5", r"such as range\(100\)")),
+        ((print, [1.5]), (r"a seed cannot be 1.5", "expected a whole number")),
+        ((print, [1], 0), (r"branches cannot have 0 workers", "expected at least 1")),
+    ],
+    "checkpoint_every": [
+        ((0,), (r"checkpoint_every cannot take 0", r"expected a period, such as 5 \* S")),
+        ((1.5,), (r"checkpoint_every cannot take 1.5", r"expected a period")),
+        ((S, 1), (r"checkpoint_every cannot keep 1", "expected at least 2")),
+    ],
+    "back": [
+        ((1.5,), ("time is a whole number of nanoseconds, not 1.5", r"round\(seconds")),
+        ((10 * MS,), ("the rig has no checkpoints to go back to", "call checkpoint_every")),
+    ],
     "attach": [
         (("dice",), ("the rig already has a member 'dice'", "choose another name")),
         ((5,), (r"a member cannot be called 5", "expected a name")),
@@ -130,7 +146,7 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
 }
 """Wrong arguments of each call of a rig, with what is said and what would be right."""
 
-TAKE_NOTHING = {"next_ns", "step", "close"}
+TAKE_NOTHING = {"next_ns", "step", "close", "trace_hash", "checkpoints"}
 
 
 def public_calls() -> set[str]:
@@ -148,7 +164,7 @@ def test_every_call_of_a_rig_has_its_mistakes() -> None:
 def test_a_wrong_argument_is_answered(rig: Rig, call: str, arguments: tuple[Any, ...], what: str, remedy: str) -> None:
     with pytest.raises(RigError, match=f"(?s){what}.*{remedy}") as wrong:
         getattr(rig, call)(*arguments)
-    assert isinstance(wrong.value, ArgumentError | ControlError) or call in ("attach", "detach")
+    assert isinstance(wrong.value, ArgumentError | ControlError) or call in ("attach", "detach", "back")
     assert (rig.now_ns, rig.get("dice/throws"), rig.faults("can0"), rig.faults("dice")) == (20 * MS, 3, {}, {})
 
 
@@ -163,7 +179,8 @@ def test_a_closed_rig_does_nothing_any_more(call: str) -> None:
     right: dict[str, tuple[Any, ...]] = {
         "run_until": (S,), "run_for": (S,), "until": (lambda: False, S), "attach": ("bench",), "keys": ("dice",),
         "facts": ("dice",), "front": ("dice",), "values": ("dice",),
-        "on_change": ("dice/throws", print), "on_delivery": (print,), "on_instant": (print,), "detach": ("bench",),
+        "on_change": ("dice/throws", print), "on_delivery": (print,), "on_instant": (print,), "branches": (print, [1]),
+        "checkpoint_every": (S,), "back": (0,), "detach": ("bench",),
         "record": ("dice/throws",), "signals": ("can0",),
         "get": ("dice/throws",), "set": ("dice/throws", 1), "answer": ("dice", "rethrow", {"times": 1}),
         "statistics": ("can0",), "conditions": ("can0",), "add_fault": ("can0", {"what": "drop"}),

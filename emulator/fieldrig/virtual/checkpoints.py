@@ -1,0 +1,86 @@
+"""The checkpoints of a rig: branches of past instants, and what was asked of the rig between them.
+
+To go back is to branch the last checkpoint before, and to repeat what was asked since.  A rig that is given the same at
+the same instants does the same, so the branch is the rig as it was, to the last bit.
+"""
+
+from collections.abc import Mapping
+from copy import deepcopy
+from typing import Any, NamedTuple
+
+from fieldrig.errors import RigError
+from fieldrig.virtual.branch import Asked, Branch, Branchable, branch_of, check_may_branch
+from fieldrig.virtual.readings import seconds
+
+
+class Checkpoint(NamedTuple):
+    branch: Branch
+    asked: int
+    """The number of calls from outside before it."""
+    is_fixed: bool
+    """True if it stays: something that no branch can repeat came right before it."""
+
+
+class Checkpoints:
+    def __init__(self, rig: Branchable, period_ns: int, keep: int) -> None:
+        self.period_ns, self.keep = period_ns, keep
+        self.has_run = False
+        self._rig = rig
+        self._asked: list[Asked] = []
+        self._kept: list[Checkpoint] = []
+        self.take(is_fixed=True)
+
+    def due_ns(self, after_ns: int) -> int:
+        """Return the first multiple of the period after an instant."""
+        return (after_ns // self.period_ns + 1) * self.period_ns
+
+    def take(self, is_fixed: bool = False) -> None:
+        check_may_branch(self._rig)
+        self._kept.append(Checkpoint(branch_of(self._rig), len(self._asked), is_fixed))
+        if len(self._kept) > self.keep:
+            self._thin()
+
+    def note(self, call: str, *arguments: Any) -> None:
+        """Keep a call from outside."""
+        self._asked.append(Asked(self._rig.now_ns, self.has_run, call, deepcopy(arguments)))
+        self.has_run = False
+
+    def back(self, ns: int) -> Branch:
+        """Return a branch of the rig as it was when its clock came to `ns`."""
+        before = sum(asked.at_ns < ns for asked in self._asked)
+        found = [one for one in self._kept if one.branch.now_ns <= ns and one.asked <= before]
+        if not found:
+            raise RigError(
+                f"the rig cannot go back to {seconds(ns)}",
+                f"its first checkpoint is at {seconds(self._kept[0].branch.now_ns)}",
+            )
+        branch = found[-1].branch.branch()
+        try:
+            branch.repeat(self._asked[found[-1].asked : before], ns)
+        except BaseException:
+            branch.close()
+            raise
+        return branch
+
+    def memory(self) -> Mapping[int, int]:
+        """Return the bytes that each checkpoint has for itself, by its instant."""
+        from fieldrig.virtual.forked import private_bytes
+
+        return {one.branch.now_ns: private_bytes(one.branch.pid) for one in self._kept}
+
+    def close(self) -> None:
+        while self._kept:
+            self._kept.pop().branch.close()
+
+    def _thin(self) -> None:
+        """Drop the checkpoint that leaves the smallest gap for its age, so that the gaps grow with the age."""
+        now_ns = self._rig.now_ns
+        gaps = [
+            ((after.branch.now_ns - before.branch.now_ns) / (now_ns - one.branch.now_ns + self.period_ns), place)
+            for place, (before, one, after) in enumerate(
+                zip(self._kept, self._kept[1:], self._kept[2:], strict=False), 1
+            )
+            if not one.is_fixed
+        ]
+        if gaps:
+            self._kept.pop(min(gaps)[1]).branch.close()
