@@ -15,6 +15,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "support")]
 import arp_language  # noqa: E402  found beside this file
 import arp_loop  # noqa: E402
 import block_status  # noqa: E402
+import branches  # noqa: E402
 import can_hub  # noqa: E402
 import canopen_node  # noqa: E402
 import drive_cycle  # noqa: E402
@@ -54,6 +55,7 @@ BENCHMARKS = (
     drive_cycle,
     single_drive,
     virtual_time,
+    branches,
     master_time,
     arp_language,
     arp_loop,
