@@ -80,7 +80,7 @@ class Branch:
     """
 
     def __init__(self, pipe: "Connection[Any, Any]", pid: int, now_ns: int, is_child: bool = True) -> None:
-        self.pipe, self.pid, self.now_ns, self._is_child = pipe, pid, now_ns, is_child
+        self._pipe, self.pid, self.now_ns, self._is_child = pipe, pid, now_ns, is_child
         self._owner = os.getpid()
         self.is_closed = False
         self._readings: Readings | None = None
@@ -197,7 +197,7 @@ class Branch:
                 raise
         return Branch(ours, pid, self.now_ns, is_child=False)
 
-    def repeat(self, asked: Sequence[Asked], until_ns: int) -> None:
+    def _repeat(self, asked: Sequence[Asked], until_ns: int) -> None:
         """Repeat what was asked of the rig after this checkpoint, and run to an instant."""
         self._ask("repeat", list(asked), until_ns)
 
@@ -206,7 +206,7 @@ class Branch:
         if self.is_closed:
             return
         self.is_closed = True
-        self.pipe.close()  # it ends by itself then, also in the middle of its work
+        self._pipe.close()  # it ends by itself then, also in the middle of its work
         if self._is_child and self._owner == os.getpid():  # in a branch of its rig it is not
             with suppress(ProcessLookupError):
                 os.kill(self.pid, signal.SIGKILL)
@@ -236,20 +236,20 @@ class Branch:
                 f"expected functions of a module and data: {cause}",
             ) from None
         try:
-            self.pipe.send_bytes(request)
+            self._pipe.send_bytes(request)
             if given is not None:
-                reduction.send_handle(self.pipe, given.fileno(), self.pid)
+                reduction.send_handle(self._pipe, given.fileno(), self.pid)
         except GONE:
             pass  # what follows tells how it ended
-        return self.received()
+        return self._received()
 
-    def received(self) -> Any:
+    def _received(self) -> Any:
         """Return the next answer, or raise the next error, of the branch."""
         try:
-            outcome, answer, text, self.now_ns = self.pipe.recv()
+            outcome, answer, text, self.now_ns = self._pipe.recv()
         except GONE as cause:
             self.is_closed = True
-            self.pipe.close()
+            self._pipe.close()
             how = _how_it_ended(self.pid) if self._is_child else "it has ended"
             raise RigError("the process of the branch is gone", how) from cause
         except BaseException:  # such as Ctrl-C: the next answer would be that to another question
@@ -327,12 +327,16 @@ def _start(
 
 def _serve(rig: Branchable, seed: int | None, first: Callable[[Any], Any] | None, pipe: "Connection[Any, Any]") -> None:
     """Answer in the branch until the pipe ends."""
+    from fieldrig.virtual import forked  # it needs what Windows has not
+
     rig._become_branch(seed)
     with suppress(*GONE):
         if first is not None:
             _reply(rig, pipe, partial(first, rig))
         while True:
-            _reply(rig, pipe, partial(_answer, rig, pipe, pipe.recv_bytes()))
+            request = pipe.recv_bytes()
+            forked.end_if_gone(pipe.fileno())
+            _reply(rig, pipe, partial(_answer, rig, pipe, request))
 
 
 def _reply(rig: Branchable, pipe: "Connection[Any, Any]", work: Callable[[], Any]) -> None:

@@ -33,7 +33,7 @@ def run_branches(rig: Branchable, scenario: Callable[[Any, int], T], seeds: Iter
             while waiting and len(running) < workers:
                 place, seed = waiting.pop()
                 branch = branch_of(rig, seed, partial(_played, scenario, seed))
-                running[branch.pipe] = place, branch
+                running[branch._pipe] = place, branch
             _take(running, done, failed)
     finally:
         for _, branch in running.values():
@@ -55,7 +55,7 @@ def _take(running: dict[Any, tuple[int, Branch]], done: dict[int, T], failed: di
         place, branch = running.pop(pipe)
         with branch:
             try:
-                done[place] = branch.received()
+                done[place] = branch._received()
             except Exception as fault:  # noqa: BLE001  its seed comes with it
                 failed[place] = fault
 

@@ -36,7 +36,11 @@ class Checkpoints:
 
     def take(self, is_fixed: bool = False) -> None:
         check_may_branch(self._rig)
-        self._kept.append(Checkpoint(branch_of(self._rig), len(self._asked), is_fixed))
+        new, last = Checkpoint(branch_of(self._rig), len(self._asked), is_fixed), self._kept[-1:]
+        if last and (last[0].branch.now_ns, last[0].asked) == (new.branch.now_ns, new.asked):
+            self._kept.pop().branch.close()  # no way leads back to it any more
+            new = new._replace(is_fixed=is_fixed or last[0].is_fixed)
+        self._kept.append(new)
         if len(self._kept) > self.keep:
             self._thin()
 
@@ -56,7 +60,7 @@ class Checkpoints:
             )
         branch = found[-1].branch.branch()
         try:
-            branch.repeat(self._asked[found[-1].asked : before], ns)
+            branch._repeat(self._asked[found[-1].asked : before], ns)
         except BaseException:
             branch.close()
             raise

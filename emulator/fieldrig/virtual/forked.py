@@ -105,14 +105,19 @@ def _replace(number: int, null: int) -> None:
 def _end_with(pipe: "Connection[Any, Any]") -> None:
     """End this process when the other end of the pipe is gone, also in the middle of its work."""
     end = pipe.fileno()
-
-    def look(_signal: int, _frame: object) -> None:
-        gone = select.poll()  # one of its own: the signal may come while another one looks
-        gone.register(end, 0)  # POLLHUP comes also before unread data
-        if gone.poll(0):
-            os._exit(1)
-
-    signal.signal(signal.SIGIO, look)
+    signal.signal(signal.SIGIO, lambda _signal, _frame: end_if_gone(end))
     fcntl.fcntl(end, fcntl.F_SETOWN, os.getpid())
     fcntl.fcntl(end, fcntl.F_SETFL, fcntl.fcntl(end, fcntl.F_GETFL) | os.O_ASYNC)
-    look(0, None)  # it may be gone already
+    end_if_gone(end)  # it may be gone already
+
+
+def end_if_gone(end: int) -> None:
+    """End this process if the other end of the pipe is gone.
+
+    A process that waits for data gets no signal of it (`SOCK_WAKE_WAITD`), so it looks after each request: the other
+    end may have sent it and ended before this process ran again.
+    """
+    gone = select.poll()  # one of its own: the signal may come while another one looks
+    gone.register(end, 0)  # POLLHUP comes also before unread data
+    if gone.poll(0):
+        os._exit(1)

@@ -249,7 +249,7 @@ def test_branches_end_with_the_process_of_their_rig_whatever_they_do() -> None:
         "rig = Rig(from_dict({'time': 'virtual'}))\n"
         "parked = rig.branch()\n"
         "busy = parked.branch()\n"
-        "busy.pipe.send(('call', (forever, (), {})))\n"
+        "busy._pipe.send(('call', (forever, (), {})))\n"
         "print(parked.pid, busy.pid, flush=True)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )

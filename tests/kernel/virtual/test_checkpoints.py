@@ -181,8 +181,22 @@ def test_what_cannot_be_repeated_has_a_checkpoint_of_its_own() -> None:
             assert past.get("dice/throws") == 7
 
 
+def descriptors() -> set[str]:
+    return {entry.name for entry in Path("/proc/self/fd").iterdir()}
+
+
+def test_one_instant_has_one_checkpoint() -> None:
+    with rig_of() as rig:
+        rig.checkpoint_every(S)
+        before = len(descriptors())
+        recording = rig.record(["dice/throws", "slow/throws"], "change")
+        rig.run_until(20 * MS)
+        recording.end()
+        assert len(descriptors()) == before
+
+
 def test_checkpoints_end() -> None:
-    before = {entry.name for entry in Path("/proc/self/fd").iterdir()}
+    before = descriptors()
     with rig_of() as rig:
         end = rig.checkpoint_every(10 * MS)
         rig.run_until(50 * MS)
@@ -197,7 +211,7 @@ def test_checkpoints_end() -> None:
             rig.back(20 * MS)
         with pytest.raises(ArgumentError, match=r"cannot go back to 1 s: it is at 0.09 s"):
             rig.back(S)
-    assert {entry.name for entry in Path("/proc/self/fd").iterdir()} == before
+    assert descriptors() == before
 
 
 def test_members_from_outside_and_checkpoints_exclude_each_other() -> None:
