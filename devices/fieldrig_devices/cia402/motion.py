@@ -20,7 +20,7 @@ class Motion:
 
     @property
     def acceleration(self) -> float:
-        """That of the profile at this instant."""
+        """Return what the profile has at this instant."""
         return self._profile.values_at(self._seconds)[2]
 
     @property

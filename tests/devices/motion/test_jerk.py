@@ -17,7 +17,7 @@ A_LIMIT = st.builds(Limits, SOME, SOME, SOME, st.floats(1.0, 1e6))
 
 
 def test_a_change_of_speed_takes_the_time_of_both_roundings_longer() -> None:
-    """From 0 to 200: 200 / 1000 + 1000 / 10000 = 0.3 s, at the mean speed of 100."""
+    """The time from 0 to 200 is 200 / 1000 + 1000 / 10000 = 0.3 s, at the mean speed of 100."""
     profile = change_speed(0.0, 200.0, LIMITS)
     assert profile.duration_s == pytest.approx(0.3)
     assert profile.distance == pytest.approx(30.0)
@@ -26,7 +26,7 @@ def test_a_change_of_speed_takes_the_time_of_both_roundings_longer() -> None:
 
 
 def test_a_small_change_never_reaches_the_acceleration() -> None:
-    """From 0 to 25: two triangles of sqrt(25 / 10000) = 0.05 s, with a peak of 500."""
+    """The way from 0 to 25 is two triangles of sqrt(25 / 10000) = 0.05 s, with a peak of 500."""
     profile = change_speed(0.0, 25.0, LIMITS)
     assert profile.duration_s == pytest.approx(0.1)
     assert profile.at(0.05) == pytest.approx((10_000 * 0.05**3 / 6, 12.5, 500.0))

@@ -60,7 +60,7 @@ class Servo:
         """The direction of the mechanical stop at which the shaft is; 0 if it is at none."""
         self._most_nm = self._data.peak_torque_nm
         self._rated_nm, self._rated_a = self._data.rated_torque_nm, self._data.rated_current_a
-        """What 100 % of torques and currents are."""
+        """The torque and current of 100 %."""
         self.axis = self._make_axis()
         self.at_ns = clock.now_ns()
         """The instant of the last cycle."""
