@@ -7,7 +7,7 @@ import signal
 
 _before = signal.getsignal(signal.SIGPIPE)
 
-from vcdvcd import VCDVCD  # noqa: E402
+from vcdvcd import VCDVCD  # noqa: E402, TID251
 
 signal.signal(signal.SIGPIPE, _before)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from running_rig import RunningRig, until
 from typer.testing import CliRunner
-from vcdvcd import VCDVCD
+from vcd_reader import VCDVCD
 
 from fieldrig.cli.app import app
 from fieldrig.real.live_rig import FIELDRIG
