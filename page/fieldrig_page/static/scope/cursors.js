@@ -31,7 +31,7 @@ export function Values({ id, columns, colours, lost, pauses, newest, cursors, va
       <tbody>${columns.map((column, row) => html`<tr key=${column.name}>
         <th scope="row"><span class="swatch" style=${{ background: colours[row] }}></span>${column.name}
           ${lost[row] > 0 && html` <span class="pill down">${lost[row]} lost</span>`}
-          ${lost[row] === 0 && pauses[row] > 0 && html` <span class="pill late">not sampled ${pauses[row]} times</span>`}
+          ${lost[row] === 0 && pauses[row] > 0 && html` <span class="pill late">not sampled ${pauses[row] === 1 ? 'once' : `${pauses[row]} times`}</span>`}
           ${column.trouble && html` <span class="pill down">not recorded</span>`}</th>
         ${hasCursors
           ? html`<td class="number">${shown(values[0]?.[row] ?? null, column)}</td><td class="number">${shown(values[1]?.[row] ?? null, column)}</td><td class="number">${difference(values[0]?.[row], values[1]?.[row], column)}</td>`

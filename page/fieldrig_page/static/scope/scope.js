@@ -137,7 +137,7 @@ export function Scope({ role, signals = [], usual = {}, isAddressed = false, isC
       </div>
       <${Trigger} setup=${setup} columns=${columns} middles=${middles} onChange=${change} />
       ${status.trouble && html`<p class="refusal" role="alert">${status.trouble.replace(/\n\s*/g, ': ')}</p>`}
-      ${status.messages_lost > 0 && html`<p class="refusal" role="alert">${status.messages_lost} messages did not get here: the trigger may have missed one</p>`}
+      ${status.messages_lost > 0 && html`<p class="refusal" role="alert">${status.messages_lost} ${status.messages_lost === 1 ? 'message' : 'messages'} did not get here: the trigger may have missed one</p>`}
       <div class="scope-body">
         <div class="scope-plot" ref=${useWidth(setWidth)}>
           <canvas ref=${canvas} class=${isStill ? 'still' : ''} role="img" style=${{ height: `${height}px` }} tabindex="0"
@@ -180,7 +180,7 @@ function State({ status }) {
   const lost = status.capture ? status.capture.lost : Math.max(0, ...status.lost);
   const after = status.capture?.trigger_ns !== null && status.capture?.trigger_ns !== undefined && status.capture.after_ns < status.capture.trigger_ns;
   return html`<p class=${`pill ${look}`} role="status">${words}${hits}</p>
-    ${lost > 0 && html`<p class="pill down">${lost} samples lost</p>`}
+    ${lost > 0 && html`<p class="pill down">${lost} ${lost === 1 ? 'sample' : 'samples'} lost</p>`}
     ${after && html`<p class="pill late">the trigger is up to ${exactly(status.capture.trigger_ns - status.capture.after_ns)} earlier</p>`}`;
 }
 
