@@ -41,3 +41,14 @@ def test_a_stream_of_bytes_is_read_for_each_sender(tmp_path: Path) -> None:
         "AT command office ATD20",
         "AT echo office ATD20",
     ]
+
+
+@pytest.mark.long
+def test_the_frames_of_an_axis_card_have_its_objects(tmp_path: Path) -> None:
+    """TPDO 2 of the card is 280h + 11: the positions of both axes, 32 bits each (docs/arp-can.md)."""
+    log = tmp_path / "film.log"
+    log.write_text("(1795000000.000000) can0 28B#4CA40000ACB00200\n")
+    done = CliRunner().invoke(app, ["trace", "show", str(log), "--rig", str(CONFIGS / "arp-cell.yaml")])
+    assert "TPDO 2 line" in done.output, done.output
+    assert "42060" in done.output  # 0000A44Ch
+    assert "176300" in done.output  # 0002B0ACh

@@ -8,6 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 from fieldrig.clock import MS
 from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
+from fieldrig_devices.arp.can.face import EDS
 from fieldrig_devices.arp.card.local_io import DIGITAL_INPUTS, INPUTS, OUTPUTS, TERMINALS, accepts, wire_names
 from fieldrig_devices.arp.fixed import SCALE, to_raw, to_text
 from fieldrig_devices.arp.language.files import HIGHEST_SYSTEM
@@ -16,6 +17,7 @@ from fieldrig_devices.arp.readings import Readings
 from fieldrig_devices.arp.runtime.slices import Costs, Slices
 from fieldrig_devices.arp.user_port.names import UserPortReader
 from fieldrig_devices.arp.user_port.server import UserPortSettings
+from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.line_names.described import LineReader
 
 Values = dict[int, int | float]
@@ -190,6 +192,10 @@ class ArpSettings(Settings):
     def can_node_id(self) -> int:
         """Node-ID of the card, @Par[5], as the rig file sets it."""
         return self._general(Par.CAN_NODE_ID)
+
+    def canopen_nodes(self) -> Iterator[DescribedNode]:
+        """Yield the node that the card is on its CAN."""
+        yield DescribedNode(self.can_node_id, EDS, {})
 
     def _general(self, number: Par) -> int:
         default = GENERAL_PARAMETERS[number].default
