@@ -19,12 +19,12 @@ def rows() -> list[tuple[str, str, str | None]]:
 
 
 def names_in(tree: ast.Module) -> Iterator[str]:
-    """Yield the functions, classes and constants of a module, and `Class.method`."""
+    """Yield the functions, classes and constants of a module, and `Class.method` and `Class.attribute`."""
     for node in tree.body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
             yield node.name
         if isinstance(node, ast.ClassDef):
-            yield from (f"{node.name}.{part.name}" for part in node.body if isinstance(part, ast.FunctionDef))
+            yield from (f"{node.name}.{name}" for name in names_in(ast.Module(node.body, [])))
         elif isinstance(node, ast.Assign):
             yield from (target.id for target in node.targets if isinstance(target, ast.Name))
         elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):

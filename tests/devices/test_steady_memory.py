@@ -49,7 +49,7 @@ def with_sync(rig: Rig, master: CanMaster, seconds: int) -> None:
 
 
 def test_moving_ring_leaves_nothing_behind() -> None:
-    with Rig(load(RING)) as rig:
+    with Rig(load(RING, ["time=virtual"])) as rig:
         rig.run_until(9 * S)
         client, master = ModbusClient(rig, "modbus"), CanMaster(rig, "can0")
         master.start_all()

@@ -27,7 +27,7 @@ class Sent(NamedTuple):
     shown: str
 
 
-def recorded(source: str | Mapping[str, Any], play: Callable[[Rig], object]) -> list[Sent]:
+def recorded(source: str | Mapping[str, Any], play: Callable[[Rig], object], *overrides: str) -> list[Sent]:
     """Everything that a rig sends while `play` runs it; `source` is a file in configs or a rig as a mapping."""
     sent: list[Sent] = []
 
@@ -35,7 +35,11 @@ def recorded(source: str | Mapping[str, Any], play: Callable[[Rig], object]) -> 
         shown = bus.show(delivery.message)
         sent.append(Sent(bus.name, delivery.time_ns, delivery.sender, delivery.message, shown))
 
-    config = load(ROOT / "configs" / source, ["time=virtual"]) if isinstance(source, str) else from_dict(dict(source))
+    config = (
+        load(ROOT / "configs" / source, ["time=virtual", *overrides])
+        if isinstance(source, str)
+        else from_dict(dict(source))
+    )
     with Rig(config, on_delivery=hear) as rig:
         play(rig)
     return sent

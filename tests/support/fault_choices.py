@@ -1,6 +1,7 @@
 """The faults that the devices and buses of a shipped rig declare, each with every choice of its keys."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from importlib.metadata import entry_points
 from itertools import cycle, product
 from pathlib import Path
 from typing import Any, Final, Literal, NamedTuple, get_args, get_origin
@@ -40,6 +41,9 @@ OF_PROTOCOLS: Final = frozenset({"fieldrig_devices.canopen.node_faults", "fieldr
 """Modules whose faults break a protocol, and so are tried with their devices."""
 
 
+BUSES: Final = frozenset(point.name for point in entry_points(group="fieldrig.buses"))
+
+
 class Injected(NamedTuple):
     """A fault, and the bus or device that it is given to."""
 
@@ -55,7 +59,7 @@ class Injected(NamedTuple):
 
     @property
     def is_of_bus(self) -> bool:
-        return self.kind.endswith(".virtual")
+        return self.kind in BUSES
 
 
 def choices(model: Any) -> Iterator[dict[str, Any]]:
