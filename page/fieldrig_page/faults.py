@@ -14,7 +14,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from fieldrig.control import notices
 from fieldrig.control.fault_asking import Asking, about_faults
-from fieldrig.control.messages import NoAnswerError
 from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError
 from fieldrig_page.api import Call, Operation
@@ -151,8 +150,8 @@ class Faults:
                 try:
                     ask = self._link.ask_all if question.of_all else self._link.ask
                     answer = await (ask(question.path) if question.of_all else ask(question.path, question.message))
-                except NoAnswerError as none:
-                    question = asking.throw(none)
+                except ControlError as refusal:
+                    question = asking.throw(refusal)
                 else:
                     question = asking.send(answer)
         except StopIteration as end:

@@ -16,6 +16,7 @@ from starlette.routing import Route
 
 from fieldrig.errors import ControlError
 from fieldrig_page.live import Live
+from fieldrig_page.part_faults import is_active
 from fieldrig_page.rig_link import RigLink
 
 TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
@@ -82,7 +83,10 @@ async def samples(link: RigLink, live: Live) -> list[Sample]:
         *(sample for name, process in rig["processes"].items() for sample in _of_process(name, process)),
         *(sample for name, details in processes.items() for sample in _of_details(name, details)),
         *(sample for name, statistics in buses.items() for sample in _of_bus(name, statistics)),
-        *(Sample("faults_active", _acting(found), (("part", name),)) for name, found in faults.items()),
+        *(
+            Sample("faults_active", sum(map(is_active, found.values())), (("part", name),))
+            for name, found in faults.items()
+        ),
         *page,
     ]
 
@@ -121,10 +125,6 @@ def _of_bus(name: str, statistics: Mapping[str, float]) -> Iterator[Sample]:
             yield Sample(f"bus_{_safe(ratio)}_ratio", value / 100, labels)
         else:
             yield Sample(f"bus_{_safe(figure)}", value, labels)
-
-
-def _acting(faults: Mapping[str, Mapping[str, Any]]) -> int:
-    return sum(fault.get("state") == "on" for fault in faults.values())
 
 
 def text(found: Iterable[Sample]) -> str:
