@@ -15,6 +15,8 @@ from browser_page import ServedRig, chromium, opened
 from playwright.sync_api import Page
 from report import Report, progress
 
+from fieldrig.system.this_process import own_bytes
+
 ROOT = Path(__file__).parents[2]
 SIGNALS, DRAWN = 200, 16
 LONG_S, WARM_S = 20.0, 12.0
@@ -45,8 +47,7 @@ def cpu_s(pid: int) -> float:
 
 def memory_mb(pid: int) -> float:
     """The memory of a process, without what it shares with others."""
-    lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
-    return sum(int(line.split()[1]) for line in lines if line.startswith("Private")) / 1024
+    return (own_bytes(pid) or 0) / (1 << 20)
 
 
 def children(pid: int) -> list[int]:

@@ -1,4 +1,4 @@
-"""A fault of a bus without a model that one end refuses: no end keeps it, whoever asks."""
+"""A fault of a bus without a model that one end refuses: no end keeps it, for a command and for the page."""
 
 from typing import Any
 

@@ -41,10 +41,10 @@ def resident_bytes() -> int:
         return _peak_bytes()
 
 
-def own_bytes() -> int | None:
-    """Return the memory that would be free without this process; None where the system does not provide it."""
+def own_bytes(process: int | None = None) -> int | None:
+    """Return the memory that would be free without a process, or without this one; None if the system does not say."""
     try:
-        lines = Path("/proc/self/smaps_rollup").read_text().splitlines()
+        lines = Path(f"/proc/{process or 'self'}/smaps_rollup").read_text().splitlines()
     except OSError:
         return None
     return 1024 * sum(int(line.split()[1]) for line in lines if line.startswith("Private_"))

@@ -9,6 +9,7 @@ from copy import deepcopy
 from typing import Any, NamedTuple
 
 from fieldrig.errors import RigError
+from fieldrig.system.this_process import own_bytes
 from fieldrig.virtual.branch import Asked, Branch, Branchable, branch_of, check_may_branch
 from fieldrig.virtual.readings import seconds
 
@@ -68,9 +69,7 @@ class Checkpoints:
 
     def memory(self) -> Mapping[int, int]:
         """Return the bytes that each checkpoint has for itself, by its instant."""
-        from fieldrig.virtual.forked import private_bytes
-
-        return {one.branch.now_ns: private_bytes(one.branch.pid) for one in self._kept}
+        return {one.branch.now_ns: own_bytes(one.branch.pid) or 0 for one in self._kept}
 
     def close(self) -> None:
         while self._kept:

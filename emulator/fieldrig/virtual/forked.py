@@ -38,15 +38,6 @@ def fork(pipe: "Connection[Any, Any]", serve: Serve) -> int:
     return pid
 
 
-def private_bytes(pid: int) -> int:
-    """Return the memory that a process shares with no copy; 0 where the system does not say."""
-    try:
-        with Path(f"/proc/{pid}/smaps_rollup").open(encoding="ascii") as lines:
-            return sum(int(line.split()[1]) * 1024 for line in lines if line.startswith("Private_"))
-    except OSError:
-        return 0
-
-
 def _be_copy(pipe: "Connection[Any, Any]", serve: Serve) -> NoReturn:
     code = 1
     try:
