@@ -20,6 +20,11 @@ def parse_value(text: str) -> Value:
     return text
 
 
+def is_another(value: Value, before: Value) -> bool:
+    """Return whether a value has changed; NaN after NaN has not."""
+    return value != before and not (value != value and before != before)
+
+
 def fitting(value: Value, present: Value) -> Value:
     """Return the value in the type of the present one, if that loses nothing."""
     if isinstance(value, bool) or type(value) is type(present):

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from fieldrig.device import Device, Point, Value
 from fieldrig.points.hooks import Hook
+from fieldrig.points.values import is_another
 
 
 class Change(NamedTuple):
@@ -54,6 +55,6 @@ class WatchedPoints:
         for key, last in self._last.items():
             if key in points:  # a point of a program may go with the program
                 value = points[key].read()
-                if value != last and not (value != value and last != last):  # two NaN are the same
+                if is_another(value, last):
                     self._last[key] = value
                     self._changes.append(Change(key, value))

@@ -13,6 +13,7 @@ from typing import ClassVar
 from fieldrig.clock import NEVER_NS, Alarm
 from fieldrig.device import Device, Value
 from fieldrig.errors import ControlError
+from fieldrig.points.values import is_another
 from fieldrig.real.process import DeviceProcess
 from fieldrig.real.switched import Switched
 from fieldrig.recording.bus_signals import BusSignals, OnDelivery
@@ -148,8 +149,7 @@ class DeviceSignals:
 
         def look() -> None:
             for place, value in enumerate(reads()):
-                before = last[place]
-                if value != before and not (value != value and before != before):  # two NaN are the same
+                if is_another(value, last[place]):
                     last[place] = value
                     action(now_ns(), place, value)
 

@@ -416,9 +416,7 @@ class Rig:
         if seed is not None:
             check_seed(seed)
         check_may_branch(self)
-        branch = branch_of(self, seed)
-        self._branches = [*(each for each in self._branches if not each.is_closed), branch]
-        return branch
+        return self._ended_by_us(branch_of(self, seed))
 
     def branches(self, scenario: "Callable[[Rig, int], T]", seeds: Iterable[int], workers: int = 2) -> list[T]:
         """Call `scenario(rig, seed)` in a branch for each seed, and return the results in the order of the seeds.
@@ -463,9 +461,7 @@ class Rig:
             raise RigError("the rig has no checkpoints to go back to", "call checkpoint_every(5 * S) before")
         if instant_ns > self.now_ns:
             raise ArgumentError(f"the rig cannot go back to {seconds(ns)}: it is at {seconds(self.now_ns)}", "run it")
-        branch = self._checkpoints.back(instant_ns)
-        self._branches = [*(each for each in self._branches if not each.is_closed), branch]
-        return branch
+        return self._ended_by_us(self._checkpoints.back(instant_ns))
 
     def checkpoints(self) -> Mapping[int, int]:
         """Return the bytes of memory that each checkpoint has for itself, by its instant."""
@@ -504,6 +500,11 @@ class Rig:
                 reseed(random, f"{seed}/{name}")
             for node in self._nodes.values():
                 node.reseed(seed)
+
+    def _ended_by_us(self, branch: Branch) -> Branch:
+        """Return a branch that ends with this rig at the latest."""
+        self._branches = [*(each for each in self._branches if not each.is_closed), branch]
+        return branch
 
     def _park(self, next_ns: int) -> None:
         """Take the checkpoint that is due before `next_ns`; if the rig sleeps over several, the last of them.
