@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from fieldrig.errors import ControlError
 from fieldrig_page.scope.recordings import Signal
 from fieldrig_page.scope.setup import Setup
-from fieldrig_page.scope.store import Track
+from fieldrig_page.scope.store import Track, by_track
 from fieldrig_page.scope.triggers import Hit
 
 MOST: Final = 64
@@ -42,11 +42,15 @@ class Capture(NamedTuple):
     @property
     def lost(self) -> int:
         """Samples that are missing in it."""
-        return sum(track.lost for track in {id(trace.track): trace.track for trace in self.traces.values()}.values())
+        return sum(track.lost for track in self._tracks)
 
     @property
     def size(self) -> int:
-        return sum(track.size for track in {id(trace.track): trace.track for trace in self.traces.values()}.values())
+        return sum(track.size for track in self._tracks)
+
+    @property
+    def _tracks(self) -> list[Track]:
+        return [track for track, _ in by_track((trace.track, trace) for trace in self.traces.values())]
 
 
 class Captures:
@@ -83,14 +87,8 @@ class Captures:
 
 def cut(signals: Iterable[Signal], first_ns: int, end_ns: int) -> dict[str, Trace]:
     """Copy the samples of a time; signals without any yet are left out."""
-    by_track: dict[int, list[Signal]] = {}
-    for signal in signals:
-        if signal.track is not None:
-            by_track.setdefault(id(signal.track), []).append(signal)
     found: dict[str, Trace] = {}
-    for together in by_track.values():
-        track = together[0].track
-        assert track is not None
+    for track, together in by_track((signal.track, signal) for signal in signals):
         part = track.cut([signal.column for signal in together], first_ns, end_ns)
         for column, signal in enumerate(together):
             found[signal.name] = Trace(signal.name, signal.kind, signal.unit, signal.states, signal.holds, part, column)

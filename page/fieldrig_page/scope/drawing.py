@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 from typing import Any, Final, Protocol
 
-from fieldrig_page.scope.store import Gap, Track
+from fieldrig_page.scope.store import Gap, Track, by_track
 
 MOST_POINTS: Final = 8_000
 """Points of an XY view; of more samples each n-th is drawn, and the page says so."""
@@ -37,13 +37,9 @@ Rows = Mapping[int, Drawn]
 """Signals by the row in which they are drawn, from the top."""
 
 
-def by_track(rows: Rows) -> list[tuple[Track, list[int]]]:
+def tracks_of(rows: Rows) -> list[tuple[Track, list[int]]]:
     """Return the tracks of the rows, each with its rows."""
-    found: dict[int, tuple[Track, list[int]]] = {}
-    for row, drawn in rows.items():
-        if drawn.track is not None:
-            found.setdefault(id(drawn.track), (drawn.track, []))[1].append(row)
-    return list(found.values())
+    return by_track((drawn.track, row) for row, drawn in rows.items())
 
 
 def part(rows: Rows, numbers: Sequence[int], first_ns: int, bucket_ns: int, count: int) -> dict[str, Any]:
@@ -90,7 +86,7 @@ def gaps(rows: Rows, first_ns: int, end_ns: int, origin_ns: int) -> list[dict[st
     """Return the gaps of a time, each with the rows that have it."""
     return [
         {"rows": numbers, "first_ns": gap.first_ns - origin_ns, "end_ns": gap.end_ns - origin_ns, "lost": gap.lost}
-        for track, numbers in by_track(rows)
+        for track, numbers in tracks_of(rows)
         for gap in _within(track.gaps, first_ns, end_ns)
     ]
 

@@ -11,7 +11,7 @@ from typing import Final
 from fieldrig_page.scope.captures import Trace, cut
 from fieldrig_page.scope.recordings import Signal
 from fieldrig_page.scope.setup import Setup
-from fieldrig_page.scope.store import Track
+from fieldrig_page.scope.store import Track, by_track
 from fieldrig_page.scope.triggers import Hit, Range
 
 PATIENCE_S: Final = 1.0
@@ -30,23 +30,21 @@ class _Picture:
         self.end_ns = self.first_ns + setup.window_ns
         self.until_s = now_s + PATIENCE_S
         self.traces: dict[str, Trace] = {}
-        self._waiting: dict[int, list[Signal]] = {}
-        for signal in signals.values():
-            if signal.track is not None:
-                self._waiting.setdefault(id(signal.track), []).append(signal)
+        self._waiting = by_track((signal.track, signal) for signal in signals.values())
 
     def look(self, now_s: float, is_last: bool = False) -> bool:
         """Take what has come, and return whether nothing is missing any more."""
-        for key, together in tuple(self._waiting.items()):
-            track = together[0].track
-            assert track is not None
+        waiting = []
+        for track, together in self._waiting:
             if is_last or track.known_ns >= self.end_ns:
                 self.traces |= cut(together, self.first_ns, self.end_ns + 1)
-                del self._waiting[key]
-        return not self._waiting
+            else:
+                waiting.append((track, together))
+        self._waiting = waiting
+        return not waiting
 
     def is_waiting_for(self, track: Track) -> bool:
-        return id(track) in self._waiting
+        return any(waited is track for waited, _ in self._waiting)
 
 
 class Hunt:

@@ -18,7 +18,7 @@ from fieldrig_page.scope.drawing import Drawn, Rows
 from fieldrig_page.scope.hunt import Hunt
 from fieldrig_page.scope.recordings import Recordings, Signal
 from fieldrig_page.scope.setup import Setup, read_setup
-from fieldrig_page.scope.store import Track
+from fieldrig_page.scope.store import Track, by_track
 from fieldrig_page.scope.triggers import Hit, Trigger
 
 PIXELS: Final = (16, 4096)
@@ -194,7 +194,7 @@ class Session:
 
     def _tracks(self) -> list[Track]:
         """The tracks of all signals that have samples."""
-        found = drawing.by_track(dict(enumerate(self._signals.values())))
+        found = by_track((signal.track, signal) for signal in self._signals.values())
         return [track for track, _ in found if track.times_ns]
 
     def _arm(self, track: Track | None = None, first: int = 0) -> None:
@@ -240,7 +240,7 @@ class Session:
 
     def _live(self, wish: Wish) -> dict[str, Any] | None:
         rows = self._rows(self._signals)
-        tracks = [(track, numbers) for track, numbers in drawing.by_track(rows) if track.times_ns]
+        tracks = [(track, numbers) for track, numbers in drawing.tracks_of(rows) if track.times_ns]
         bucket_ns = max(wish.setup.window_ns // wish.pixels, 1)
         count = -(-wish.setup.window_ns // bucket_ns)
         end = max((track.known_ns // bucket_ns for track, _ in tracks), default=0)
@@ -278,7 +278,7 @@ class Session:
                 **drawing.part(rows, numbers, first * bucket_ns, bucket_ns, count),
                 "first": first - self._origin(bucket_ns),
             }
-            for _, numbers in drawing.by_track(rows)
+            for _, numbers in drawing.tracks_of(rows)
         ]
         return self._dressed(wish, rows, parts, bucket_ns, (first, count))
 
@@ -340,7 +340,7 @@ class Session:
     def _state(self, wish: Wish, capture: Capture | None) -> dict[str, Any]:
         rows = self._rows(self._signals if capture is None else capture.traces)
         lost, pauses = [0] * len(wish.setup.signals), [0] * len(wish.setup.signals)
-        for track, numbers in drawing.by_track(rows):
+        for track, numbers in drawing.tracks_of(rows):
             for row in numbers:
                 lost[row], pauses[row] = track.lost, track.pauses
         return {

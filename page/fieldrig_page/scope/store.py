@@ -15,7 +15,9 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from math import inf, nan
-from typing import Final, NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol, TypeVar
+
+D = TypeVar("D")
 
 DEPTH: Final = 1 << 15
 """Rows that a track always has, once it has taken that many; it has up to twice as many."""
@@ -277,6 +279,15 @@ class Track:
                 low, high = min(known, default=inf), max(known, default=-inf)
             lows.append(low)
             highs.append(high)
+
+
+def by_track(drawn: Iterable[tuple[Track | None, D]]) -> list[tuple[Track, list[D]]]:
+    """Return what is drawn of each track, with the tracks in the order in which they come first."""
+    found: dict[int, tuple[Track, list[D]]] = {}
+    for track, each in drawn:
+        if track is not None:
+            found.setdefault(id(track), (track, []))[1].append(each)
+    return list(found.values())
 
 
 def _known_extremes(part: Iterable[float]) -> tuple[float, float]:
