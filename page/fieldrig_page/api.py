@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from importlib.metadata import version
 from typing import Any, Final, Literal, Protocol, runtime_checkable
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import StrictBool, StrictFloat, StrictInt, StrictStr, TypeAdapter, ValidationError
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
@@ -22,6 +22,8 @@ from fieldrig.text.nearest import closest
 from fieldrig_page.guard import LONGEST_BODY, DeniedError, refusal_json
 from fieldrig_page.live import Role
 
+GivenValue = StrictBool | StrictInt | StrictFloat | StrictStr
+"""A value of a point in a body, in the type that JSON gives it."""
 BASE: Final = "/api/v1"
 OPENAPI: Final = "3.1.0"
 REFUSAL: Final = {

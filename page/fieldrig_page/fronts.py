@@ -11,13 +11,13 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any, ClassVar, Final, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictFloat, StrictInt, StrictStr
+from pydantic import BaseModel, ConfigDict, Field
 
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError, field, items
 from fieldrig.text.nearest import closest
-from fieldrig_page.api import Call, Operation, known
+from fieldrig_page.api import Call, GivenValue, Operation, known
 from fieldrig_page.guard import DeniedError
 from fieldrig_page.held_keys import HeldKey, HeldKeys
 from fieldrig_page.live import Page
@@ -34,9 +34,7 @@ class Operated(BaseModel):
     """An act of a person on a part."""
 
     model_config = ConfigDict(extra="forbid")
-    value: StrictBool | StrictInt | StrictFloat | StrictStr = Field(
-        description="true presses a key, false releases it; for any other part its new value"
-    )
+    value: GivenValue = Field(description="true presses a key, false releases it; for any other part its new value")
     page: str = Field(
         default="", max_length=64, description="the page that holds a key, as the topic `front` names it; or none"
     )

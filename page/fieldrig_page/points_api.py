@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictFloat, StrictInt, StrictStr
+from pydantic import BaseModel, ConfigDict, Field
 
 from fieldrig.device import Value
 from fieldrig.text.nearest import closest
-from fieldrig_page.api import Call, Operation, known
+from fieldrig_page.api import Call, GivenValue, Operation, known
 from fieldrig_page.guard import DeniedError
 from fieldrig_page.rig_link import RigLink
 
@@ -19,7 +19,7 @@ class NewValue(BaseModel):
     """The new value of a point."""
 
     model_config = ConfigDict(extra="forbid")
-    value: StrictBool | StrictInt | StrictFloat | StrictStr = Field(description="a number, a text, true or false")
+    value: GivenValue = Field(description="a number, a text, true or false")
 
 
 class Point(BaseModel):
@@ -27,7 +27,7 @@ class Point(BaseModel):
 
     model_config = ConfigDict(extra="allow")
     key: str
-    value: StrictBool | StrictInt | StrictFloat | StrictStr
+    value: GivenValue
     unit: str = Field(description="its unit, or an empty text")
 
 

@@ -93,7 +93,6 @@ export function useLive(type, reduce, initial) {
   const [value, setValue] = useState(initial);
   const latest = useRef(reduce);
   latest.current = reduce;
-  // At once: an effect after the paint once missed the greeting.
   useLayoutEffect(() => live.on(type, (message) => setValue((before) => latest.current(before, message))), [type]);
   return value;
 }
@@ -148,6 +147,9 @@ export class Refusal extends Error {
     Object.assign(this, { status, what, remedy });
   }
 }
+
+// A name or key in a path of the API: its slashes stay.
+export const inPath = (name) => name.split('/').map(encodeURIComponent).join('/');
 
 // A call of the HTTP API, such as api('PUT', 'devices/tank/points/level', {value: 1.25}).  Throws a Refusal.
 export async function api(method, path, body) {

@@ -1,7 +1,7 @@
 // Programs: source with the current line and live values, task times; start, stop, reset, force.
 import { html } from 'htm/preact';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
-import { api, useAnswer, useLive, useWish } from './live.js';
+import { api, inPath, useAnswer, useLive, useWish } from './live.js';
 import { Refused, Rows } from './rows.js';
 
 const LINE = 20; // pixels
@@ -39,7 +39,7 @@ function Program({ device, role }) {
   useEffect(() => { if (state?.files && !state.files.includes(file)) setFile(state.files[0] ?? null); }, [state]);
   useEffect(() => {
     let isHere = true;
-    if (file) api('GET', `programs/${encodeURIComponent(device)}/source/${file.split('/').map(encodeURIComponent).join('/')}`).then(({ text: whole }) => isHere && setText(whole), setRefusal);
+    if (file) api('GET', `programs/${encodeURIComponent(device)}/source/${inPath(file)}`).then(({ text: whole }) => isHere && setText(whole), setRefusal);
     return () => { isHere = false; };
   }, [device, file, loads]);
   const act = async (action, orders = {}) => {

@@ -1,7 +1,7 @@
 // The values of devices: search, units, what they are now, and edit with the reason of a refusal beside the field.
 import { html } from 'htm/preact';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
-import { api, live, useAnswer, useWish } from './live.js';
+import { api, inPath, live, useAnswer, useWish } from './live.js';
 import { Rows } from './rows.js';
 
 const ROW = 34; // pixels
@@ -171,14 +171,11 @@ function typed(field, present) {
 
 async function write(device, key, value) {
   const name = encodeURIComponent(device);
-  if (!key.startsWith(PROGRAM)) return (await api('PUT', `devices/${name}/points/${encoded(key)}`, { value })).value;
+  if (!key.startsWith(PROGRAM)) return (await api('PUT', `devices/${name}/points/${inPath(key)}`, { value })).value;
   const variable = key.slice(PROGRAM.length);
   const [written] = (await api('POST', `programs/${name}/write`, { values: { [variable]: value } })).variables;
   return written.text || written.value;
 }
-
-// A key in a path: its slashes stay.
-const encoded = (key) => key.split('/').map(encodeURIComponent).join('/');
 
 function shown(value) {
   if (value === undefined || value === null) return '';

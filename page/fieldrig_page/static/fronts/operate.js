@@ -1,7 +1,7 @@
 // Operating parts of a front: by the HTTP API, each part's calls one after the other, so that a release never
 // overtakes its press.
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { api, live } from '../live.js';
+import { api, inPath, live } from '../live.js';
 
 // How the server names this page; with it a key that is held goes up when the socket of this page goes.
 let page = '';
@@ -12,7 +12,7 @@ const lines = new Map();
 // Operates a part, such as operate('panel', 'key.F1', true).  Rejects with a Refusal.
 export function operate(device, name, value) {
   const id = `${device} ${name}`;
-  const path = `devices/${encodeURIComponent(device)}/front/${name.split('/').map(encodeURIComponent).join('/')}`;
+  const path = `devices/${encodeURIComponent(device)}/front/${inPath(name)}`;
   const before = lines.get(id) ?? Promise.resolve();
   const done = before.catch(() => {}).then(() => api('POST', path, { value, page }));
   lines.set(id, done);
