@@ -45,7 +45,8 @@ class Hub:
         self.run = Path(self.folder.name)
         self.bus = CanHub("can0", CanHubSettings(bitrate=bitrate))
         self.frames: list[CanFrame] = []
-        self.hub = LocalHub(self.bus, self.clock, self.run, on_delivery=self._on_delivery)
+        self.hub = LocalHub(self.bus, self.clock, self.run)
+        self.hub.on_delivery(self._on_delivery)
         self.members: list[asyncio.subprocess.Process] = []
 
     def _on_delivery(self, delivery: Delivery[CanFrame]) -> None:

@@ -225,7 +225,7 @@ async def test_a_browser_that_was_sent_here_is_not_obeyed(name: str, tmp_path: P
     row = ROWS[name]
     async with opened(row, tmp_path) as (hub, server):
         heard: list[Any] = []
-        hub.on_delivery = heard.append
+        hub.on_delivery(heard.append)
         for count, line in enumerate(REQUESTS, 1):
             browser = connected(server)
             await until(lambda: is_there(server, browser))  # noqa: B023  it is called before the next round

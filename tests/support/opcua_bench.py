@@ -76,7 +76,7 @@ class ServerBench:
         self.plc = Plc()
         self.face = OpcUaFace("plc", "a PLC", hub.join("plc"), self.plc.tree)
         self.asked: list[OpcUaMessage] = []
-        hub.on_delivery = lambda delivery: self.asked.append(delivery.message)
+        hub.on_delivery(lambda delivery: self.asked.append(delivery.message))
 
     def reads(self) -> int:
         """The number of Read requests since the last call."""

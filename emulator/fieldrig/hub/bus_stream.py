@@ -24,15 +24,16 @@ FLUSH_S = 0.02
 
 
 OnDelivery = Callable[[Delivery[Any]], None]
-SetListener = Callable[[OnDelivery | None], None]
+Listen = Callable[[OnDelivery], Callable[[], None]]
 
 
 class BusStream:
-    def __init__(self, control: Control, bus: Bus[Any], process: str, set_listener: SetListener) -> None:
-        """`set_listener` is called with `add` when listening starts, and with None when it ends."""
+    def __init__(self, control: Control, bus: Bus[Any], process: str, listen: Listen) -> None:
+        """`listen` is called with `add` when listening starts; it returns what ends it."""
         self._loop = asyncio.get_running_loop()
         self.epoch_ns = 0
-        self._bus, self._process, self._set_listener = bus, process, set_listener
+        self._bus, self._process, self._listen_to_bus = bus, process, listen
+        self._end_listening: Callable[[], None] | None = None
         self._pending: list[tuple[int, str, Any]] = []
         self._first = 0
         self._flusher: asyncio.TimerHandle | None = None
@@ -91,4 +92,9 @@ class BusStream:
         self._listen()
 
     def _listen(self) -> None:
-        self._set_listener(self.add if self._wants_data or self._wants_text else None)
+        is_wanted = self._wants_data or self._wants_text
+        if is_wanted and self._end_listening is None:
+            self._end_listening = self._listen_to_bus(self.add)
+        elif not is_wanted and self._end_listening is not None:
+            self._end_listening()
+            self._end_listening = None

@@ -75,15 +75,13 @@ class LocalHub:
         bus: ModelBus[Any],
         clock: RealClock,
         run: Path,
-        on_delivery: Callable[[Delivery[Any]], None] | None = None,
         seed: int = 0,
         pace: Pace | None = None,
         waiting: WaitingFaults | None = None,
     ) -> None:
         """`pace` is that of this process for what outsiders send; `waiting` holds its faults that wait for a point."""
-        self.bus, self.clock, self.on_delivery = bus, clock, on_delivery
-        self.listeners: list[Callable[[Delivery[Any]], None]] = []
-        """Called with each delivery, as `on_delivery` is."""
+        self.bus, self.clock = bus, clock
+        self._listeners: tuple[Callable[[Delivery[Any]], None], ...] = ()
         self.model = medium_of(bus)
         self.model.begin(clock.now_ns(), Random(f"{seed}/{bus.name}"))
         self._waiting = waiting
@@ -136,10 +134,22 @@ class LocalHub:
         """Call `call` with the effects of faults on ports."""
         self.model.on_doors(call)
 
+    def on_delivery(self, call: Callable[[Delivery[Any]], None]) -> Callable[[], None]:
+        """Call `call` with every message from now on, and every fault that a member notes; return what ends it."""
+        self._listeners = (*self._listeners, call)
+
+        def end() -> None:
+            self._listeners = tuple(other for other in self._listeners if other is not call)
+
+        return end
+
     def note(self, member: str, fault: FaultNote) -> None:
         """Add a fault of a member to the trace."""
-        if self.on_delivery is not None:
-            self.on_delivery(Delivery(self.clock.now_ns(), member, fault, ()))
+        self._tell(Delivery(self.clock.now_ns(), member, fault, ()))
+
+    def _tell(self, delivery: Delivery[Any]) -> None:
+        for listener in self._listeners:
+            listener(delivery)
 
     def waiting(self, member: str) -> int:
         return self.model.waiting(member) if member in self._members and member not in self._unpowered else 0
@@ -192,10 +202,7 @@ class LocalHub:
                         deliver = members.get(receiver)
                         if deliver is not None:
                             deliver(delivery)
-                    if self.on_delivery is not None:
-                        self.on_delivery(delivery)
-                    for listener in self.listeners:
-                        listener(delivery)
+                    self._tell(delivery)
                 next_ns = model.next_ns()
                 if time.monotonic_ns() > give_up_ns:
                     break

@@ -6,7 +6,7 @@ them.  If the process of a hub dies, the devices go on without that bus until th
 
 import asyncio
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -92,7 +92,8 @@ class DeviceProcess:
         """The buses that this process answers for: those of its hubs, and direct buses whose centre it hosts."""
         self.devices: dict[str, Switched] = {}
         self.stores: dict[str, FileStore] = {}
-        self._listeners: dict[str, OnDelivery | None] = {}
+        self._listeners: list[tuple[str, OnDelivery]] = []
+        """What is called with the messages of direct buses."""
         self._run = config.run.absolute()
         self._ends: dict[str, dict[str, Link[Any]]] = {}
         self._attachments: list[RemoteLink] = []
@@ -122,18 +123,24 @@ class DeviceProcess:
         buses = [self.config.buses[name].bus for name in names]
         return [bus for bus in buses if bus.name in self.hubs or isinstance(bus, DirectBus)]
 
-    def listen(self, bus: str, on_delivery: OnDelivery | None) -> None:
-        """Call `on_delivery` with every message of a bus of `traced_buses`."""
+    def listen(self, bus: str, on_delivery: OnDelivery) -> Callable[[], None]:
+        """Call `on_delivery` with every message of a bus of `traced_buses`, until the returned function is called."""
         if bus in self.hubs:
-            self.hubs[bus].on_delivery = on_delivery
-        else:
-            self._listeners[bus] = on_delivery
+            return self.hubs[bus].on_delivery(on_delivery)
+        listener = bus, on_delivery
+        self._listeners.append(listener)
+
+        def end() -> None:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+
+        return end
 
     def heard(self, bus: str, sender: str, message: Any) -> None:
         """Add a message of a direct bus to the trace."""
-        on_delivery = self._listeners.get(bus)
-        if on_delivery is not None:
-            on_delivery(Delivery(self.clock.now_ns(), sender, message, ()))
+        for listened, on_delivery in tuple(self._listeners):
+            if listened == bus:
+                on_delivery(Delivery(self.clock.now_ns(), sender, message, ()))
 
     async def open(self) -> None:
         """Open the hubs with their ports.  BusError if an address is not available."""

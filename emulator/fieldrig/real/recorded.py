@@ -16,7 +16,7 @@ from fieldrig.errors import ControlError
 from fieldrig.points.values import is_another
 from fieldrig.real.process import DeviceProcess
 from fieldrig.real.switched import Switched
-from fieldrig.recording.bus_signals import BusSignals, OnDelivery
+from fieldrig.recording.bus_signals import BusSignals
 from fieldrig.recording.device_points import PointReads, describe
 from fieldrig.recording.signals import Described, End, OnCycle, RecordedPart
 from fieldrig.text.nearest import closest
@@ -43,7 +43,7 @@ class ProcessSource:
         process = self._process
         if name in process.hubs:
             hub = process.hubs[name]
-            return BusSignals(hub.bus, hub.model.standing, partial(_listen, hub.listeners), self.clock.now_ns)
+            return BusSignals(hub.bus, hub.model.standing, hub.on_delivery, self.clock.now_ns)
         if name in process.devices:
             return DeviceSignals(self, name, process.devices[name])
         raise ControlError(
@@ -160,13 +160,3 @@ class DeviceSignals:
                 each()
 
         return end
-
-
-def _listen(listeners: list[OnDelivery], on_delivery: OnDelivery) -> End:
-    listeners.append(on_delivery)
-
-    def end() -> None:
-        if on_delivery in listeners:
-            listeners.remove(on_delivery)
-
-    return end

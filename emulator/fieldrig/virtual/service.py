@@ -223,16 +223,19 @@ class VirtualService:
     def _rebase(self) -> None:
         self._base_s, self._base_ns = self._loop.time(), self._rig.now_ns
 
-    def _listen(self, bus: str, on_delivery: OnDelivery | None) -> None:
-        if on_delivery is None:
-            self._listeners.pop(bus, None)
-        else:
-            self._listeners[bus] = on_delivery
-        if self._listeners and self._end_listening is None:
+    def _listen(self, bus: str, on_delivery: OnDelivery) -> Callable[[], None]:
+        """Call `on_delivery` with the messages of a bus; without listeners, the rig keeps its shortcuts."""
+        self._listeners[bus] = on_delivery
+        if self._end_listening is None:
             self._end_listening = self._rig.on_delivery(self._on_delivery)
-        elif not self._listeners and self._end_listening is not None:
-            self._end_listening()
-            self._end_listening = None
+
+        def end() -> None:
+            del self._listeners[bus]
+            if not self._listeners and self._end_listening is not None:
+                self._end_listening()
+                self._end_listening = None
+
+        return end
 
     def _on_delivery(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:
         listener = self._listeners.get(bus.name)

@@ -193,8 +193,8 @@ def test_a_number_whose_program_is_not_there_rings(tmp_path: Path) -> None:
         address = f"127.0.0.1:{free_port()}"
         async with desk(tmp_path, outgoing=[{"number": "300", "dial": address}]) as at:
             rings: list[Any] = []
-            at.hub.on_delivery = lambda delivery: (
-                rings.append(delivery) if delivery.message == Ring(True, "100") else None
+            at.hub.on_delivery(
+                lambda delivery: rings.append(delivery) if delivery.message == Ring(True, "100") else None
             )
             at.modem.call("300")
             await until(lambda: len(rings) == 3)

@@ -33,7 +33,8 @@ class HubBench:
         self.run = run
         self.bus = WiresHub("wires", WiresHubSettings(attach=attach_at))
         self.trace: list[Delivery[Any]] = []
-        self.hub = LocalHub(self.bus, self.clock, run, on_delivery=self.trace.append)
+        self.hub = LocalHub(self.bus, self.clock, run)
+        self.hub.on_delivery(self.trace.append)
         self.lost: asyncio.Future[str] = asyncio.get_running_loop().create_future()
 
     async def remote(self, member: str) -> Any:
@@ -163,7 +164,8 @@ async def test_faults_come_and_go_while_the_hub_runs(tmp_path: Path) -> None:
     clock = RealClock(asyncio.get_running_loop())
     trace: list[Any] = []
     bus = CanHub("can0", CanHubSettings(bitrate=None))
-    hub = LocalHub(bus, clock, tmp_path, lambda delivery: trace.append(delivery.message))
+    hub = LocalHub(bus, clock, tmp_path)
+    hub.on_delivery(lambda delivery: trace.append(delivery.message))
     sender, heard = hub.join("here"), list[CanFrame]()
     hub.join("there").on_receive(heard.append)
     number = hub.add_fault({"what": "drop", "count": 1})
