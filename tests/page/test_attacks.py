@@ -122,13 +122,15 @@ async def test_strangers_are_refused_before_a_socket_opens(rig: RunningRig) -> N
 )
 def test_junk_on_a_connection_is_answered_or_dropped(rig: RunningRig, junk: bytes) -> None:
     with socket.create_connection(place(rig), timeout=60) as line:
-        line.sendall(junk)
-        line.shutdown(socket.SHUT_WR)
         answer = b""
         try:
+            line.sendall(junk)
+            line.shutdown(socket.SHUT_WR)
             while part := line.recv(65536):
                 answer += part
-        except ConnectionResetError:
-            pass
+        except TimeoutError:
+            raise
+        except OSError:
+            pass  # it may be reset at any byte, and then it has no end to shut down
         assert b" 200 " not in answer.partition(b"\r\n")[0]
     assert status_of(rig) == 200
