@@ -30,7 +30,7 @@ format: .venv/dev-installed ## format the code, and fix what ruff can fix
 fuzz: .venv/dev-installed ## send 200,000 corrupted frames to a CANopen node, and a million inputs to all decoders, listeners, files and stores
 	@FIELDRIG_FUZZ_FRAMES=200000 FIELDRIG_FUZZ_INPUTS=1000000 $(BIN)/python -m pytest -q tests/fuzz --timeout=7200
 
-bench: .venv/dev-installed ## measure, and write docs/benchmarks.md
+bench: .venv/dev-installed ## measure, and write docs/developers/benchmarks.md
 	@$(DRIVER) bench
 
 pictures: .venv/dev-installed ## draw the pictures of the docs from running rigs into docs/pictures
@@ -40,7 +40,7 @@ coverage-of-manuals: .venv/dev-installed ## list which rows of the manuals the t
 	@$(BIN)/python -m pytest -q --no-header -m "manual and not vcan and not ppp and not docker" --manual-rows \
 		|| [ $$? = 5 ] # no test is marked
 
-mutation: .venv/dev-installed ## change the code behind a sample of the rows and check that their tests fail; writes docs/mutation.md
+mutation: .venv/dev-installed ## change the code behind a sample of the rows and check that their tests fail; writes docs/developers/mutation.md
 	@$(BIN)/python -m tests.mutation
 
 lock: .venv/bin/pip ## resolve the dependencies of pyproject.toml, and update the lock files and THIRD-PARTY.md

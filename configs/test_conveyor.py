@@ -88,7 +88,7 @@ def test_the_emergency_stop_needs_a_new_start(fieldrig_rig: RigMaker) -> None:
 
 
 def test_the_program_is_changed_while_the_belt_runs(tmp_path: Path, fieldrig_rig: RigMaker) -> None:
-    """The change of docs/conveyor.md: a faster belt, without a stop and without a jump of its speed."""
+    """The change of conveyor.md: a faster belt, without a stop and without a jump of its speed."""
     folder = tmp_path / "configs"
     copytree(RIG.parent, folder)
     rig = booted(fieldrig_rig(folder / RIG.name))

@@ -14,7 +14,21 @@ from xml.etree import ElementTree
 
 import pytest
 import typer
-from doc_pages import PAGES, ROOT, Row, anchor, code_in, headings, links, links_in, prose, rows
+from doc_pages import (
+    INDEX,
+    PAGES,
+    ROOT,
+    Row,
+    anchor,
+    code_in,
+    headings,
+    links,
+    links_in,
+    page_named,
+    place_of,
+    prose,
+    rows,
+)
 
 from fieldrig.cli.app import app
 from fieldrig.config import kinds
@@ -104,7 +118,6 @@ from fieldrig_devices.st1.settings import MotorSettings as St1Motor
 from fieldrig_devices.st1.settings import ParameterSettings as St1Parameters
 from fieldrig_devices.st1.settings import PlantSettings, RegisterSettings, SupplySettings
 
-DOCS = ROOT / "docs"
 REQUIRED = "required"
 Models = Mapping[str, type[Settings]]
 
@@ -292,26 +305,28 @@ def test_tables_have_the_right_defaults(heading: str) -> None:
 
 
 def test_every_kind_of_bus_has_its_section() -> None:
-    assert {kind for title in headings(DOCS / "buses.md") for kind in code_in(title)} == set(names_in("fieldrig.buses"))
+    said = {kind for title in headings(page_named("buses.md")) for kind in code_in(title)}
+    assert said == set(names_in("fieldrig.buses"))
 
 
 def test_every_kind_of_device_is_in_the_overview_and_has_its_section() -> None:
-    overview = [row.cells[0] for row in rows(DOCS / "devices.md") if row.columns[0] == "kind"]
+    page = page_named("devices.md")
+    overview = [row.cells[0] for row in rows(page) if row.columns[0] == "kind"]
     assert sorted(kind for cell in overview for kind in code_in(cell)) == sorted(names_in("fieldrig.devices"))
     for cell in overview:
         name, _, part = links_in(cell)[0].partition("#")
-        assert part in map(anchor, headings(DOCS / (name or "devices.md")))
+        assert part in map(anchor, headings(page.parent / (name or page.name)))
         assert [anchor(kind) for kind in code_in(cell)] == [part]
 
 
 def test_the_overview_of_devices_says_which_take_faults() -> None:
-    overview = [row for row in rows(DOCS / "devices.md") if row.columns[0] == "kind"]
+    overview = [row for row in rows(page_named("devices.md")) if row.columns[0] == "kind"]
     said = {kind for row in overview for kind in code_in(row.cells[0]) if links_in(row.cells[3])}
     assert said == {kind for kind in names_in("fieldrig.devices") if kinds.find_device(kind).fault_models}
 
 
 def test_every_kind_of_bus_is_in_the_overview_with_its_time() -> None:
-    overview = [row for row in rows(DOCS / "buses.md") if row.columns[0] == "kind"]
+    overview = [row for row in rows(page_named("buses.md")) if row.columns[0] == "kind"]
     said = {kind: row.cells[1] for row in overview for kind in code_in(row.cells[0])}
     assert said.keys() == set(names_in("fieldrig.buses"))
     for kind, times in said.items():
@@ -319,14 +334,14 @@ def test_every_kind_of_bus_is_in_the_overview_with_its_time() -> None:
 
 
 def test_every_fault_is_explained() -> None:
-    said = {code_in(row.cells[0])[0] for row in rows(DOCS / "can-faults.md") if row.heading == "What can go wrong"}
+    said = {code_in(row.cells[0])[0] for row in rows(page_named("can-faults.md")) if row.heading == "What can go wrong"}
     assert said == OTHER_SECTIONS["Keys of a fault"].keys()
 
 
 def test_the_page_of_faults_has_all_faults_of_all_kinds() -> None:
     said = {
         kind: code_in(row.cells[1])
-        for row in rows(DOCS / "faults.md")
+        for row in rows(page_named("faults.md"))
         if row.columns[0] == "kind"
         for kind in code_in(row.cells[0])
     }
@@ -341,7 +356,7 @@ def test_the_readme_counts_the_kinds_that_take_faults() -> None:
 
 
 def kinds_on_the_page_of_faults() -> Iterator[str]:
-    for row in rows(DOCS / "faults.md"):
+    for row in rows(page_named("faults.md")):
         if row.columns[0] != "kind":
             continue
         yield from code_in(row.cells[0])
@@ -361,14 +376,16 @@ def test_faults_of_a_bus_from_the_start_are_those_at_run_time(kind: str) -> None
 
 
 def test_exit_codes_are_those_of_the_program() -> None:
-    said = {int(row.cells[0]): row.cells[1] for row in rows(DOCS / "command-line.md") if row.heading == "Exit codes"}
+    said = {
+        int(row.cells[0]): row.cells[1] for row in rows(page_named("command-line.md")) if row.heading == "Exit codes"
+    }
     assert said.keys() == {code.value for code in Exit}
     for code, about in ABOUT.items():
         assert said[code].startswith(about)
 
 
 def test_commands_are_those_of_the_program() -> None:
-    lines = [code_in(row.cells[0])[0] for row in rows(DOCS / "command-line.md") if row.columns[0] == "command"]
+    lines = [code_in(row.cells[0])[0] for row in rows(page_named("command-line.md")) if row.columns[0] == "command"]
     said = {" ".join(word for word in line.split()[1:] if word.islower()) for line in lines}
     own = {name for name, _ in commands()}
     assert own <= said
@@ -376,7 +393,7 @@ def test_commands_are_those_of_the_program() -> None:
 
 
 def test_options_are_those_of_the_program() -> None:
-    text = prose(DOCS / "command-line.md")
+    text = prose(page_named("command-line.md"))
     known = {
         option
         for _, command in commands()
@@ -388,7 +405,7 @@ def test_options_are_those_of_the_program() -> None:
     assert set(re.findall(r"(?<!\w)--[a-z][a-z-]*", text)) == known
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=place_of)
 def test_links_lead_somewhere(page: Path) -> None:
     for link in links(page):
         if link.startswith("http"):
@@ -404,13 +421,33 @@ def test_every_page_is_reached_by_links_from_the_readme() -> None:
     found = {ROOT / "README.md"}
     while found:
         reached |= found
-        targets = {(page.parent / link.partition("#")[0]).resolve() for page in found for link in links(page)}
-        found = (targets & set(PAGES)) - reached
+        found = ({target for page in found for target in targets_of(page)} & set(PAGES)) - reached
     assert reached == set(PAGES)
 
 
+def targets_of(page: Path) -> set[Path]:
+    """Return the files that a page has links to."""
+    return {(page.parent / link.partition("#")[0]).resolve() for link in links(page)}
+
+
+def test_the_name_of_a_page_is_that_of_no_other() -> None:
+    names = [page.name for page in PAGES if page.name != INDEX]
+    assert sorted(names) == sorted({*names})
+
+
+def test_every_folder_has_an_index_of_its_pages() -> None:
+    pages = [page for page in PAGES if page.parent != ROOT and page.name != INDEX]
+    unlisted = [page for page in pages if page not in targets_of(page.with_name(INDEX))]
+    assert unlisted == []
+
+
+def test_every_index_is_in_the_index_above() -> None:
+    below = [page for page in PAGES if page.name == INDEX and page.parent.parent != ROOT and page.parent != ROOT]
+    assert [page for page in below if page not in targets_of(page.parent.parent / INDEX)] == []
+
+
 @pytest.mark.parametrize(
-    "message", [text for title in headings(DOCS / "troubleshooting.md") for text in code_in(title)]
+    "message", [text for title in headings(page_named("troubleshooting.md")) for text in code_in(title)]
 )
 def test_messages_are_what_the_program_says(message: str) -> None:
     sources = [path for folder in ("emulator", "bus", "devices", "page") for path in (ROOT / folder).rglob("*.py")]
@@ -422,21 +459,21 @@ def lab() -> RigConfig:
     return load(ROOT / "configs" / "lab.yaml")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=place_of)
 def test_pages_are_short(page: Path) -> None:
     lines = page.read_text(encoding="utf-8").splitlines()
     assert sum(line != "" and not line.startswith("|") for line in lines) <= 120  # tables are looked up, not read
 
 
 def test_parts_of_the_lab_are_in_its_page_and_picture(lab: RigConfig) -> None:
-    parts = {code_in(row.cells[0])[0] for row in rows(DOCS / "lab.md") if row.heading == "Parts"}
+    parts = {code_in(row.cells[0])[0] for row in rows(page_named("lab.md")) if row.heading == "Parts"}
     assert parts == {*lab.buses, *lab.devices}
-    picture = {node.text for node in ElementTree.parse(DOCS / "lab.svg").iter() if node.text}
+    picture = {node.text for node in ElementTree.parse(page_named("lab.md").with_name("lab.svg")).iter() if node.text}
     assert parts <= picture
 
 
 def test_signals_of_the_lab_are_in_its_page(lab: RigConfig) -> None:
-    text = prose(DOCS / "lab.md")
+    text = prose(page_named("lab.md"))
     for device in lab.devices.values():
         if isinstance(device.settings, CanopenSettings):
             for key, signal in device.settings.signals.items():
@@ -450,7 +487,7 @@ def test_registers_of_the_lab_are_in_its_page(lab: RigConfig) -> None:
     assert settings.table is not None
     table = load_table(settings.table)
     names = [entry.name for space in Table.model_fields.values() for entry in spaces(table)]
-    said = {code_in(row.cells[2])[0] for row in rows(DOCS / "lab.md") if row.heading == "Modbus registers"}
+    said = {code_in(row.cells[2])[0] for row in rows(page_named("lab.md")) if row.heading == "Modbus registers"}
     assert said == set(names)
 
 

@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from doc_pages import PAGES, ROOT
+from doc_pages import PAGES, ROOT, place_of
 from public_face import LAZY, PUBLIC, imported_names
 
 from fieldrig_devices.begin.eds_rig import content_for
@@ -71,7 +71,7 @@ def hidden_names(text: str) -> list[str]:
     return wrong
 
 
-@pytest.mark.parametrize("file", SHOWN, ids=lambda file: file.name)
+@pytest.mark.parametrize("file", SHOWN, ids=place_of)
 def test_what_users_read_imports_public_names_only(file: Path) -> None:
     assert hidden_names(file.read_text(encoding="utf-8")) == []
 

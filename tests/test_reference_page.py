@@ -1,4 +1,4 @@
-"""docs/reference.md lists each public name with its arguments, its meaning and its page, as the code has them."""
+"""reference.md lists each public name with its arguments, its meaning and its page, as the code has them."""
 
 from importlib import import_module
 

@@ -3,12 +3,11 @@
 import ast
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
+from doc_pages import ROOT, page_named
 
-ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "where-is.md"
+PAGE = page_named("where-is.md")
 LINE = re.compile(r"\| (?P<question>[^|]+\?) \| `(?P<file>[^`]+)` \| (?:`(?P<name>[^`]+)`)? ?\|")
 
 

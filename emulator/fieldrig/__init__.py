@@ -2,7 +2,7 @@
 
 The package is the kernel: it knows no bus and no device, and finds both by their `kind`.  Messages are in the package
 of their family (`fieldrig_bus.can`), tools in that of their device (`fieldrig_devices.conformance`).  Everything that
-docs/reference.md does not list is private and may move.
+docs/reference/reference.md does not list is private and may move.
 """
 
 from typing import TYPE_CHECKING

@@ -1,8 +1,8 @@
 """Shortcuts: places that leave out work whose result is known already.
 
 Each of them has a plain form, which does all of the work, and nothing outside may tell the two apart.  Tests run both
-and compare what comes out to the last bit: `fieldrig.testing.plain_forms` selects the plain form.  docs/architecture.md
-lists all shortcuts with their tests.
+and compare what comes out to the last bit: `fieldrig.testing.plain_forms` selects the plain form.
+docs/developers/architecture.md lists all shortcuts with their tests.
 """
 
 from typing import Final

@@ -1,4 +1,4 @@
-"""All benchmarks, one after another: `make bench` writes docs/benchmarks.md."""
+"""All benchmarks, one after another: `make bench` writes docs/developers/benchmarks.md."""
 
 import os
 import platform
@@ -72,7 +72,7 @@ BENCHMARKS = (
     page_scope,
 )
 PEERS = ("python-can", "canopen", "pymodbus", "eclipse-zenoh", "uvloop")
-PAGE = HERE.parents[1] / "docs/benchmarks.md"
+PAGE = HERE.parents[1] / "docs/developers/benchmarks.md"
 
 INTRODUCTION = """# Benchmarks
 

@@ -1,7 +1,7 @@
 """The cycle of a drive with its fast form and without it: by the fold, and by the steps that are its reference.
 
-The decision of docs/architecture.md ("A drive's cycle") rests on this table: a second form of the cycle has to save at
-least 20 % of the CPU time.
+The decision of docs/developers/architecture.md ("A drive's cycle") rests on this table: a second form of the cycle has
+to save at least 20 % of the CPU time.
 """
 
 import sys
@@ -70,7 +70,7 @@ def run() -> Report:
     ratios = [fold / step for fold, step in zip(folds, steps, strict=True)]
     report.add("steps, the reference", f"{mean(steps):.1f} ± {stdev(steps):.1f} us", "1.00")
     report.add("fold", f"{mean(folds):.1f} ± {stdev(folds):.1f} us", f"{mean(ratios):.2f} ± {stdev(ratios):.2f}")
-    report.notes.append("a form that saves less than 20 % is not kept: docs/architecture.md, A drive's cycle")
+    report.notes.append("a form that saves less than 20 % is not kept: architecture.md, A drive's cycle")
     return report
 
 

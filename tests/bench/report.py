@@ -1,8 +1,8 @@
 """The parts that all benchmarks share: a table of results, percentiles, progress on stderr.
 
 A benchmark is a script with `run() -> Report`; `python tests/bench/NAME.py` prints its Markdown, `make bench` runs all
-and writes docs/benchmarks.md.  Figures are ratios within one run wherever there is a peer: seconds differ between
-machines, ratios much less.
+and writes docs/developers/benchmarks.md.  Figures are ratios within one run wherever there is a peer: seconds differ
+between machines, ratios much less.
 """
 
 import sys

@@ -1,4 +1,4 @@
-# The path of docs/begin.md from a device of one's own to its first frame.  The files of the page are in this folder.
+# The path of docs/begin/begin.md from a device of one's own to its first frame.  The files of the page are in this folder.
 export FIELDRIG_CONTROL=tcp/127.0.0.1:7449
 fieldrig devices lamp:Lamp | grep "^device lamp:Lamp: a lamp on CAN"
 fieldrig check lamp.yaml | grep "^lamp.yaml has no mistakes"

@@ -1,4 +1,4 @@
-# The path of docs/begin.md from an empty rig file to the first reading.  The files of the page are in this folder.
+# The path of docs/begin/begin.md from an empty rig file to the first reading.  The files of the page are in this folder.
 export FIELDRIG_CONTROL=tcp/127.0.0.1:7449
 fieldrig check meter.yaml | grep "^meter.yaml has no mistakes"
 fieldrig up meter.yaml --quiet &

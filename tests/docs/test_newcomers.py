@@ -1,4 +1,4 @@
-"""The three paths of docs/begin.md for a newcomer without a clone, as scripts that run with nothing but the wheel.
+"""The three paths of begin.md for a newcomer without a clone, as scripts that run with nothing but the wheel.
 
 The wheel is built from this clone and installed with its dependencies into an empty virtual environment, as the first
 script does it; so pip needs a package index, and keeps in its cache what it downloads.
@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 from addresses import exchanged
-from doc_pages import ROOT, Block, blocks
+from doc_pages import ROOT, Block, blocks, page_named
 from process_group import run_group
 
 from fieldrig.testing import free_port
@@ -25,7 +25,7 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(1800)]
 
 SCRIPTS = Path(__file__).parent
 FIRST, *OTHERS = "wheel_to_first_test.sh", "rig_file_to_first_reading.sh", "own_device_to_first_frame.sh"
-PAGE = ROOT / "docs" / "begin.md"
+PAGE = page_named("begin.md")
 PORTS = ("7449", "5021", "29538")
 PIP = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
 IN_THE_WHEEL = """

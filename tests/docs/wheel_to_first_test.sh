@@ -1,4 +1,4 @@
-# The path of docs/begin.md from a wheel in an empty environment to the first test.  WHEEL is the wheel's file.
+# The path of docs/begin/begin.md from a wheel in an empty environment to the first test.  WHEEL is the wheel's file.
 python3 -m venv .venv
 . .venv/bin/activate
 python -m pip install --quiet --disable-pip-version-check "$WHEEL" pytest

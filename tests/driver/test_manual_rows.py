@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from manual_rows import Row, RowList, spans
+from manual_rows import FILE, Row, RowList, spans
 
 pytest_plugins = ["pytester"]
 
@@ -121,7 +121,7 @@ def test_spans_join_neighbours() -> None:
 
 
 def test_the_rows_of_our_manuals(request: pytest.FixtureRequest) -> None:
-    row_list = RowList.load(request.config.rootpath / "docs" / "manual-rows.toml")
+    row_list = RowList.load(request.config.rootpath / FILE)
     counts = {
         manual: sum(row.manual == manual for row in row_list.rows) for manual in ("ARP", "PD", "PAML", "PAMS", "SCU")
     }

@@ -1,11 +1,11 @@
-"""docs/architecture.md lists every place that leaves out work, with its test."""
+"""docs/developers/architecture.md lists every place that leaves out work, with its test."""
 
 import re
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from doc_pages import ROOT, page_named
+
 PACKAGES = ("emulator/fieldrig", "bus/fieldrig_bus", "devices/fieldrig_devices")
-PAGE = (ROOT / "docs/architecture.md").read_text(encoding="utf-8")
+PAGE = page_named("architecture.md").read_text(encoding="utf-8")
 ROWS = dict(re.findall(r"^\| `([a-z0-9_.]+)` \|.*\| `([a-z0-9_/]+\.py)` \|$", PAGE, re.MULTILINE))
 
 

@@ -9,7 +9,7 @@ place may serve that row alone.
 A person has to read what survives: the place may serve no row, or the change may make no difference.  Rows
 that only system tests or foreign peers show are left out, and so are tables and constants (see `record`).  The work is
 done in copies of the tree under build/mutation, so a run that is killed leaves the code as it was.  Which lines each
-test runs is kept there too, until the devices change.  The result goes to docs/mutation.md.
+test runs is kept there too, until the devices change.  The result goes to docs/developers/mutation.md.
 """
 
 import argparse
@@ -33,7 +33,7 @@ from tests.mutation.places import Mutant, Verdict, chosen
 from tests.mutation.record import VARIABLE
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "mutation.md"
+PAGE = ROOT / "docs/developers/mutation.md"
 BUILD = ROOT / "build" / "mutation"
 HERE = "{copy}"
 """Stands for the folder of the copy in the name of a parametrized test."""

@@ -1,4 +1,4 @@
-"""The page with the result of a run: docs/mutation.md."""
+"""The page with the result of a run: docs/developers/mutation.md."""
 
 from collections.abc import Sequence
 from textwrap import fill

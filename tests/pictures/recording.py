@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from doc_pages import Block, blocks
+from doc_pages import Block, blocks, page_named
 from tests.pictures.timing import Bar
 
 from fieldrig.bus import Bus, Delivery
@@ -47,7 +47,7 @@ def recorded(source: str | Mapping[str, Any], play: Callable[[Rig], object], *ov
 
 def block_named(page: str, name: str) -> Block:
     """The fenced block of a page in docs that is saved under this name."""
-    return next(block for block in blocks(ROOT / "docs" / page) if block.info[-1:] == (name,))
+    return next(block for block in blocks(page_named(page)) if block.info[-1:] == (name,))
 
 
 def frame_bar(sent: Sent, bitrate: int, label: str | None = None, style: str = "bus") -> Bar:

@@ -37,7 +37,7 @@ devices:
     motor_inertia_kg_m2: 0.0001
 """
 PULSES = 4_000
-# Addresses of docs/hmiscu.md.
+# Addresses of docs/devices/hmiscu/hmiscu.md.
 RESET, EXECUTE = 0, 2  # coils
 PTO_ERROR, DONE = 0, 8  # discrete inputs
 VELOCITY, DIRECTION, SENT = 0, 8, 2  # holding registers, and the input register Distance

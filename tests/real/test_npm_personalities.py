@@ -1,4 +1,4 @@
-"""npm's `canopen`, unchanged, at drives with personalities, as the table of docs/drive-personalities.md says."""
+"""npm's `canopen`, unchanged, at drives with personalities, as the table of drive-personalities.md says."""
 
 import json
 import shutil

@@ -13,6 +13,7 @@ from typing import Any
 
 import canopen
 import pytest
+from doc_pages import page_named
 from ring_process import PatientNode402
 from running_rig import RunningRig, until
 
@@ -22,7 +23,7 @@ pytestmark = [pytest.mark.real, pytest.mark.timeout(180)]
 
 ROOT = Path(__file__).parents[2]
 RIG = ROOT / "configs" / "drive.yaml"
-PAGE = ROOT / "docs" / "cia402-drive.md"
+PAGE = page_named("cia402-drive.md")
 MASTER = Path(__file__).parent / "node" / "drive.js"
 PORT = 29569
 TURN = 1_000_000

@@ -37,7 +37,7 @@ devices:
 """
 ABSOLUTE_MOVE, ZERO_POSITION = 1, 6
 ORDER, VALUE, READY, POSITION = 16, 17, 320, 16
-"""Addresses of docs/smart-io.md."""
+"""Addresses of docs/devices/pam/smart-io.md."""
 
 
 class Bench(NamedTuple):

@@ -90,7 +90,7 @@ class Plc:
         self.ask_for(0)
 
     def goes_on(self) -> bool:
-        """Start the film again, as docs/arp-cell.md says, if a late host has stopped it; return True when it runs."""
+        """Start the film again, as arp-cell.md says, if a late host has stopped it; return True when it runs."""
         if self.variable(STAGE) != RUNS:
             self.network.nmt.send_command(START_NODES)
             self.rest()

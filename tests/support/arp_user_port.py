@@ -1,6 +1,6 @@
 """An ARP card with a tester at its USER port: frames by hand, or the client, in virtual time.
 
-The frames are built here independently of the code, from RFC 1662 and docs/arp-user-port.md.
+The frames are built here independently of the code, from RFC 1662 and docs/devices/arp/arp-user-port.md.
 """
 
 import struct

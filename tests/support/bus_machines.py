@@ -23,7 +23,7 @@ SILENT: Final[Table] = {
 
 
 class Lab(Machine):
-    """docs/lab.md: the pump fills the tank, and the sensor sends the level; without CAN the pump goes on."""
+    """docs/begin/lab.md: the pump fills the tank, and the sensor sends the level; without CAN the pump goes on."""
 
     file = "lab.yaml"
     can_nodes: ClassVar = {"can0": 6}

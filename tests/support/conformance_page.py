@@ -1,4 +1,4 @@
-"""The tables of docs/conformance.md and docs/results: `python tests/support/conformance_page.py` writes them again.
+"""The tables of conformance.md and conformance-cases.md: `python tests/support/conformance_page.py` writes them again.
 
 The I/O node's column comes from a run in virtual time, LocalNode's from what the tests in tests/real hold it to, and
 CANopenNode's from the log that its authors published (CTT 3.0.3.10; Apache-2.0).
@@ -12,12 +12,12 @@ from pathlib import Path
 
 from conform_bench import conformed
 from conform_peers import LOCAL_NODE_FAILS, LOCAL_NODE_LACKS, UNSTABLE
+from doc_pages import page_named
 
 from fieldrig_devices.conformance.case import Case
 from fieldrig_devices.conformance.run import choose
 
-DOCS = Path(__file__).parents[2] / "docs"
-PAGE, CASES_PAGE = DOCS / "conformance.md", DOCS / "results" / "conformance-cases.md"
+PAGE, CASES_PAGE = page_named("conformance.md"), page_named("conformance-cases.md")
 BEGIN, END = "<!-- table -->\n", "<!-- end of table -->\n"
 PASSED, FAILED, NOT_APPLICABLE = "passed", "failed", "not applicable"
 

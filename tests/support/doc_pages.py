@@ -19,7 +19,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
+PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")))
+"""In the order of their folders."""
+
+INDEX = "README.md"
+"""The name of the index of a folder, which GitHub shows below its files."""
 
 FENCE = re.compile(r"^```(.*)$")
 HEADING = re.compile(r"^(#+) (.+)$")
@@ -35,7 +39,7 @@ class Block:
 
     @property
     def place(self) -> str:
-        return f"{self.page.relative_to(ROOT)}:{self.line}"
+        return f"{place_of(self.page)}:{self.line}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +50,17 @@ class Row:
     heading: str
     columns: tuple[str, ...]
     cells: tuple[str, ...]
+
+
+def page_named(name: str) -> Path:
+    """Return the page of docs with this file name, which only the indexes of folders share."""
+    [page] = [page for page in PAGES if page.name == name and name != INDEX]
+    return page
+
+
+def place_of(page: Path) -> str:
+    """Return where a page is in the project, as tests name it."""
+    return str(page.relative_to(ROOT))
 
 
 def blocks(page: Path) -> Iterator[Block]:

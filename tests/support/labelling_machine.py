@@ -47,7 +47,7 @@ LABELLER: Final[Table] = {
 
 
 class Labeller(Machine):
-    """docs/pam-machine.md: an axis in error stops all; Reset and Start.  After a fatal error, a reset of the PAM."""
+    """pam-machine.md: an axis in error stops all; Reset and Start.  After a fatal error, a reset of the PAM."""
 
     file = "pam-machine.yaml"
     table = LABELLER

@@ -1,6 +1,6 @@
 """Which rows of the manuals the tests show: `@pytest.mark.manual("ARP-012")` and `pytest --manual-rows`.
 
-docs/manual-rows.toml has the rows:
+docs/developers/manual-rows.toml has the rows:
 
     [rows]
     ARP = ["1-85", "90-122"]                # ARP-001 to ARP-085, ARP-090 to ARP-122
@@ -23,7 +23,7 @@ from typing import NamedTuple, Self
 
 import pytest
 
-FILE = "docs/manual-rows.toml"
+FILE = "docs/developers/manual-rows.toml"
 PROPERTY = "manual"  # the name of a test's rows in reports, including JUnit files
 
 

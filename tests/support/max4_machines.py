@@ -57,7 +57,7 @@ class Max4Machine(Machine):
         self.wait(1)
 
     def acknowledge(self) -> None:
-        """Acknowledge until the ring is up and nothing is pending, as docs/ring-lab.md does."""
+        """Acknowledge until the ring is up and nothing is pending, as docs/devices/pacdrive/ring-lab.md does."""
         for _ in range(20):
             self.set("max4", "command", "quit")
             self.wait(1)
@@ -67,7 +67,7 @@ class Max4Machine(Machine):
 
 
 class Conveyor(Max4Machine):
-    """docs/conveyor.md: any lost axis stops all; S1 off, `DiagQuit`, S1 on."""
+    """docs/devices/pacdrive/conveyor.md: any lost axis stops all; S1 off, `DiagQuit`, S1 on."""
 
     file = "conveyor.yaml"
     table: ClassVar = {
@@ -112,7 +112,7 @@ class Conveyor(Max4Machine):
 
 
 class RingLab(Max4Machine):
-    """docs/ring-lab.md: there is no program; a CANopen master runs the axes, and each axis stops for itself."""
+    """ring-lab.md: there is no program; a CANopen master runs the axes, and each axis stops for itself."""
 
     file = "ring.yaml"
     axes: ClassVar[Mapping[str, float]] = {"infeed": 300.0, "film": 300.0, "jaw": 150.0, "outfeed": 600.0}
@@ -169,7 +169,7 @@ class RingLab(Max4Machine):
 
 
 class PackagingLine(RingLab):
-    """docs/ring-lab.md: forty drives on one ring, in racks that the panel enables; a drive of each rack runs."""
+    """ring-lab.md: forty drives on one ring, in racks that the panel enables; a drive of each rack runs."""
 
     file = "packaging-line.yaml"
     axes: ClassVar = {"in1": 300.0, "jaw2": 150.0, "press": 300.0, "stretch": 600.0}

@@ -1,7 +1,8 @@
-"""The tables of docs/reference.md: `python tests/support/reference_page.py` writes them again from the code."""
+"""The tables of reference.md: `python tests/support/reference_page.py` writes them again from the code."""
 
 import ast
 import inspect
+import os
 import re
 from collections.abc import Iterator
 from functools import cache
@@ -11,12 +12,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from doc_pages import ROOT
+from doc_pages import ROOT, page_named
 from public_face import PUBLIC
 
-PAGE = ROOT / "docs" / "reference.md"
+PAGE = page_named("reference.md")
 BEGIN, END = "<!-- names -->\n", "<!-- end of names -->\n"
-DEVICE, BUS, TESTS = "../CONTRIBUTING.md#adding-a-device", "../CONTRIBUTING.md#adding-a-bus", "testing-with-fieldrig.md"
+CONTRIBUTING = "CONTRIBUTING.md"
+DEVICE, BUS, TESTS = f"{CONTRIBUTING}#adding-a-device", f"{CONTRIBUTING}#adding-a-bus", "testing-with-fieldrig.md"
 PAGES = {
     "fieldrig.loop.background": DEVICE,
     "fieldrig.bus": BUS,
@@ -134,7 +136,9 @@ def _is_not_called(value: Any) -> bool:
 def _page(home: str) -> str:
     while home not in PAGES:
         home = home.rpartition(".")[0]
-    return PAGES[home]
+    name, mark, part = PAGES[home].partition("#")
+    target = ROOT / name if name == CONTRIBUTING else page_named(name)
+    return os.path.relpath(target, PAGE.parent) + mark + part
 
 
 def _first_sentence(doc: str) -> str:

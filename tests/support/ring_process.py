@@ -21,7 +21,7 @@ AXES, PANEL = 1, 20
 
 
 class PatientNode402(BaseNode402):
-    """Gives a busy host time, and repeats a control word after a second, as docs/ring-lab.md explains."""
+    """Gives a busy host time, and repeats a control word after a second, as ring-lab.md explains."""
 
     TIMEOUT_SWITCH_STATE_SINGLE = 1.0
     TIMEOUT_SWITCH_OP_MODE = TIMEOUT_SWITCH_STATE_FINAL = TIMEOUT_CHECK_TPDO = 20.0

@@ -12,7 +12,7 @@ NIP_STANDS_RAD_S: Final = 0.05
 
 
 class Feeder(Machine):
-    """docs/feeder.md: a key feeds one label; after a fault of the drive, key 2 resets."""
+    """docs/devices/hmiscu/feeder.md: a key feeds one label; after a fault of the drive, key 2 resets."""
 
     file = "feeder.yaml"
     can_nodes: ClassVar = {"can3": 21}
@@ -78,7 +78,7 @@ class Feeder(Machine):
 
 
 class SmartIo(Machine):
-    """docs/smart-io.md: a DC motor moves to positions; most errors end with the next order that moves it."""
+    """smart-io.md: a DC motor moves to positions; most errors end with the next order that moves it."""
 
     file = "smart-io.yaml"
     can_nodes: ClassVar = {"can4": 31}
@@ -134,7 +134,7 @@ class SmartIo(Machine):
 
 
 class Cell(Machine):
-    """docs/arp-cell.md: without the other card, a motor or film the line stops; a person opens Enable, and starts."""
+    """arp-cell.md: without the other card, a motor or film the line stops; a person opens Enable, and starts."""
 
     file = "arp-cell.yaml"
     can_nodes: ClassVar = {"can0": 3}

@@ -25,7 +25,7 @@ ANSWERS = b"ATE0S0=1\r"
 
 
 class Modems(Machine):
-    """docs/modem.md: office calls machine, and what one of them writes arrives at the other."""
+    """docs/devices/pacdrive/modem.md: office calls machine, and what one of them writes arrives at the other."""
 
     file = "modems.yaml"
     table: ClassVar = {
@@ -96,7 +96,7 @@ class Modems(Machine):
 
 
 class Teleservice(Max4Machine):
-    """docs/teleservice.md: a laptop calls the controller and reads a page.  The rest is that of ring.yaml."""
+    """teleservice.md: a laptop calls the controller and reads a page.  The rest is that of ring.yaml."""
 
     file = "teleservice.yaml"
     wheres = ("max4", "machine_modem", "caller_modem", "telephone")

@@ -27,7 +27,7 @@ ELSEWHERE: Final = (
 
 
 class WholeLine(Max4Machine):
-    """docs/machine.md: a lost axis or an overload ends automatic operation; the client takes its bit back, sets it."""
+    """machine.md: a lost axis or an overload ends automatic operation; the client takes its bit back, sets it."""
 
     file = "machine.yaml"
     wheres = ("max4", "infeed", "film", "jaw", "outfeed", "ring")

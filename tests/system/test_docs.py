@@ -19,7 +19,7 @@ from typing import Final, Self
 
 import pytest
 from addresses import exchanged, ports_in
-from doc_pages import PAGES, ROOT, Block, blocks
+from doc_pages import PAGES, ROOT, Block, blocks, place_of
 from process_group import run_group
 
 from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
@@ -163,7 +163,7 @@ class Desk:
         return exchanged(text, self._originals)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=place_of)
 def test_a_page_does_what_it_says(page: Path) -> None:
     found = [*blocks(page)]
     with Desk(found) as desk:
@@ -173,7 +173,7 @@ def test_a_page_does_what_it_says(page: Path) -> None:
             pytest.skip(f"{', '.join(sorted(set(desk.missing)))} not there; the rest of the page is right")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=place_of)
 def test_a_shell_does_not_wait_for_a_rig_that_has_ended(page: Path) -> None:
     """Once, a block waited 600 s for a rig whose port another program had."""
     waiting = [line for block in blocks(page) for line in block.text.splitlines() if "--ready all" in line]

@@ -36,7 +36,7 @@ devices:
 
 
 class WordsOverTcp:
-    """The memory by the protocol of docs/pam-ports.md."""
+    """The memory by the protocol of docs/devices/pam/pam-ports.md."""
 
     def __init__(self, port: int) -> None:
         self._socket = socket.create_connection(("127.0.0.1", port), timeout=60)

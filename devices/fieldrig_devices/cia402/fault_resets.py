@@ -1,6 +1,6 @@
 """Which control words reset a fault: by the standard the rising edge of bit 7, with some drives another rule.
 
-Source: CiA 402-2, transition 15; docs/drive-personalities.md for the drives that differ.
+Source: CiA 402-2, transition 15; docs/devices/drive-personalities.md for the drives that differ.
 """
 
 from collections.abc import Callable

@@ -1,8 +1,8 @@
 """The electronic name plate: the data of a motor, and their bytes in the encoder's memory.
 
 Terms: manual 6452-6454, 6718, 6841, 6909, 6955-6961, 7103 (digest PD-177).  The manual does not give the format
-(PD-170), so it is ours: data field 0, 128 bytes, big endian, as in docs/nameplate.md.  Values have fixed resolutions,
-which a plate file has to observe, so that a plate reads back as it was written.
+(PD-170), so it is ours: data field 0, 128 bytes, big endian, as in docs/devices/pacdrive/nameplate.md.  Values have
+fixed resolutions, which a plate file has to observe, so that a plate reads back as it was written.
 """
 
 import binascii

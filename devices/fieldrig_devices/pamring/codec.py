@@ -1,8 +1,8 @@
 """The contents of frames on a PAM's ring, as bytes.
 
-The manual gives no layout, so this one is ours (docs/pam-ring.md), and this module is the place for the real one:
-nothing else knows a byte of it.  A frame begins with the number of its kind; its fields follow in the order of
-`frames`, little endian.  What a node reports in one cycle is a row of reports, each after its length.
+The manual gives no layout, so this one is ours (docs/devices/pam/pam-ring.md), and this module is the place for the
+real one: nothing else knows a byte of it.  A frame begins with the number of its kind; its fields follow in the order
+of `frames`, little endian.  What a node reports in one cycle is a row of reports, each after its length.
 """
 
 import struct

@@ -42,7 +42,7 @@ def test_each_message_has_its_kind(plain: Namer, message: Any, expected: Named) 
 
 
 def test_the_user_port_of_an_arp_has_its_commands() -> None:
-    """The conversation in docs/arp-user-port.md, with its bytes."""
+    """The conversation in docs/devices/arp/arp-user-port.md, with its bytes."""
     name = line_of(kind="arp", number=1, links={"user": "line"})
     dialogue = [
         ("pc", "7e 01 ff 00 01 1f 37 7e", "HELLO", "any card"),

@@ -7,14 +7,14 @@ from typing import Any
 import can
 import pytest
 from can_homing import AXES, FIELDRIG, SOCKETCAND, homed
-from doc_pages import ROOT, blocks
+from doc_pages import blocks, page_named
 
 from fieldrig import Rig, S
 from fieldrig.pytest_plugin import MasterRigMaker
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.timeout(120)
-PAGE = ROOT / "docs" / "cia402.md"
+PAGE = page_named("cia402.md")
 
 
 @pytest.mark.long

@@ -1,6 +1,6 @@
 """python canopen's `BaseNode402`, unchanged, at a drive of each personality: what it manages, and where it fails.
 
-Source: docs/drive-personalities.md, whose table of masters says the same; all in virtual time.
+Source: docs/devices/drive-personalities.md, whose table of masters says the same; all in virtual time.
 """
 
 import time

@@ -91,7 +91,7 @@ def test_the_reports_of_a_cycle_come_back_one_by_one(reports: list[bytes]) -> No
     assert codec.split(codec.join(reports)) == reports
 
 
-# The bytes are those of the table in docs/pam-ring.md.
+# The bytes are those of the table in docs/devices/pam/pam-ring.md.
 @pytest.mark.parametrize(
     ("frame", "expected"),
     [

@@ -1,4 +1,4 @@
-"""Names of the messages of a PAM's ring; the bytes of the frames are those of the table in docs/pam-ring.md."""
+"""Names of the messages of a PAM's ring; the bytes of the frames are those of the table in pam-ring.md."""
 
 from pathlib import Path
 from typing import Any

@@ -45,7 +45,7 @@ def test_a_stream_of_bytes_is_read_for_each_sender(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_the_frames_of_an_axis_card_have_its_objects(tmp_path: Path) -> None:
-    """TPDO 2 of the card is 280h + 11: the positions of both axes, 32 bits each (docs/arp-can.md)."""
+    """TPDO 2 of the card is 280h + 11: the positions of both axes, 32 bits each (docs/devices/arp/arp-can.md)."""
     log = tmp_path / "film.log"
     log.write_text("(1795000000.000000) can0 28B#4CA40000ACB00200\n")
     done = CliRunner().invoke(app, ["trace", "show", str(log), "--rig", str(CONFIGS / "arp-cell.yaml")])

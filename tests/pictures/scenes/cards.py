@@ -40,7 +40,7 @@ TWO_CARDS: Final[Mapping[str, Any]] = {
         },
     },
 }
-"""The rig of docs/arp-can.md in virtual time."""
+"""The rig of docs/devices/arp/arp-can.md in virtual time."""
 
 
 def terminal_screen() -> str:

@@ -1,7 +1,7 @@
 """Commands from a master to the card: by SDO, by control byte in a PDO, and by storing parameters.
 
-Source: ours (docs/arp-can.md); digest chapter 20 (control word), CiA 301 7.5.2.10 and 7.5.2.11 (1010h, 1011h).  A
-command acts each time it is written.  A bit of the control byte acts when it rises, since PDOs are repeated.
+Source: ours (docs/devices/arp/arp-can.md); digest chapter 20 (control word), CiA 301 7.5.2.10 and 7.5.2.11 (1010h,
+1011h).  A command acts each time it is written.  A bit of the control byte acts when it rises, since PDOs are repeated.
 """
 
 from collections.abc import Callable

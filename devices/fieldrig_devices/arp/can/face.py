@@ -1,9 +1,9 @@
 """The card as a CANopen node (CiA 301), which foreign masters read and command, and which exchanges data with cards.
 
 Source: digest chapters 7 to 10, 17 and 20; the manual describes no objects, so `arp-card.eds` is ours and is described
-in docs/arp-can.md.  A reset of the node does not reset the card: communication restarts, and the program continues.
-Left out: the CiA 402 image of the axes that the digest proposes; programs move axes, and masters request motion from
-programs.
+in docs/devices/arp/arp-can.md.  A reset of the node does not reset the card: communication restarts, and the program
+continues. Left out: the CiA 402 image of the axes that the digest proposes; programs move axes, and masters request
+motion from programs.
 """
 
 from functools import partial

@@ -1,8 +1,8 @@
 """The objects of the card by index and sub-index: what each reads, and what a write to it does.
 
-Source: ours (docs/arp-can.md), in the manufacturer-specific area of CiA 301; digest chapter 20 lists the requirements.
-Values are raw integers, value x 1000, as programs see them; words of flags, inputs and outputs are bits.  The card
-determines which bits of flag words are writable, and when outputs are (`CardAccess`).
+Source: ours (docs/devices/arp/arp-can.md), in the manufacturer-specific area of CiA 301; digest chapter 20 lists the
+requirements. Values are raw integers, value x 1000, as programs see them; words of flags, inputs and outputs are bits.
+The card determines which bits of flag words are writable, and when outputs are (`CardAccess`).
 """
 
 from collections.abc import Callable, Iterator, Sequence

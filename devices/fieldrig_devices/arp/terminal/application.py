@@ -1,6 +1,7 @@
 """The application of the terminal: its CANopen objects show, print and store messages, and report edits.
 
-Source: manual 5.12; docs/arp-terminal.md.  An invalid command is refused: an SDO gets an abort, a PDO is dropped.
+Source: manual 5.12; docs/devices/arp/arp-terminal.md.  An invalid command is refused: an SDO gets an abort, a PDO is
+dropped.
 """
 
 from collections import deque

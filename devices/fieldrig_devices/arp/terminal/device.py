@@ -1,8 +1,8 @@
 """The operator terminal TR4 or TR5: a screen, keys, LEDs and a serial printer, with a CANopen node.
 
-Source: manual 4.5 and 5.12; digest chapters 8.1 and 16. docs/arp-terminal.md describes what the manual leaves open: the
-objects on the bus, and how a value is edited.  Left out: characters beyond ISO 8859-1, contrast, buzzer, and the
-terminal's own set-up pages.
+Source: manual 4.5 and 5.12; digest chapters 8.1 and 16. docs/devices/arp/arp-terminal.md describes what the manual
+leaves open: the objects on the bus, and how a value is edited.  Left out: characters beyond ISO 8859-1, contrast,
+buzzer, and the terminal's own set-up pages.
 """
 
 from collections.abc import Collection, Mapping

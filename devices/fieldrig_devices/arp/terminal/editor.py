@@ -1,7 +1,7 @@
 """The editor by which the operator changes a value on the screen.
 
 Source: manual 5.12 (TERM, mode E and P) says that values can be changed, and names the keys; the rest is ours
-(docs/arp-terminal.md):
+(docs/devices/arp/arp-terminal.md):
 
     idle            arrows                          the cursor moves to the next or previous editable field
                     digit, POINT, MINUS or CR       typing begins with that key; mode P first requires the password

@@ -1,9 +1,9 @@
 """The card's side of the operator terminal: MSG, TERM, PRINT, keys and LEDs, and the values on the screen.
 
-Source: manual 4.5 and 5.12; digest chapters 8.1 and 16.  The transfer over the bus is ours (docs/arp-terminal.md):
-messages by SDO, everything else by PDO.  A terminal that does not answer or is lost causes E06, and so does every
-instruction for it.  When it is back, it receives the current screen of the program; messages and lines to print are
-lost.
+Source: manual 4.5 and 5.12; digest chapters 8.1 and 16.  The transfer over the bus is ours
+(docs/devices/arp/arp-terminal.md): messages by SDO, everything else by PDO.  A terminal that does not answer or is lost
+causes E06, and so does every instruction for it.  When it is back, it receives the current screen of the program;
+messages and lines to print are lost.
 """
 
 from collections.abc import Callable

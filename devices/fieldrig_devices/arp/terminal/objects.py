@@ -1,7 +1,7 @@
 """The objects through which a card and a terminal communicate (terminal.eds).
 
-The manual says only that the terminal conforms to CANopen; the objects are ours, and docs/arp-terminal.md has their
-tables.  Commands are executed when they are written, and again when they are written again.
+The manual says only that the terminal conforms to CANopen; the objects are ours, and docs/devices/arp/arp-terminal.md
+has their tables.  Commands are executed when they are written, and again when they are written again.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,8 @@
 """The content of the frames of the USER port: requests, answers, and unsolicited messages.
 
-docs/arp-user-port.md describes all of it in tables.  A body is version, address, sequence number, command, then data;
-every number is little endian.  An answer's command is the request's with bit 7 set, and its data begin with a status.
+docs/devices/arp/arp-user-port.md describes all of it in tables.  A body is version, address, sequence number, command,
+then data; every number is little endian.  An answer's command is the request's with bit 7 set, and its data begin with
+a status.
 """
 
 import struct

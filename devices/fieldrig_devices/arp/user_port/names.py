@@ -1,6 +1,6 @@
 """The frames of a USER port in words: the command, the values of the card by their names, and what it answers.
 
-Source: docs/arp-user-port.md.  An answer is named by its request, which has the same sequence number.
+Source: docs/devices/arp/arp-user-port.md.  An answer is named by its request, which has the same sequence number.
 """
 
 import struct

@@ -1,7 +1,8 @@
 """The card's side of its USER port: it answers a PC's requests in every state, and reports changes.
 
 Source: manual 4.0 (the serial link is always active, and the state code can be read at any time), 5.2; digest chapters
-10, 17, 20.  WinAxis' protocol is not published, so this one is ours: docs/arp-user-port.md specifies every byte.
+10, 17, 20.  WinAxis' protocol is not published, so this one is ours: docs/devices/arp/arp-user-port.md specifies every
+byte.
 
 A request is carried out once, however often its frame arrives: if it equals the last request, including the sequence
 number, the card repeats the answer.  Garbage and damaged frames are dropped silently.  An unsolicited message waits

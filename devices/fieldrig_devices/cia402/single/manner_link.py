@@ -1,7 +1,7 @@
 """The end of the bus of a drive with habits: when it boots, how fast it answers, and what it misses.
 
-Source: docs/drive-personalities.md; CiA 301 for the frames: boot-up and heartbeat at 700h + node-ID, SDO at 580h and
-600h + node-ID, NMT at 0.  Only one node uses this end, so the upper bits of an identifier say what a frame is.
+Source: docs/devices/drive-personalities.md; CiA 301 for the frames: boot-up and heartbeat at 700h + node-ID, SDO at
+580h and 600h + node-ID, NMT at 0.  Only one node uses this end, so the upper bits of an identifier say what a frame is.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,7 +1,7 @@
 """The personality of a drive: how it behaves where CiA 402 and CiA 301 leave room, as one small file or key by key.
 
-Source: the differences among the manuals and EDS files of real drives that docs/drive-personalities.md lists.  The
-files are beside this module; a personality is named for its behaviour.
+Source: the differences among the manuals and EDS files of real drives that docs/devices/drive-personalities.md lists.
+The files are beside this module; a personality is named for its behaviour.
 """
 
 from collections.abc import Mapping

@@ -1,6 +1,7 @@
 """The supply without which a drive stays in 'switch on disabled', and what an open STO input does at the start.
 
-Source: docs/drive-personalities.md.  By the book a drive without power passes to 'ready to switch on' and waits there.
+Source: docs/devices/drive-personalities.md.  By the book a drive without power passes to 'ready to switch on' and waits
+there.
 """
 
 from collections.abc import Callable

@@ -1,6 +1,6 @@
 """The SYNC that a drive in operation misses: after some periods of 1006h it acts as if the connection were lost.
 
-Source: docs/drive-personalities.md; CiA 301, 1006h, for the period.  Error code 8700h is 'SYNC controller'.
+Source: docs/devices/drive-personalities.md; CiA 301, 1006h, for the period.  Error code 8700h is 'SYNC controller'.
 """
 
 from collections.abc import Callable

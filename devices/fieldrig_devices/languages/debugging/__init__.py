@@ -2,5 +2,5 @@
 
 A device whose programs can be debugged gives a `Debuggee` (`debuggee.py`), and `DebugService` (`service.py`) answers
 the questions of editors and command lines about it.  They arrive as `debug` questions on the control service of the
-rig; `docs/debugging.md` documents them.  `recorder.py` records values for the trace.
+rig; `docs/programs/debugging.md` documents them.  `recorder.py` records values for the trace.
 """

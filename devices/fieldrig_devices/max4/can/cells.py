@@ -1,7 +1,7 @@
 """The manufacturer-specific objects of the CAN face: diagnosis, messages, parameters, and the service channel.
 
-Source: ours (docs/cia402.md).  A wrong command is answered with an SDO abort; the refusal of a drive appears in the
-window of its service channel, because the channel is slow (digest PD-028).
+Source: ours (docs/devices/pacdrive/cia402.md).  A wrong command is answered with an SDO abort; the refusal of a drive
+appears in the window of its service channel, because the channel is slow (digest PD-028).
 """
 
 import struct

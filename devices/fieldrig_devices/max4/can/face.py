@@ -1,8 +1,8 @@
 """The MAx-4 as a CANopen device: one or more nodes with up to eight CiA 402 axes each.
 
 Source: CiA 301, CiA 402-2 and 402-3; the manual names the library CANopen_S.lib without its objects (digest PD-302), so
-the objects below 6000h are ours (docs/cia402.md).  Nodes boot with the controller, and are silent without power.  The
-face that enabled an axis last controls it until it disables the axis.
+the objects below 6000h are ours (docs/devices/pacdrive/cia402.md).  Nodes boot with the controller, and are silent
+without power.  The face that enabled an axis last controls it until it disables the axis.
 """
 
 import logging

@@ -1,8 +1,8 @@
 """The registers of one axis: its commands, set values and state, as a Modbus client accesses them.
 
-The map is ours (docs/max4-modbus.md; the manual names the library ModBus.lib without its content, digest PD-306).  Set
-values take effect with a command, whose register follows theirs, so that one request can write both.  Positions wrap
-around at 32 bits; a target position means the nearest position that is shown as this value.
+The map is ours (docs/devices/pacdrive/max4-modbus.md; the manual names the library ModBus.lib without its content,
+digest PD-306).  Set values take effect with a command, whose register follows theirs, so that one request can write
+both.  Positions wrap around at 32 bits; a target position means the nearest position that is shown as this value.
 """
 
 from collections.abc import Callable, Iterator

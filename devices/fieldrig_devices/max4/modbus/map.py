@@ -1,7 +1,8 @@
 """The registers of the controller itself, and a window to any parameter of its object tree.
 
-The map is ours (docs/max4-modbus.md; digest PD-306).  A parameter is selected by its logical address, as in IEC code
-(PD-025).  Parameters behind SERCOS are slow here too (PD-028): a read returns the value that was last received.
+The map is ours (docs/devices/pacdrive/max4-modbus.md; digest PD-306).  A parameter is selected by its logical address,
+as in IEC code (PD-025).  Parameters behind SERCOS are slow here too (PD-028): a read returns the value that was last
+received.
 """
 
 from collections.abc import Callable, Iterator

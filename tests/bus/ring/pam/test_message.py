@@ -48,7 +48,8 @@ def test_anything_else_is_refused_or_read(data: bytes) -> None:
         return
 
 
-# The bytes are those of docs/pam-ring.md: version, kind, number; then target or address, length and contents.
+# The bytes are those of docs/devices/pam/pam-ring.md: version, kind, number; then target or address, length and
+# contents.
 @pytest.mark.parametrize(
     ("message", "expected"),
     [

@@ -1,4 +1,4 @@
-"""A member that only sends like the master of a ring is named; docs/ring.md shows a test that is the master."""
+"""A member that only sends like the master of a ring is named; ring.md shows a test that is the master."""
 
 import logging
 

@@ -1,6 +1,6 @@
 """The operator changes values: cursor, keys, password, and the report to the card.
 
-The procedure is ours (docs/arp-terminal.md); manual 5.12 only says that values can be changed.
+The procedure is ours (docs/devices/arp/arp-terminal.md); manual 5.12 only says that values can be changed.
 """
 
 import pytest

@@ -1,6 +1,6 @@
 """The terminal as a CANopen node: bytes in and out, messages in its EEPROM, the printer, refused requests.
 
-The objects are ours; frames are written by hand from CiA 301 and the tables of docs/arp-terminal.md.
+The objects are ours; frames are written by hand from CiA 301 and the tables of docs/devices/arp/arp-terminal.md.
 """
 
 import subprocess

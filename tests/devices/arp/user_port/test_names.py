@@ -1,4 +1,4 @@
-"""Frames of the USER port in words: the data are those of the tables in docs/arp-user-port.md."""
+"""Frames of the USER port in words: the data are those of the tables in docs/devices/arp/arp-user-port.md."""
 
 import pytest
 from hypothesis import given

@@ -2,11 +2,11 @@
 
 import re
 import struct
-from pathlib import Path
 
 import pytest
 from arp_bench import CardBench
 from arp_user_port import PortBench, an_object, bodies, frame
+from doc_pages import page_named
 
 from fieldrig_bus.serial.message import Format
 from fieldrig_devices.arp.user_port.messages import Command, Status
@@ -20,7 +20,7 @@ def bench() -> PortBench:
     return PortBench()
 
 
-PAGE = (Path(__file__).parents[4] / "docs/arp-user-port.md").read_text(encoding="utf-8")
+PAGE = page_named("arp-user-port.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"^\| `([<>])` \| `([0-9a-f ]+)` \|", PAGE, re.MULTILINE)
 
 

@@ -1,6 +1,7 @@
 """Each difference of the personalities, alone and in its file, by the bytes and words of the manuals and reports.
 
-Source: the table of differences in docs/drive-personalities.md; CiA 402-2 for the words, CiA 301 for the frames.
+Source: the table of differences in docs/devices/drive-personalities.md; CiA 402-2 for the words, CiA 301 for the
+frames.
 """
 
 from pathlib import Path

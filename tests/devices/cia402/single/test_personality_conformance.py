@@ -1,4 +1,4 @@
-"""`fieldrig conform` on each personality: docs/drive-personalities.md names all that it finds.
+"""`fieldrig conform` on each personality: docs/devices/drive-personalities.md names all that it finds.
 
 The cases are those of CiA 301; a difference that the standard allows must pass them.
 """
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 import pytest
+from doc_pages import page_named
 from typer.testing import CliRunner
 
 from fieldrig.cli.app import app
@@ -17,7 +18,7 @@ from fieldrig_devices.cia402.single.personality import Name
 pytestmark = pytest.mark.long
 
 NAMES = get_args(Name)
-DOCS = Path(__file__).parents[4] / "docs" / "drive-personalities.md"
+DOCS = page_named("drive-personalities.md")
 BY_THE_BOOK: dict[str, dict[str, Any]] = {
     "mains-inverter": {"missing": []},
     "robot-joint": {"missing": [], "mapping": "free", "loses_first_sdo": False, "needs_reset_node": False},

@@ -1,13 +1,13 @@
-"""The documents of docs/iec-import*.md are imported, and become what the page says."""
+"""The documents of docs/programs/iec-import*.md are imported, and become what the page says."""
 
 import pytest
-from doc_pages import ROOT, Block, blocks
+from doc_pages import Block, blocks, page_named
 from exchange_documents import unit_of
 
 from fieldrig_devices.iec.dialect import EDITION_3
 from fieldrig_devices.iec.imports import read_source
 
-PAGES = [ROOT / "docs" / name for name in ("iec-import.md", "iec-import-examples.md")]
+PAGES = [page_named("iec-import.md"), page_named("iec-import-examples.md")]
 BLOCKS = [block for page in PAGES for block in blocks(page) if block.info]
 PAIRS = list(zip(BLOCKS[::2], BLOCKS[1::2], strict=True))
 

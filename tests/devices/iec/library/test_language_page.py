@@ -1,4 +1,4 @@
-"""The pages docs/iec-*.md agree with the code, and their examples run.
+"""The pages docs/programs/iec-*.md agree with the code, and their examples run.
 
 A comment (* = 127 *) behind an assignment is the value of the variable after one cycle.
 """
@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import fields
 
 import pytest
-from doc_pages import ROOT, Block, Row, blocks, code_in, prose, rows
+from doc_pages import Block, Row, blocks, code_in, page_named, prose, rows
 from library_bench import Bench
 
 from fieldrig_devices.iec.dialect import CODESYS, DIALECTS, EDITION_3, EPAS_4
@@ -22,9 +22,7 @@ from fieldrig_devices.iec.parser.sections import QUALIFIERS
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.types import StringType
 
-PAGES = [
-    ROOT / "docs" / f"iec-{name}.md" for name in ("language", "dialects", "types", "functions", "charts", "objects")
-]
+PAGES = [page_named(f"iec-{name}.md") for name in ("language", "dialects", "types", "functions", "charts", "objects")]
 EXAMPLES = [block for page in PAGES for block in blocks(page) if block.info[0] == "iecst"]
 TEXT = "".join(page.read_text(encoding="utf-8") for page in PAGES)
 WORDS = {word for page in PAGES for word in code_in(prose(page))}

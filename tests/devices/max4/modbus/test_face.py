@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from doc_pages import page_named
 from max4_faces_bench import FacesBench, Type
 
 from fieldrig.clock import MS
@@ -500,7 +501,7 @@ def test_axes_stop_when_no_client_asks_any_more() -> None:
 
 
 def test_the_page_has_the_map(bench: FacesBench) -> None:
-    page = (Path(__file__).parents[4] / "docs" / "max4-modbus.md").read_text()
+    page = page_named("max4-modbus.md").read_text(encoding="utf-8")
     rows = {
         (int(address), name, type)
         for address, name, type in re.findall(

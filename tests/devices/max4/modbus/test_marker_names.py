@@ -1,4 +1,4 @@
-"""Markers in Modbus messages by the names of a program; the addresses are those of docs/max4-modbus.md and PD-364.
+"""Markers in Modbus messages by the names of a program; the addresses are those of max4-modbus.md and PD-364.
 
 %MD1 is bytes 4 to 7, %MX4.3 bit 3 of word 4, and a register has the high byte first.
 """

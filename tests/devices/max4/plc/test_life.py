@@ -567,7 +567,7 @@ def test_the_load_follows_the_costs_of_the_rig_file(tmp_path: Path) -> None:
 
 
 def test_a_controller_is_calibrated_to_the_load_that_a_machine_shows(tmp_path: Path) -> None:
-    """docs/max4-plc.md: the scale is the load of the machine divided by the load here; the machine is another one."""
+    """max4-plc.md: the scale is the load of the machine divided by the load here; the machine is another one."""
     machine = load_us(tmp_path, access_ns=55, real_ns=170, jump_ns=35, operation_ns=40)
     scale = machine / load_us(tmp_path)
     assert scale > 2

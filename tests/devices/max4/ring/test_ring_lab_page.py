@@ -3,7 +3,6 @@
 import logging
 import re
 import time
-from pathlib import Path
 from types import CodeType, SimpleNamespace
 from typing import NamedTuple
 
@@ -13,8 +12,7 @@ from can_face_bench import CanFaceBench, dictionary_of
 from canopen.node import base
 from canopen.pdo.base import PdoMap
 from canopen.profiles import p402
-
-DOCS = Path(__file__).parents[4] / "docs"
+from doc_pages import page_named
 
 
 class Program(NamedTuple):
@@ -31,7 +29,7 @@ class Program(NamedTuple):
 
     @property
     def code(self) -> CodeType:
-        found = re.search(rf"```python file {self.file}\n(.*?)```", (DOCS / self.page).read_text("utf-8"), re.DOTALL)
+        found = re.search(rf"```python file {self.file}\n(.*?)```", page_named(self.page).read_text("utf-8"), re.DOTALL)
         assert found is not None
         return compile(found[1], self.file, "exec")
 

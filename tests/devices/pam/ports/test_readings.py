@@ -1,4 +1,4 @@
-"""Passages of the manual about ports that can be read in two ways, each with its setting (docs/pam-readings.md)."""
+"""Passages of the manual about ports that can be read in two ways, each with its setting (pam-readings.md)."""
 
 from pathlib import Path
 from typing import Any, Literal

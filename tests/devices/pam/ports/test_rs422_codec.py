@@ -1,4 +1,4 @@
-"""The framing of the project's RS422 protocol, as docs/pam-ports.md describes it."""
+"""The framing of the project's RS422 protocol, as docs/devices/pam/pam-ports.md describes it."""
 
 import struct
 from binascii import crc_hqx

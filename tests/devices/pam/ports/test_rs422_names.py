@@ -1,4 +1,4 @@
-"""Telegrams of the RS422 line in words; the bytes follow the table in docs/pam-rs422.md."""
+"""Telegrams of the RS422 line in words; the bytes follow the table in docs/devices/pam/pam-rs422.md."""
 
 from binascii import crc_hqx
 
@@ -27,7 +27,7 @@ def frame(content: str) -> bytes:
 
 
 def crc(name: str) -> str:
-    """Return the CRC of a variable: that of its name in capitals (docs/pam-ports.md)."""
+    """Return the CRC of a variable: that of its name in capitals (docs/devices/pam/pam-ports.md)."""
     return f"{crc_hqx(name.upper().encode(), 0xFFFF):04x}"
 
 

@@ -1,4 +1,4 @@
-"""Passages about programs that can be read in two ways (docs/pam-readings.md)."""
+"""Passages about programs that can be read in two ways (docs/devices/pam/pam-readings.md)."""
 
 import sys
 from pathlib import Path

@@ -1,7 +1,7 @@
 """The telegrams of a PAM's RS422 line in words: the command, and the variables of the application by name.
 
-Source: docs/pam-rs422.md.  The key of an input is its place in the application, from 1, and that of an output is learnt
-from DEF_OUT of the master (section 13.1).
+Source: docs/devices/pam/pam-rs422.md.  The key of an input is its place in the application, from 1, and that of an
+output is learnt from DEF_OUT of the master (section 13.1).
 """
 
 from collections.abc import Callable, Mapping, Sequence
