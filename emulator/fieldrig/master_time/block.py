@@ -1,5 +1,6 @@
 """The block in which a master is in virtual time."""
 
+import asyncio
 import logging
 import os
 import queue
@@ -73,7 +74,8 @@ def _swap(swaps: Swaps, network: Network, terminals: Terminals) -> None:
     sockets = SocketStandIns(network)
     swaps.everywhere(
         [
-            *clock_swaps(), *descriptor_swaps(), *thread_swaps(), *sockets.names(), *terminals.swaps(), *_refusals(),
+            *clock_swaps(), *descriptor_swaps(), *thread_swaps(), *sockets.names(), *_terminal_swaps(terminals),
+            *_refusals(), *_loop_swaps(),
             (threading.Lock, Lock), (queue.SimpleQueue, queue._PySimpleQueue),  # type: ignore[attr-defined]
         ]
     )  # fmt: skip
@@ -85,10 +87,25 @@ def _swap(swaps: Swaps, network: Network, terminals: Terminals) -> None:
     swaps.later(lambda: executors.removeFilter(is_no_end))
     swaps.attribute(threading.Thread, "join", join)
     swaps.attribute(threading.Thread, "is_alive", is_alive)
+    if hasattr(asyncio, "WindowsProactorEventLoopPolicy"):
+        swaps.attribute(asyncio.WindowsProactorEventLoopPolicy, "_loop_factory", asyncio.SelectorEventLoop)
     for kind, name, method in selector_methods():
         swaps.attribute(kind, name, method)
     for name, method in sockets.methods().items():
         swaps.attribute(socket.socket, name, method)
+
+
+def _terminal_swaps(terminals: Terminals) -> list[tuple[Any, Any]]:
+    try:
+        from fieldrig.master_time.terminal_calls import TerminalCalls
+    except ImportError:  # Windows, where a program reaches a serial line by `fieldrig://NAME`, or by TCP
+        return []
+    return TerminalCalls(terminals).swaps()
+
+
+def _loop_swaps() -> list[tuple[Any, Any]]:
+    """Return the usual event loop of Windows, which waits in C, with the other one that asyncio has there."""
+    return [(asyncio.ProactorEventLoop, asyncio.SelectorEventLoop)] if hasattr(asyncio, "ProactorEventLoop") else []
 
 
 def _refusals() -> list[tuple[Any, Any]]:

@@ -1,23 +1,25 @@
 """The network of the block: TCP from members to the ports of the rig, and among members, without the system's network.
 
-A listening or connected socket keeps its number, its class and its address, but behind it is a Unix socket without a
-name in the file system.  So select, event loops and blocking calls work as they are, and a byte that is sent is there
-at once, while the system may deliver those of its own TCP later.
+A listening or connected socket keeps its class and its address, but behind it is an end of a pair of sockets (`pairs`).
+So select, event loops and blocking calls work as they are, and a byte that is sent is there at once, while the system
+may deliver those of its own TCP later.  A socket that listens can be read while a connection is waiting: for each, the
+other end of its pair has sent a byte.
 Left out: UDP, and options of TCP, which are accepted and do nothing.
 """
 
 import errno
 import itertools
 import os
-import secrets
 import socket
+from collections import deque
 from collections.abc import Callable
 from typing import Any, Final
-from weakref import WeakKeyDictionary, WeakSet, ref
+from weakref import WeakKeyDictionary, WeakSet, finalize, ref
 
 from fieldrig.master_time.active import seeing_scheduler, waiting_scheduler
 from fieldrig.master_time.descriptors import is_ready
 from fieldrig.master_time.errors import VirtualTimeError
+from fieldrig.master_time.pairs import Pairs
 from fieldrig.master_time.scheduler import Place, Scheduler
 from fieldrig.master_time.threads import refused
 
@@ -27,27 +29,68 @@ FIRST_FREE: Final = 49152
 LAST_FREE: Final = 65535
 
 Address = tuple[str, int]
-_PREFIX: Final = b"\0" + secrets.token_bytes(5)
-"""Begins the names of this process.  A socket of AF_INET keeps the first 14 bytes of a name only."""
-_sequence = itertools.count()
 _REAL: Final = {
     name: getattr(socket.socket, name)
     for name in (
-        "accept", "bind", "connect", "connect_ex", "getpeername", "getsockname", "getsockopt", "listen", "recv",
-        "recv_into", "recvfrom", "recvfrom_into", "recvmsg", "send", "sendall", "sendmsg", "sendto", "setsockopt",
+        "_real_close", "accept", "bind", "connect", "connect_ex", "getpeername", "getsockname", "getsockopt", "listen",
+        "recv", "recv_into", "recvfrom", "recvfrom_into", "recvmsg", "send", "sendall", "sendmsg", "sendto",
+        "setsockopt", "shutdown",
     )
     if hasattr(socket.socket, name)
 }  # fmt: skip
+WAITING: Final = ("recv", "recv_into", "recvfrom", "recvfrom_into", "recvmsg", "send", "sendmsg", "sendto")
+"""The calls that wait until data has come, or can be sent."""
+PLACE_OF_FLAGS: Final = {"recv": 1, "recv_into": 2, "recvfrom": 1, "recvfrom_into": 2, "recvmsg": 2}
+"""The place of the flags among the arguments of a call that reads."""
 _real_getaddrinfo, _real_gethostbyname = socket.getaddrinfo, socket.gethostbyname
 _real_gethostbyaddr, _real_getfqdn = socket.gethostbyaddr, socket.getfqdn
+
+
+class _Listening:
+    """The connections that wait to be accepted by a socket that listens."""
+
+    def __init__(self, sock: socket.socket, door: socket.socket) -> None:
+        """`door` is the other end of the pair of `sock`."""
+        self.sock, self._door = ref(sock), door
+        self._waiting: deque[tuple[socket.socket, int]] = deque()
+        self.most: int | None = None
+        """How many may wait; None before it listens."""
+        finalize(sock, self.close)
+
+    @property
+    def is_open(self) -> bool:
+        sock = self.sock()
+        return sock is not None and sock.fileno() >= 0
+
+    @property
+    def accepts(self) -> bool:
+        return self.is_open and self.most is not None and len(self._waiting) <= self.most
+
+    def add(self, pairs: Pairs, other: socket.socket, own: int) -> None:
+        """Let a connection wait; `own` is the port of its client."""
+        self._waiting.append((other, own))
+        _REAL["send"](self._door, b"+")
+        pairs.sent(self._door, 1)
+
+    def take(self, pairs: Pairs, sock: socket.socket) -> tuple[socket.socket, int]:
+        """Return the connection that has waited longest.  BlockingIOError if there is none."""
+        pairs.read(sock, len(_REAL["recv"](sock, 1)))
+        return self._waiting.popleft()
+
+    def close(self) -> None:
+        self._door.close()
+        while self._waiting:
+            self._waiting.popleft()[0].close()
 
 
 class Network:
     """The addresses of one block."""
 
     def __init__(self) -> None:
-        self._listening: dict[Address, tuple[ref[socket.socket], bytes]] = {}
-        """The socket that listens at each address, and the name of the socket behind it."""
+        self.pairs = Pairs()
+        self._listening: dict[Address, _Listening] = {}
+        """What listens at each address."""
+        self._of_socket: WeakKeyDictionary[socket.socket, _Listening] = WeakKeyDictionary()
         self._addresses: WeakKeyDictionary[socket.socket, tuple[Any, Any]] = WeakKeyDictionary()
         """The own address of each socket, and that of its peer."""
         self._of_ports: WeakSet[socket.socket] = WeakSet()
@@ -63,33 +106,28 @@ class Network:
     def bind(self, sock: socket.socket, address: Any) -> None:
         host, port = str(address[0]), int(address[1]) or next(self._free)
         place = _place(host, port)
-        if self._name(place) is not None:
+        if place in self._listening and self._listening[place].is_open:
             raise OSError(errno.EADDRINUSE, f"{os.strerror(errno.EADDRINUSE)}: {host}:{port}")
-        with socket.socket(socket.AF_UNIX, sock.type) as hidden:
-            name = _hidden_name(port)
-            _REAL["bind"](hidden, name)
-            _stand_behind(sock, hidden)
+        self._listening[place] = self._of_socket[sock] = _Listening(sock, self.pairs.connect(sock))
         self._addresses[sock] = ((host, port), None)
-        self._listening[place] = (ref(sock), name)
         self._known.add(place)
+
+    def listen(self, sock: socket.socket, backlog: int) -> None:
+        self._of_socket[sock].most = max(backlog, 0)
 
     def connect(self, scheduler: Scheduler, sock: socket.socket, address: Any) -> None:
         host, port = str(address[0]), int(address[1])
-        name = self._name(_place(host, port))
-        if name is None:
-            if _place(host, port) in self._known or scheduler.place is Place.DOORS:
+        place = _place(host, port)
+        listening = self._listening.get(place)
+        if listening is None or not listening.is_open:
+            if place in self._known or scheduler.place is Place.DOORS:
                 raise ConnectionRefusedError(errno.ECONNREFUSED, os.strerror(errno.ECONNREFUSED))
             sock.close()  # its owner expects an OSError, or none, and would leave it open
             raise self.outside(scheduler, f"{host}:{port}")
+        if not listening.accepts:
+            raise ConnectionRefusedError(errno.ECONNREFUSED, os.strerror(errno.ECONNREFUSED))
         own = next(self._free)
-        with socket.socket(socket.AF_UNIX, sock.type) as hidden:
-            _REAL["bind"](hidden, _hidden_name(own))
-            hidden.setblocking(False)
-            try:
-                _REAL["connect"](hidden, name)
-            except OSError:  # the server has closed, or accepts no more
-                raise ConnectionRefusedError(errno.ECONNREFUSED, os.strerror(errno.ECONNREFUSED)) from None
-            _stand_behind(sock, hidden)
+        listening.add(self.pairs, self.pairs.connect(sock), own)
         near = "::1" if sock.family == socket.AF_INET6 else "127.0.0.1"
         self._addresses[sock] = (_full(sock, near, own), _full(sock, host, port))
         self._note(sock)
@@ -103,14 +141,21 @@ class Network:
         """True if a port of the rig has a connection."""
         return any(sock.fileno() >= 0 for sock in self._of_ports)
 
-    def accepted(self, listening: socket.socket, sock: socket.socket, hidden: Any) -> Any:
-        """Return the address of a client that was accepted."""
-        own = int.from_bytes(bytes(hidden)[-2:], "big")
-        near = "::1" if listening.family == socket.AF_INET6 else "127.0.0.1"
-        peer = _full(listening, near, own)
-        self._addresses[sock] = (self._addresses[listening][0], peer)
-        self._note(sock)
-        return peer
+    def accept(self, sock: socket.socket) -> tuple[socket.socket, Any]:
+        """Return a connection that was waiting, and the address of its client."""
+        made, own = self._of_socket[sock].take(self.pairs, sock)
+        made.settimeout(socket.getdefaulttimeout())
+        near = "::1" if sock.family == socket.AF_INET6 else "127.0.0.1"
+        peer = _full(sock, near, own)
+        self._addresses[made] = (self._addresses[sock][0], peer)
+        self._note(made)
+        return made, peer
+
+    def closed(self, sock: socket.socket) -> None:
+        """Do what the end of a socket means for the others."""
+        if (listening := self._of_socket.get(sock)) is not None:
+            listening.close()
+        self.pairs.sends_no_more(sock)
 
     def own_address(self, sock: socket.socket) -> Any:
         return _full(sock, *self._addresses[sock][0][:2])
@@ -123,20 +168,12 @@ class Network:
     def has(self, sock: socket.socket) -> bool:
         return sock in self._addresses
 
+    def is_bound(self, sock: socket.socket) -> bool:
+        return sock in self._of_socket
+
     def outside(self, scheduler: Scheduler, what: str) -> VirtualTimeError:
         known = ", ".join(self.rig_addresses) or "no address"
         return refused(scheduler, f"{what} is outside of the rig, where time is not virtual; the rig has {known}")
-
-    def _name(self, place: Address) -> bytes | None:
-        """Return the name of the socket behind an address, if a server listens there."""
-        held, name = self._listening.get(place, (None, b""))
-        sock = held() if held is not None else None
-        return name if sock is not None and sock.fileno() >= 0 else None
-
-
-def _hidden_name(port: int) -> bytes:
-    """Return a name that no other socket of this system has, with a port at its end."""
-    return _PREFIX + next(_sequence).to_bytes(6, "big") + port.to_bytes(2, "big")
 
 
 def _place(host: str, port: int) -> Address:
@@ -147,12 +184,6 @@ def _place(host: str, port: int) -> Address:
 
 def _full(sock: socket.socket, host: str, port: int) -> Any:
     return (host, port, 0, 0) if sock.family == socket.AF_INET6 else (host, port)
-
-
-def _stand_behind(sock: socket.socket, hidden: socket.socket) -> None:
-    """Let `sock` lead to another socket, with the same number and the same time-out."""
-    os.dup2(hidden.fileno(), sock.fileno(), inheritable=False)
-    sock.settimeout(sock.gettimeout())
 
 
 # ---- what members call
@@ -197,8 +228,23 @@ class SocketStandIns:
 
         def accept(sock: socket.socket) -> Any:
             _wait_until_ready(sock, is_write=False)
-            made, hidden = _REAL["accept"](sock)
-            return made, network.accepted(sock, made, hidden) if network.has(sock) else hidden
+            return network.accept(sock) if network.is_bound(sock) else _REAL["accept"](sock)
+
+        def listen(sock: socket.socket, backlog: int = socket.SOMAXCONN) -> None:
+            if network.is_bound(sock):
+                network.listen(sock, backlog)
+            else:
+                _REAL["listen"](sock, backlog)
+
+        def real_close(sock: socket.socket, *arguments: Any) -> None:
+            _REAL["_real_close"](sock, *arguments)
+            if network.has(sock):
+                network.closed(sock)
+
+        def shutdown(sock: socket.socket, how: int) -> None:
+            _REAL["shutdown"](sock, how)
+            if how != socket.SHUT_RD:
+                network.pairs.sends_no_more(sock)
 
         def getsockname(sock: socket.socket) -> Any:
             return network.own_address(sock) if network.has(sock) else _REAL["getsockname"](sock)
@@ -218,7 +264,7 @@ class SocketStandIns:
             scheduler = seeing_scheduler()
             if scheduler is not None and _is_internet(sock) and not network.has(sock):
                 raise network.outside(scheduler, f"UDP to {arguments[-1]!r}")
-            return _REAL["sendto"](sock, *arguments)
+            return waiting["sendto"](sock, *arguments)
 
         def sendall(sock: socket.socket, data: Any, *flags: int) -> None:
             if waiting_scheduler() is None:
@@ -226,16 +272,14 @@ class SocketStandIns:
                 return
             left = memoryview(data).cast("B")
             while left:
-                _wait_until_ready(sock, is_write=True)
-                left = left[_REAL["send"](sock, left, *flags) :]
+                left = left[waiting["send"](sock, left, *flags) :]
 
+        waiting = {name: _waiting(network.pairs, name) for name in WAITING if name in _REAL}
         named: dict[str, Callable[..., Any]] = {
             "bind": bind, "connect": connect, "connect_ex": connect_ex, "accept": accept, "getsockname": getsockname,
             "getpeername": getpeername, "setsockopt": setsockopt, "getsockopt": getsockopt, "sendto": sendto,
-            "sendall": sendall,
+            "sendall": sendall, "listen": listen, "shutdown": shutdown, "_real_close": real_close,
         }  # fmt: skip
-        waiting = {name: _waiting(name, is_write=name.startswith("send")) for name in _REAL if name not in named}
-        del waiting["listen"]
         return waiting | named
 
     def names(self) -> list[tuple[Any, Any]]:
@@ -278,12 +322,18 @@ def _wait_until_ready(sock: socket.socket, is_write: bool) -> None:
         raise TimeoutError("timed out")
 
 
-def _waiting(name: str, is_write: bool) -> Callable[..., Any]:
-    real = _REAL[name]
+def _waiting(pairs: Pairs, name: str) -> Callable[..., Any]:
+    real, is_write, place = _REAL[name], name.startswith("send"), PLACE_OF_FLAGS.get(name, 0)
 
     def method(sock: socket.socket, *arguments: Any, **options: Any) -> Any:
         _wait_until_ready(sock, is_write)
-        return real(sock, *arguments, **options)
+        result = real(sock, *arguments, **options)
+        if is_write:
+            pairs.sent(sock, result)
+        elif not (options.get("flags", 0) or (arguments[place] if len(arguments) > place else 0)) & socket.MSG_PEEK:
+            first = result[0] if isinstance(result, tuple) else result
+            pairs.read(sock, first if isinstance(first, int) else len(first))
+        return result
 
     return method
 

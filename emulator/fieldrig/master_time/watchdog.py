@@ -7,6 +7,7 @@ waits for a person, and has all the time that it needs.
 Left out: systems without /proc, where only `patience_s` counts.
 """
 
+import _thread
 import ctypes
 import signal
 import sys
@@ -26,7 +27,8 @@ LOOK_S: Final = 0.25
 ASLEEP_S: Final = 2.0
 """Real time for which a running member may be asleep."""
 UNWIND_S: Final = 0.5
-SIGNAL: Final = signal.SIGUSR2
+SIGNAL: Final[signal.Signals] = getattr(signal, "SIGUSR2", signal.SIGTERM)
+"""Interrupts the main thread.  On Windows no program sends SIGTERM to another."""
 _real_monotonic = time.monotonic
 
 
@@ -83,10 +85,18 @@ class Watchdog:
             scheduler.failure = error
         if member is scheduler.main:
             self._error = error
-            signal.pthread_kill(member.ident, SIGNAL)
+            _interrupt(member.ident)
         else:
             scheduler.give_up(member, error)
             ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(member.ident), ctypes.py_object(EndedError))
+
+
+def _interrupt(ident: int) -> None:
+    """Let the main thread handle `SIGNAL`, also if it is in a call of the system where the system can end that."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(ident, SIGNAL)
+    else:
+        _thread.interrupt_main(SIGNAL)
 
 
 class _RealEvent:
