@@ -54,6 +54,7 @@ __all__ = [
     "WrongKey",
     "from_dict",
     "load",
+    "read_trace",
     "restore",
     "virtual_time",
 ]
@@ -74,6 +75,7 @@ if TYPE_CHECKING:
     from fieldrig.recording.recording import Recording
     from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey
     from fieldrig.storage.store import MemoryStore, Store, StoreError, restore
+    from fieldrig.traces.trace_files import read_trace
     from fieldrig.virtual.branch import Branch
     from fieldrig.virtual.node import EventNode
     from fieldrig.virtual.rig import Rig
@@ -93,6 +95,7 @@ else:
             "fieldrig.master_time.errors": "VirtualTimeError",
             "fieldrig.real.live_rig": "LiveRig",
             "fieldrig.recording.recording": "Recording",
+            "fieldrig.traces.trace_files": "read_trace",
             "fieldrig.virtual.branch": "Branch",
             "fieldrig.virtual.node": "EventNode",
             "fieldrig.pytest_plugin": "BranchMaker LiveRigMaker MasterRigMaker RigMaker",

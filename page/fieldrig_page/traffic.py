@@ -15,9 +15,9 @@ from starlette.responses import Response
 
 from fieldrig.errors import ControlError, UsageError
 from fieldrig.outside.untrusted import MalformedError, field, items, typed
+from fieldrig.traces.formats import format_of
 from fieldrig.traces.names import Learning, namer_of
 from fieldrig.traces.trace import is_batch
-from fieldrig.traces.trace_files import format_of
 from fieldrig_page.api import Call, Operation, known
 from fieldrig_page.bus_load import Reading, load_words
 from fieldrig_page.bus_record import MOST_MESSAGES, BusRecord, Row

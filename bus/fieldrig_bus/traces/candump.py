@@ -6,29 +6,45 @@ half a byte, for frames of the bus.  Errors and changes of state are error frame
 frame and is left out.
 """
 
+import re
 from collections.abc import Iterable, Iterator
 from typing import BinaryIO, Final
 
+from fieldrig.clock import S
 from fieldrig.errors import UsageError
+from fieldrig.traces.log_lines import BYTE_ORDER_MARK, LogLines, text_of
+from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
-from fieldrig_bus.can.codec import decode
-from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
+from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
-from fieldrig_bus.can.notices import BusState, CanError, Notice
-from fieldrig_bus.can.socketcan_errors import error_frame
-from fieldrig_bus.traces.candump_lines import parse, says_nothing
+from fieldrig_bus.traces.can_fields import fields_of, message_of
+from fieldrig_bus.traces.candump_lines import is_like_one, parse, says_nothing
 
-SUFFIX = ".log"
+SUFFIXES = (".log", ".candump")
 FAMILIES = frozenset({"can"})
-BYTE_ORDER_MARK: Final = "\ufeff"
 REMEDY: Final = "write logs with `candump -L` or `fieldrig trace`, or take the line out"
+MOST_BUSES: Final = 1_000
+"""Interfaces whose names are remembered."""
+PLAIN: Final = re.compile(
+    r"\((\d{1,12})\.(\d{6})\) (\S+) ([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#((?:[0-9A-Fa-f]{2}){0,8})\r?", re.ASCII
+).fullmatch
+"""A line of `candump -L` with a plain data frame, as nearly all are."""
+
+
+def recognises(head: bytes) -> bool:
+    """Return whether the first line that says something is one of candump."""
+    for line in head.decode("latin-1").removeprefix(BYTE_ORDER_MARK).split("\n")[:-1]:
+        if not says_nothing(line):
+            return is_like_one(line)
+    return False
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of lines."""
     written = 0
     for entry in entries:
-        body = _body(decode(entry.data)) if entry.family == "can" else None
+        body = _body(entry.data) if entry.family == "can" else None
         if body is not None:
             seconds, microseconds = divmod((start_unix_ns + entry.time_ns) // 1000, 1_000_000)
             file.write(f"({seconds}.{microseconds:06}) {entry.bus} {body}\n".encode())
@@ -36,33 +52,62 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> 
     return written
 
 
-def read(file: BinaryIO) -> Iterator[TraceEntry]:
+def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Entries with the time of day as their instant.  UsageError, with the line, for a file that is not such a log."""
-    time_ns = 0
-    for number, data in enumerate(file, 1):
-        line = data.decode(errors="replace").removeprefix(BYTE_ORDER_MARK)
+    odd = Oddities() if odd is None else odd
+    lines, time_ns, buses = LogLines(file, odd), 0, dict[str, str]()
+    for line in lines:
+        if match := PLAIN(line):
+            seconds, microseconds, bus, identifier, digits = match.groups()
+            word = int(identifier, 16)
+            if word <= (STANDARD_MASK if len(identifier) == 3 else EXTENDED_MASK):
+                time_ns = int(seconds) * S + int(microseconds) * 1000
+                message = message_of(word if len(identifier) == 3 else word | EXTENDED, bytes.fromhex(digits)) or b""
+                yield TraceEntry(time_ns, buses.get(bus) or _bus(bus, buses, odd), "can", "", message)
+                continue
         if says_nothing(line):
             continue
         try:
             entry = parse(line)
         except ValueError as wrong:
-            how = "is cut off" if not line.endswith("\n") else "is not a line of candump"
-            raise UsageError(f"line {number} {how}: {wrong}", REMEDY) from wrong
+            if lines.is_cut and odd.number > 1:
+                return
+            how = "is cut off" if lines.is_cut else "is not a line of candump"
+            raise UsageError(f"line {odd.number} {how}: {wrong}", REMEDY) from wrong
+        if entry.is_time_wrong:
+            odd.tell("the time is not one, and the message has that of the line before")
         time_ns = time_ns if entry.time_ns is None else entry.time_ns
         if entry.message is not None:
-            yield TraceEntry(time_ns, entry.bus, "can", "", entry.message)
+            yield TraceEntry(time_ns, buses.get(entry.bus) or _bus(entry.bus, buses, odd), "can", "", entry.message)
+        else:
+            odd.tell("error frames that report no error and no state of a controller are left out")
 
 
-def _body(message: CanFrame | Notice) -> str | None:
+def _bus(name: str, buses: dict[str, str], odd: Oddities) -> str:
+    """Return the real name of an interface, and tell of a second one."""
+    if buses and len(buses) < MOST_BUSES:
+        first = next(iter(buses.values()))
+        odd.tell("another interface begins", f", {text_of(name)}; the lines before are of {first}")
+    if len(buses) < MOST_BUSES:
+        buses[name] = text_of(name)
+    return text_of(name)
+
+
+def _body(message: bytes) -> str | None:
     """The message as candump shows it; None for a message that candump cannot represent."""
-    if isinstance(message, CanError | BusState):
-        error_class, data = error_frame(message)
-        return f"{error_class | ERROR:08X}#{data.hex().upper()}"
-    if not isinstance(message, CanFrame):
+    fields = fields_of(message)
+    if fields is None:
         return None
-    identifier = f"{message.identifier:08X}" if message.is_extended else f"{message.identifier:03X}"
-    if message.is_remote:
-        return f"{identifier}#R{message.remote_length or ''}"
-    if message.is_fd:
-        return f"{identifier}##{BIT_RATE_SWITCH if message.is_bit_rate_switched else 0}{message.data.hex().upper()}"
-    return f"{identifier}#{message.data.hex().upper()}"
+    word, data, length, is_fd, is_switched = fields
+    identifier = f"{word:03X}" if word <= STANDARD_MASK else _flagged(word)
+    if word & REMOTE:
+        return f"{identifier}#R{length or ''}"
+    if is_fd:
+        return f"{identifier}##{BIT_RATE_SWITCH if is_switched else 0}{data.hex().upper()}"
+    return f"{identifier}#{data.hex().upper()}"
+
+
+def _flagged(word: int) -> str:
+    if word & ERROR:
+        return f"{word:08X}"
+    return f"{word & EXTENDED_MASK:08X}" if word & EXTENDED else f"{word & STANDARD_MASK:03X}"

@@ -27,6 +27,7 @@ VIEW: Final = re.compile(
     rf"(?:{TIME} +)?(?P<bus>[^\s()#]+) +{INFO}(?P<identifier>[0-9A-Fa-f]+) +\[(?P<length>\d+)\](?:  *(?P<body>.*))?"
 )
 SECONDS: Final = re.compile(r"(\d{1,12})\.(\d{1,9})")
+LIKE_A_DATE: Final = re.compile(r"[0-9][-0-9:. T/]*")
 REMOTE: Final = re.compile(r"R(\d?)(?:_[0-9A-Fa-f])?")
 LOG_DATA: Final = re.compile(r"([0-9A-Fa-f.]*)(?:_[0-9A-Fa-f])?")
 """Data, and the raw DLC of a frame of 8 bytes."""
@@ -40,6 +41,8 @@ class Line(NamedTuple):
     bus: str
     message: bytes | None
     """The encoded message of the bus; None for an error frame that reports nothing."""
+    is_time_wrong: bool = False
+    """True for a date that no calendar has; then the line has no time."""
 
 
 def says_nothing(line: str) -> bool:
@@ -52,17 +55,29 @@ def parse(line: str) -> Line:
     text = line.strip()
     for form, message in ((LOG, _logged), (VIEW, _viewed)):
         if match := form.fullmatch(text):
-            return Line(None if match["time"] is None else _time_ns(match["time"]), match["bus"], message(match))
+            time_ns, is_wrong = (None, False) if match["time"] is None else _time_ns(match["time"])
+            return Line(time_ns, match["bus"], message(match), is_wrong)
     raise ValueError(NO_LINE)
 
 
-def _time_ns(text: str) -> int:
-    """Return the time of `1436509052.249713`, or of a date such as `2024-05-17 09:12:01.250000` in local time."""
+def is_like_one(line: str) -> bool:
+    """Return whether a line has the form of one of candump."""
+    text = line.strip()
+    return LOG.fullmatch(text) is not None or VIEW.fullmatch(text) is not None
+
+
+def _time_ns(text: str) -> tuple[int | None, bool]:
+    """Return the time of `1436509052.249713`, or of a date such as `2024-05-17 09:12:01.250000` in local time.
+
+    The second is true for what looks like a date, and is none.
+    """
     if match := SECONDS.fullmatch(text.strip()):
-        return int(match[1]) * 1_000_000_000 + int(match[2].ljust(9, "0"))
+        return int(match[1]) * 1_000_000_000 + int(match[2].ljust(9, "0")), False
     try:
-        return round(datetime.fromisoformat(text.strip()).timestamp() * 1e6) * 1000
+        return round(datetime.fromisoformat(text.strip()).timestamp() * 1e6) * 1000, False
     except (ValueError, OverflowError, OSError):
+        if LIKE_A_DATE.fullmatch(text.strip()):
+            return None, True
         raise ValueError(f"{text!r} is not a time: expected seconds such as 1436509052.249713") from None
 
 

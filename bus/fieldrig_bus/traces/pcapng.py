@@ -20,6 +20,7 @@ from pcapng import blocks, scanner, writer
 from pcapng.exceptions import PcapngException
 
 from fieldrig.errors import UsageError
+from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
@@ -32,7 +33,7 @@ from fieldrig_bus.serial import codec as serial_codec
 from fieldrig_bus.traces.modbus_packet import PacketMaker, messages_in
 from fieldrig_bus.traces.ppp_frames import PppFinder
 
-SUFFIX = ".pcapng"
+SUFFIXES = (".pcapng",)
 FAMILIES: frozenset[str] = frozenset()  # all
 
 # tcpdump.org/linktypes.html
@@ -111,7 +112,11 @@ class _Output:
         self._file.write_block(block)
 
 
-def read(file: BinaryIO) -> Iterator[TraceEntry]:
+def recognises(head: bytes) -> bool:
+    return head.startswith(b"\x0a\x0d\x0d\x0a")
+
+
+def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Entries of a file.  UsageError for a file that is damaged or not pcapng, after everything that could be read."""
     start_unix_ns = 0
     try:

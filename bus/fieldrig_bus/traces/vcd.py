@@ -19,12 +19,13 @@ from vcd.writer import Variable, VCDWriter
 
 from fieldrig.clock import NEVER_NS
 from fieldrig.errors import UsageError
+from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.vcd_text import Ascii, Exact, Path, legal_paths, quoted
 from fieldrig_bus.traces.waves import FAMILIES as FAMILIES
 from fieldrig_bus.traces.waves import Value, Wave, Waves, check_size, waves_of
 
-SUFFIX = ".vcd"
+SUFFIXES = (".vcd",)
 _SIZES = (32, 64)
 """Usual sizes of an integer in bits, which simulators have as well; an unsigned one of 64 bits needs one bit more."""
 
@@ -45,7 +46,11 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> 
     return waves.count
 
 
-def read(file: BinaryIO) -> Iterator[TraceEntry]:
+def recognises(head: bytes) -> bool:
+    return head.lstrip().startswith((b"$date", b"$version", b"$comment", b"$timescale", b"$scope"))
+
+
+def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Raise UsageError: there are no messages in such a file."""
     raise UsageError(
         "a .vcd file has values of wires, and no messages",

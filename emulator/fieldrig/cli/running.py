@@ -30,7 +30,7 @@ from fieldrig.system.ready_file import ALL, ready_file
 from fieldrig.system.run_folder import RunFolder
 from fieldrig.system.this_process import age_s, interrupt_on_signals, on_signals, usable_cores
 from fieldrig.text.nearest import closest
-from fieldrig.traces.trace_files import Recorder
+from fieldrig.traces.recorder import Recorder
 from fieldrig.virtual.service import VirtualService
 
 ENDING = ("SIGINT", "SIGTERM", "SIGHUP")

@@ -1,10 +1,9 @@
 """The commands `trace record` and `convert`, and the group of all commands of traces."""
 
 import time
-from collections.abc import Iterable, Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -17,13 +16,10 @@ from fieldrig.cli.common import (
     duration_ns,
 )
 from fieldrig.cli.names import Parts
-from fieldrig.cli.trace_reading import Buses, TraceFile, chosen, survey, wire_of
+from fieldrig.cli.trace_reading import Buses, During, From, Messages, TraceFile
 from fieldrig.cli.trace_show import show
 from fieldrig.clock import S
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
-
-if TYPE_CHECKING:
-    from fieldrig.traces.trace import TraceEntry
 
 app = command_group()
 
@@ -59,7 +55,7 @@ def record(
     """
     from fieldrig.control.messages import Client
     from fieldrig.errors import UsageError
-    from fieldrig.traces.trace_files import Recorder
+    from fieldrig.traces.recorder import Recorder
 
     patterns = buses or ["*"]
     with Client(endpoint) as client:
@@ -100,6 +96,8 @@ def convert(
             show_default=False,
         ),
     ] = None,
+    begin: From = None,
+    duration: During = None,
 ) -> None:
     """Convert a trace to another format.
 
@@ -108,40 +106,19 @@ def convert(
         fieldrig trace convert lab.jsonl can0.log can0
         fieldrig trace convert lab.jsonl wires.vcd wires
         fieldrig trace convert lab.jsonl level.vcd --wire "tank.*"
+        fieldrig trace convert night.blf minute.log --from 2min --for 1min
     """
     from fieldrig.points.values import counted
-    from fieldrig.traces.trace_files import format_of, read, write
+    from fieldrig.traces.formats import format_of
+    from fieldrig.traces.trace_files import write
 
-    format_of(target)
-    survey(file, buses, wires)
-    entries = chosen(read(file), buses)
-    taken = _Counted(entries if not wires else _on_wires(entries, wires))
-    written = write(taken, target)
+    families = format_of(target).FAMILIES
+    messages = Messages(file, buses, wires, begin, duration)
+    written = write(messages, target)
     left_out = ""
-    if written < taken.count:
-        left_out = f"; {taken.count - written} are of kinds that this format cannot hold"
-        families = format_of(target).FAMILIES
-        strange = sorted(bus for bus, family in taken.buses.items() if families and family not in families)
+    if written < messages.count:
+        left_out = f"; {messages.count - written} are of kinds that this format cannot hold"
+        strange = sorted(bus for bus, family in messages.buses.items() if families and family not in families)
         left_out += f"; it has no messages of {', '.join(strange)}" if strange else ""
+    messages.tell_oddities()
     typer.echo(f"{target}: {counted(written, 'message')}{left_out}", err=True)
-
-
-class _Counted:
-    def __init__(self, entries: Iterable["TraceEntry"]) -> None:
-        self._entries, self.count = entries, 0
-        self.buses: dict[str, str] = {}
-        """The family of each bus."""
-
-    def __iter__(self) -> Iterator["TraceEntry"]:
-        for entry in self._entries:
-            self.count += 1
-            self.buses[entry.bus] = entry.family
-            yield entry
-
-
-def _on_wires(entries: Iterable["TraceEntry"], names: list[str]) -> Iterator["TraceEntry"]:
-    """Yield the messages that are values of wires of these names."""
-    for entry in entries:
-        wire = wire_of(entry)
-        if wire is not None and any(fnmatchcase(wire, name) for name in names):
-            yield entry

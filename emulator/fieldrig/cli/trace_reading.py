@@ -1,12 +1,14 @@
-"""What the commands of `fieldrig trace` read of a file: the messages of the chosen buses, in the order of time."""
+"""What the commands of `fieldrig trace` read of a file: the messages of the chosen buses, in one reading."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import argument
+from fieldrig.cli.common import argument, duration_ns
 from fieldrig.cli.message_words import bus_of
 from fieldrig.cli.names import unfit
 
@@ -18,48 +20,86 @@ Buses = Annotated[
     list[str] | None,
     argument("[BUS]...", "Only these buses; a * matches any characters.", completion.bus),
 ]
+From = Annotated[
+    str | None,
+    typer.Option(
+        "--from", metavar="DURATION", help="Begin this time after the first message, such as 12.3s.", show_default=False
+    ),
+]
+During = Annotated[
+    str | None,
+    typer.Option("--for", metavar="DURATION", help="Only messages of this time, such as 1s.", show_default=False),
+]
+MOST_NAMES: Final = 10_000
+"""Names of buses or wires that are remembered for a message about one that is not there."""
 
 
-def survey(file: Path, buses: list[str] | None, wires: list[str] | None = None) -> bool:
-    """Read a file once, and return whether its messages are in the order of time.
+class Messages:
+    """The messages of a file that a command asks for, each time that it is iterated.
 
-    UsageError for a bus or wire that the file does not have.
+    After an iteration, UsageError for a bus or wire that the file does not have.
     """
-    from fieldrig.traces.trace_files import read
 
-    last_ns, is_in_order, found_buses, named = 0, True, dict[str, None](), dict[str, None]()
-    for entry in read(file):
-        found_buses[entry.bus] = None
-        is_in_order &= entry.time_ns >= last_ns
-        last_ns = entry.time_ns
-        if wires and (wire := wire_of(entry)) is not None:
-            named[wire] = None
-    _check_there(buses, list(found_buses), file, "bus")
-    _check_there(wires, list(named), file, "wire")
-    return is_in_order
+    def __init__(
+        self,
+        file: Path,
+        buses: list[str] | None = None,
+        wires: list[str] | None = None,
+        begin: str | None = None,
+        duration: str | None = None,
+    ) -> None:
+        from fieldrig.traces.oddities import Oddities
+
+        self._file, self._buses, self._wires = file, buses, wires
+        self._begin_ns = None if begin is None else duration_ns(begin)
+        self._duration_ns = None if duration is None else duration_ns(duration)
+        self.odd = Oddities()
+        self.buses: dict[str, str] = {}
+        """The family of each chosen bus."""
+        self.count = 0
+        """Number of chosen messages."""
+
+    def __iter__(self) -> Iterator["TraceEntry"]:
+        from fieldrig.traces.trace_files import read
+
+        found, named = dict[str, bool](), dict[str, bool]()
+        for entry in read(self._file, self._begin_ns, self._duration_ns, self.odd):
+            is_chosen = found.get(entry.bus)
+            if is_chosen is None:
+                is_chosen = _fits(entry.bus, self._buses)
+                if len(found) < MOST_NAMES:
+                    found[entry.bus] = is_chosen
+            if is_chosen and (not self._wires or self._is_on_wire(entry, named)):
+                self.count += 1
+                self.buses[entry.bus] = entry.family
+                yield entry
+        self._check_there(self._buses, list(found), "bus")
+        self._check_there(self._wires, list(named), "wire")
+
+    def tell_oddities(self) -> None:
+        """Say on the error output what was odd in the file, each kind once."""
+        for oddity in self.odd:
+            typer.echo(f"{self._file}: {oddity}", err=True)
+
+    def _is_on_wire(self, entry: "TraceEntry", named: dict[str, bool]) -> bool:
+        wire = wire_of(entry)
+        if wire is None:
+            return False
+        if wire not in named and len(named) < MOST_NAMES:
+            named[wire] = _fits(wire, self._wires)
+        return named[wire] if wire in named else _fits(wire, self._wires)
+
+    def _check_there(self, patterns: list[str] | None, known: list[str], what: str) -> None:
+        from fieldrig.errors import UsageError
+        from fieldrig.text.nearest import closest
+
+        pattern = unfit(patterns or (), known)
+        if pattern is not None:
+            raise UsageError(f"{self._file} has no messages of a {what} {pattern!r}", closest(pattern, known))
 
 
-def _check_there(patterns: list[str] | None, known: list[str], file: Path, what: str) -> None:
-    from fieldrig.errors import UsageError
-    from fieldrig.text.nearest import closest
-
-    pattern = unfit(patterns or (), known)
-    if pattern is not None:
-        raise UsageError(f"{file} has no messages of a {what} {pattern!r}", closest(pattern, known))
-
-
-def in_order(file: Path, is_in_order: bool, buses: list[str] | None) -> "Iterable[TraceEntry]":
-    """Return the messages in the order of time.  A file of several processes need not have it; then it is sorted."""
-    from fieldrig.traces.trace_files import read
-
-    entries = chosen(read(file), buses)
-    return entries if is_in_order else sorted(entries, key=lambda entry: entry.time_ns)
-
-
-def chosen(entries: Iterable["TraceEntry"], buses: list[str] | None) -> Iterator["TraceEntry"]:
-    for entry in entries:
-        if not buses or any(fnmatchcase(entry.bus, pattern) for pattern in buses):
-            yield entry
+def _fits(name: str, patterns: list[str] | None) -> bool:
+    return not patterns or any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
 def wire_of(entry: "TraceEntry") -> str | None:

@@ -6,7 +6,7 @@ import typer
 
 from fieldrig.cli.common import AsJson, echo_json
 from fieldrig.cli.message_words import OfRig, shower_of
-from fieldrig.cli.trace_reading import Buses, TraceFile, in_order, survey
+from fieldrig.cli.trace_reading import Buses, During, From, Messages, TraceFile
 from fieldrig.clock import S
 from fieldrig.text.digits import with_fewer_digits
 
@@ -15,6 +15,8 @@ def show(
     file: TraceFile,
     buses: Buses = None,
     rig: OfRig = None,
+    begin: From = None,
+    duration: During = None,
     as_json: AsJson = False,
 ) -> None:
     """Print a trace, one line for each message.
@@ -22,11 +24,15 @@ def show(
     \b
         fieldrig trace show lab.jsonl
         fieldrig trace show lab.pcapng can0
+        fieldrig trace show night.blf --from 12.3s --for 1s
         fieldrig trace show lab.jsonl --rig lab.yaml
         candump -L can0 > x.log; fieldrig trace show x.log
     """
+    from fieldrig.traces.order import in_order
+
     shower = shower_of(rig)
-    for entry in in_order(file, survey(file, buses), buses):
+    messages = Messages(file, buses, begin=begin, duration=duration)
+    for entry in in_order(messages):
         if as_json:
             echo_json(
                 {
@@ -41,6 +47,7 @@ def show(
         else:
             message = with_fewer_digits(shower(entry))
             typer.echo(f"{_instant(entry.time_ns)}  {entry.bus:8}  {entry.sender or '-':12}  {message}")
+    messages.tell_oddities()
 
 
 def _instant(time_ns: int) -> str:

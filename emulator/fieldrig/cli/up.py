@@ -91,7 +91,7 @@ def up(
     if outside_paths:
         os.environ[OUTSIDE_VARIABLE] = "1"  # for the processes of the rig as well
     from fieldrig.config.rig_file import load, load_part
-    from fieldrig.traces.trace_files import format_of
+    from fieldrig.traces.formats import format_of
 
     values = _values(overrides or (), control, _is_from_environment(context, "control"))
     config = load(file, values) if only is None else load_part(file, values, only)

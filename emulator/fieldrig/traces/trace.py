@@ -1,17 +1,17 @@
 """The messages of a rig, with time, bus and sender."""
 
-from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from fieldrig.clock import S
 
 _YEAR_NS: Final = 365 * 24 * 3600 * S
 
 
-@dataclass(frozen=True, slots=True)
-class TraceEntry:
+class TraceEntry(NamedTuple):
+    """A message of a trace.  Logs have millions, and a tuple is made in half the time of a frozen dataclass."""
+
     time_ns: int
-    """Virtual time from the start of the rig; under real time CLOCK_MONOTONIC."""
+    """Time of day in a recording; virtual time from the start of the rig in that of a rig in virtual time."""
     bus: str
     family: str
     sender: str

@@ -1,64 +1,57 @@
-"""Traces in files; the format follows from the ending of the name.
+"""Traces in files: read and written whole, or in a part of their time.
 
-Our own format is `trace_jsonl`.  Others are modules of the same shape (SUFFIX, FAMILIES, write, read) under the entry
-points "fieldrig.trace_formats".
+Reading takes constant memory, whatever the length of the file.
 """
 
-import logging
 import os
-import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from functools import cache
-from importlib.metadata import entry_points
 from pathlib import Path
-from queue import Empty, SimpleQueue
-from threading import Thread
-from typing import Any, BinaryIO, Final, Protocol, cast
+from typing import BinaryIO, Final
 
 from fieldrig.errors import UsageError
-from fieldrig.points.values import counted
-from fieldrig.storage.record_file import RecordFile
-from fieldrig.text.nearest import closest, nearest_file
-from fieldrig.traces import trace_jsonl
-from fieldrig.traces.trace import TraceEntry, is_batch
+from fieldrig.text.nearest import nearest_file
+from fieldrig.traces.formats import HEAD, format_of, format_of_file
+from fieldrig.traces.oddities import Oddities, with_jumps_told
+from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.window import within
 
-log = logging.getLogger(__name__)
-
-FLUSH_S: Final = 0.5
-CHUNK: Final = 8_192
-"""Bytes that are written at once, at least, while messages come without a pause."""
 REMEDY: Final = "name a file in a folder that is there, on a disk that has room"
 
 
-class Format(Protocol):
-    SUFFIX: str
-    FAMILIES: frozenset[str]
-    """The families of buses whose messages it can hold; empty if it can hold all."""
+def read(
+    path: Path, begin_ns: int | None = None, duration_ns: int | None = None, odd: Oddities | None = None
+) -> Iterator[TraceEntry]:
+    """Yield the entries of a file, from `begin_ns` for `duration_ns`; None is its beginning, or its end.
 
-    def write(self, entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int: ...
-
-    def read(self, file: BinaryIO) -> Iterator[TraceEntry]: ...
-
-
-def format_of(path: Path) -> Format:
-    """Return the format.  UsageError, with the known endings, for an unknown one."""
-    try:
-        return _formats()[path.suffix.lower()]
-    except KeyError:
-        known = ", ".join(f"{suffix} ({name})" for suffix, name in _names().items())
-        near = closest(path.suffix.lower(), list(_names()))
-        remedy = near if near.startswith("did you mean") else f"there are: {known}"
-        raise UsageError(f"{path}: no format of traces ends in {path.suffix!r}", remedy) from None
-
-
-def read(path: Path) -> Iterator[TraceEntry]:
-    """Yield the entries of a file.  UsageError if it cannot be read, or is not a trace."""
+    `begin_ns` counts from the first message, or from the start of a rig in virtual time.  What is odd in the file is
+    told to `odd`.  UsageError, with the place, if it cannot be read, or is not a trace.
+    """
+    odd = Oddities() if odd is None else odd
     try:
         with path.open("rb") as file:
-            yield from format_of(path).read(file)
+            head = file.peek(HEAD)[:HEAD]
+            entries = with_jumps_told(format_of_file(path.suffix, head).read(file, odd), odd)
+            if begin_ns is None and duration_ns is None:
+                yield from entries
+            else:
+                yield from within(entries, begin_ns, duration_ns)
     except OSError as cause:
         raise UsageError(f"{path} cannot be read: {cause.strerror}", nearest_file(path)) from cause
+    except UsageError as wrong:
+        raise UsageError(f"{path}: {wrong.what}", wrong.remedy) from wrong
+
+
+def read_trace(
+    path: str | Path, begin: int | None = None, duration: int | None = None, oddities: Oddities | None = None
+) -> Iterator[TraceEntry]:
+    """Yield the messages of a recording in any format, in the order of the file.
+
+    `begin` and `duration` are in nanoseconds, and choose a part of its time: `begin` counts from the first message, or
+    from the start of the rig in a trace of virtual time.  What is odd in the file (a cut last line, a jump back in
+    time) is told to `oddities`.  UsageError, with file and place, if the file is no recording.
+    """
+    return read(Path(path), begin, duration, oddities)
 
 
 def write(entries: Iterable[TraceEntry], path: Path) -> int:
@@ -90,125 +83,3 @@ def _whole(path: Path) -> Iterator[BinaryIO]:
     except BaseException:
         part.unlink(missing_ok=True)
         raise
-
-
-class Recorder:
-    """Writes batches of `BusStream` into a file as they arrive, in a thread of its own, as formats know no loop.
-
-    While the disk accepts nothing, the file ends at a whole message, and new ones are counted as missing; writing
-    continues when there is room.
-    """
-
-    def __init__(self, path: Path, most: int | None = None) -> None:
-        """Write at most `most` messages.  UsageError if the file cannot be written."""
-        self._path, self._form, self._most = path, format_of(path), most
-        try:
-            self._file = RecordFile(path)
-        except OSError as cause:
-            raise UsageError(f"{path} cannot be written: {cause.strerror}", REMEDY) from cause
-        self._batches: SimpleQueue[tuple[str, dict[str, Any]] | None] = SimpleQueue()
-        self._expected: dict[tuple[str, str], int] = {}
-        self.taken = 0
-        self._lost = self._written = 0
-        self._waiting = self._missing = 0  # written, but not yet on the disk; never written
-        self._on_disk = 0
-        self._trouble, self._next_try_s = "", 0.0
-        self._thread = Thread(target=self._write, name="trace", daemon=True)
-        self._thread.start()
-
-    def take(self, bus: str, batch: Any) -> None:
-        """Take a batch; any other published message is left out."""
-        if not is_batch(batch) or not all(map(_is_hex, (data for _, _, data in batch["entries"]))):
-            log.debug("%s: a published message is not a batch", bus)
-            return
-        source, size = (bus, batch["process"]), len(batch["entries"])
-        # A process that was restarted counts from 0 again.
-        self._lost += max(batch["first"] - self._expected.get(source, batch["first"]), 0)
-        self._expected[source] = batch["first"] + size
-        entries = batch["entries"] if self._most is None else batch["entries"][: self._most - self.taken]
-        self.taken += len(entries)
-        self._batches.put((bus, {**batch, "entries": entries}))
-
-    @property
-    def is_full(self) -> bool:
-        return self._most is not None and self.taken >= self._most
-
-    @property
-    def is_whole(self) -> bool:
-        """True if something was written, and the disk has refused nothing.  It is known after `close`."""
-        return self._written > 0 and not self._missing
-
-    def close(self) -> str:
-        """End the file, and return a summary in words."""
-        self._batches.put(None)
-        self._thread.join()
-        if not self._put_out(at_once=True):
-            self._missing += self._waiting
-            self._written -= self._waiting
-        self._file.close()
-        left_out = self.taken - self._missing - self._written
-        words = f"{self._path}: {counted(self._written, 'message')}"
-        words += f"; {self._missing} are missing: {self._trouble}" if self._missing else ""
-        words += f"; {left_out} are of kinds that this format cannot hold" if left_out else ""
-        return words + (f"; {self._lost} were lost: this host is too slow" if self._lost else "")
-
-    def _write(self) -> None:
-        self._written = self._form.write(self._entries(), cast(BinaryIO, self._file), 0)
-        self._waiting = self._written - self._on_disk  # a format may write everything at the end
-
-    def _entries(self) -> Iterator[TraceEntry]:
-        while True:
-            try:
-                next_batch = self._batches.get(timeout=FLUSH_S)
-            except Empty:
-                self._put_out()
-                continue
-            if next_batch is None:
-                return
-            bus, batch = next_batch
-            if self._file.trouble or self._file.waiting >= CHUNK:
-                self._put_out()
-            if self._file.trouble:
-                self._missing += len(batch["entries"])
-                continue
-            family, epoch_ns = batch["family"], batch["epoch_ns"]
-            for time_ns, sender, data in batch["entries"]:
-                before = self._file.waiting
-                yield TraceEntry(time_ns + epoch_ns, bus, family, sender, bytes.fromhex(data))
-                self._waiting += self._file.waiting > before  # a format may leave it out
-
-    def _put_out(self, at_once: bool = False) -> bool:
-        """Write between two messages.  A disk that refused is not tried again for a while, unless `at_once`."""
-        had_trouble, now_s = self._file.trouble, time.monotonic()
-        if had_trouble and now_s < self._next_try_s and not at_once:
-            return False
-        self._next_try_s = now_s + FLUSH_S
-        if not self._file.put_out():
-            self._trouble = self._file.trouble
-            if not had_trouble:
-                log.warning("%s: %s; messages are missing from here on", self._path, self._trouble)
-            return False
-        self._on_disk += self._waiting
-        self._waiting = 0
-        if had_trouble:
-            log.warning("%s: writing continues; %d messages are missing", self._path, self._missing)
-        return True
-
-
-def _is_hex(text: str) -> bool:
-    try:
-        bytes.fromhex(text)
-    except ValueError:
-        return False
-    return True
-
-
-@cache
-def _formats() -> dict[str, Format]:
-    loaded = [trace_jsonl, *(point.load() for point in entry_points(group="fieldrig.trace_formats"))]
-    return {form.SUFFIX: cast(Format, form) for form in loaded}
-
-
-def _names() -> dict[str, str]:
-    points = {point.load().SUFFIX: point.name for point in entry_points(group="fieldrig.trace_formats")}
-    return {trace_jsonl.SUFFIX: "JSON lines", **points}

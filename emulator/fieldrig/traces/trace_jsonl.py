@@ -11,9 +11,11 @@ from typing import BinaryIO
 
 from fieldrig.errors import UsageError
 from fieldrig.outside.untrusted import read_json
+from fieldrig.traces.log_lines import LogLines
+from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 
-SUFFIX = ".jsonl"
+SUFFIXES = (".jsonl",)
 FAMILIES: frozenset[str] = frozenset()  # all
 LONGEST_LINE = 4 << 20  # bytes; the longest message is half of it as hex
 
@@ -34,22 +36,33 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> 
     return written
 
 
-def read(file: BinaryIO) -> Iterator[TraceEntry]:
-    """Yield the entries.  UsageError, with the line, for anything that `write` does not write."""
-    for number, line in enumerate(file, 1):
+def recognises(head: bytes) -> bool:
+    line = head.partition(b"\n")[0]
+    return line.lstrip().startswith(b"{") and b'"time_ns"' in line
+
+
+def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
+    """Yield the entries.  UsageError, with the line, for one that `write` does not write; a cut last line is odd."""
+    odd = Oddities() if odd is None else odd
+    lines = LogLines(file, odd, LONGEST_LINE)
+    for line in lines:
         try:
-            match read_json(line, LONGEST_LINE):
-                case {
-                    "time_ns": int(time_ns),
-                    "bus": str(bus),
-                    "family": str(family),
-                    "sender": str(sender),
-                    "data": str(data),
-                }:
-                    entry = TraceEntry(time_ns, bus, family, sender, bytes.fromhex(data))
-                case _:
-                    raise ValueError("a key is missing, or has another type")
+            yield _entry(line)
         except ValueError as cause:
-            what = f"line {number} is not a message of a trace: {cause}"
+            if lines.is_cut and odd.number > 1:
+                return
+            what = f"line {odd.number} is not a message of a trace: {cause}"
             raise UsageError(what, "a .jsonl trace is written by `fieldrig trace record`") from cause
-        yield entry
+
+
+def _entry(line: str) -> TraceEntry:
+    match read_json(line.encode("latin-1"), LONGEST_LINE):
+        case {
+            "time_ns": int(time_ns),
+            "bus": str(bus),
+            "family": str(family),
+            "sender": str(sender),
+            "data": str(data),
+        }:
+            return TraceEntry(time_ns, bus, family, sender, bytes.fromhex(data))
+    raise ValueError("a key is missing, or has another type")

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldrig.errors import RigError
+from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.codec import decode, encode
@@ -168,9 +169,36 @@ def test_wrong_line_is_named_with_the_reason(line: str, reason: str) -> None:
 
 
 @pytest.mark.parametrize("line", ["(1.0) can0 12", "(1.0) can0 123#1", "(1.0) ca", "  can0  123   [2]  11"])
-def test_a_last_line_that_is_cut_off_is_named_so(line: str) -> None:
-    with pytest.raises(RigError, match="line 2 is cut off: "):
-        read(f"(1.0) can0 123#01\n{line}")
+def test_a_last_line_that_is_cut_off_is_left_out_and_told(line: str) -> None:
+    odd = Oddities()
+    found = list(candump.read(io.BytesIO(f"(1.0) can0 123#01\n{line}".encode()), odd))
+    assert found == [entry(CanFrame(0x123, b"\x01"), 1_000_000_000)]
+    assert [str(oddity) for oddity in odd] == ["line 2: the last line has no end, and may be cut off"]
+    with pytest.raises(RigError, match="line 1 is cut off: "):
+        read(line)
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        (
+            "(1.0) can0 123#\n(1.0) vcan1 123#\n(1.0) can2 123#\n",
+            "line 2: another interface begins, vcan1; the lines before are of can0 (2 times in all)",
+        ),
+        (
+            " (2024-02-30 09:12:01.250000)  can0  123   [1]  01\n",
+            "line 1: the time is not one, and the message has that of the line before",
+        ),
+        (
+            "(1.0) can0 123#\n(1.0) can0 20000080#0000000000000000\n",
+            "line 2: error frames that report no error and no state of a controller are left out",
+        ),
+    ],
+)
+def test_what_is_odd_is_read_and_told_once(lines: str, told: str) -> None:
+    odd = Oddities()
+    assert list(candump.read(io.BytesIO(lines.encode()), odd))
+    assert [str(oddity) for oddity in odd] == [told]
 
 
 @given(st.binary(max_size=60) | st.text("(1.0) can#R_\n", max_size=60).map(str.encode))

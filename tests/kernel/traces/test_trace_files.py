@@ -17,9 +17,12 @@ from hypothesis import strategies as st
 from fieldrig.errors import RigError
 from fieldrig.storage import record_file
 from fieldrig.storage.record_file import RecordFile
-from fieldrig.traces import trace_files, trace_jsonl
+from fieldrig.traces import recorder as recording
+from fieldrig.traces import trace_jsonl
+from fieldrig.traces.oddities import Oddities
+from fieldrig.traces.recorder import Recorder
 from fieldrig.traces.trace import TraceEntry
-from fieldrig.traces.trace_files import Recorder, read, write
+from fieldrig.traces.trace_files import read, write
 from fieldrig_bus.can.codec import encode
 from fieldrig_bus.can.frame import CanFrame
 
@@ -56,7 +59,15 @@ def test_a_line_that_is_no_message_is_named(line: bytes) -> None:
     good = io.BytesIO()
     trace_jsonl.write([TraceEntry(5, "can0", "can", "io", b"")], good, 0)
     with pytest.raises(RigError, match="line 2 is not a message of a trace"):
-        list(trace_jsonl.read(io.BytesIO(good.getvalue() + line)))
+        list(trace_jsonl.read(io.BytesIO(good.getvalue() + line + b"\n")))
+
+
+def test_a_last_line_that_is_cut_off_is_left_out_and_told(tmp_path: Path) -> None:
+    path, odd = tmp_path / "x.jsonl", Oddities()
+    write([TraceEntry(5, "can0", "can", "io", b""), TraceEntry(6, "can0", "can", "io", b"")], path)
+    path.write_bytes(path.read_bytes()[:-20])
+    assert [entry.time_ns for entry in read(path, odd=odd)] == [5]
+    assert [str(oddity) for oddity in odd] == ["line 2: the last line has no end, and may be cut off"]
 
 
 def test_a_line_is_as_documented() -> None:
@@ -173,10 +184,10 @@ def test_a_trace_on_a_full_disk_ends_at_a_whole_message_and_goes_on_when_there_i
     size: int,
 ) -> None:
     path, frame = tmp_path / f"x{suffix}", encode(CanFrame(0x123, b"\x01\x02")).hex()
-    monkeypatch.setattr(trace_files, "FLUSH_S", 0.0)
-    monkeypatch.setattr(trace_files, "CHUNK", 1)
+    monkeypatch.setattr(recording, "FLUSH_S", 0.0)
+    monkeypatch.setattr(recording, "CHUNK", 1)
     told = Event()
-    monkeypatch.setattr(trace_files.log, "warning", lambda *_: told.set())
+    monkeypatch.setattr(recording.log, "warning", lambda *_: told.set())
     disk = Disk(monkeypatch, 10 * size)
     recorder = Recorder(path)
     first = 0

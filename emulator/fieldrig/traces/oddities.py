@@ -1,0 +1,102 @@
+"""What is odd in a log that can be read all the same: a cut last line, a wrong date, a jump back in time.
+
+A reader tells an oddity wherever it meets it.  Each kind is kept once, with its first place and the number of times, so
+that a log of any length takes the same memory.
+"""
+
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Final
+
+from fieldrig.clock import S
+from fieldrig.points.values import counted
+from fieldrig.text.digits import with_fewer_digits
+from fieldrig.traces.trace import TraceEntry, is_time_of_day
+
+MOST_KINDS: Final = 100
+DAY_NS: Final = 24 * 3600 * S
+MOST_BUSES: Final = 10_000
+"""Buses whose last instant is remembered."""
+
+
+@dataclass(slots=True)
+class Oddity:
+    """One kind of oddity, as it was met first."""
+
+    what: str
+    place: str
+    detail: str = ""
+    count: int = 1
+
+    def __str__(self) -> str:
+        more = f" ({counted(self.count, 'time')} in all)" if self.count > 1 else ""
+        return f"{self.place}: {self.what}{self.detail}{more}" if self.place else f"{self.what}{self.detail}{more}"
+
+
+class Oddities:
+    """The oddities of one log.  A reader keeps `number` at what it reads, and `unit` says what that counts."""
+
+    def __init__(self) -> None:
+        self.unit = "message"
+        """What the reader counts: line, packet, object, row."""
+        self.number = 0
+        self._kinds: dict[str, Oddity] = {}
+
+    @property
+    def place(self) -> str:
+        """The place at which the reader is, such as `line 17`."""
+        return f"{self.unit} {self.number}" if self.number else ""
+
+    def tell(self, what: str, detail: str = "") -> None:
+        """Note an oddity at the present place.  `what` is its kind, and `detail` follows it for the first of the kind.
+
+        Kinds are texts of the program and no parts of a file, so there are few of them.
+        """
+        known = self._kinds.get(what)
+        if known is not None:
+            known.count += 1
+        elif len(self._kinds) < MOST_KINDS:
+            self._kinds[what] = Oddity(what, self.place, detail)
+
+    def __iter__(self) -> Iterator[Oddity]:
+        return iter(self._kinds.values())
+
+    def __len__(self) -> int:
+        return len(self._kinds)
+
+
+def with_jumps_told(entries: Iterable[TraceEntry], odd: Oddities) -> Iterator[TraceEntry]:
+    """Yield the entries, and tell where the time of a bus jumps back, or by more than a day, or is in the future.
+
+    Buses that are recorded side by side may be out of order to each other, which is not odd.
+    """
+    last_ns: dict[str, int] = {}
+    soon_ns = time.time_ns() + DAY_NS
+    for entry in entries:
+        now_ns, bus = entry.time_ns, entry.bus
+        before_ns = last_ns.get(bus, now_ns)
+        if not 0 <= now_ns - before_ns <= DAY_NS:
+            _tell_jump(now_ns - before_ns, odd)
+        if now_ns > soon_ns:
+            odd.tell("the time is in the future", f", {_date(now_ns)}")
+        if bus in last_ns or len(last_ns) < MOST_BUSES:
+            last_ns[bus] = now_ns
+        yield entry
+
+
+def _tell_jump(by_ns: int, odd: Oddities) -> None:
+    how = with_fewer_digits(f"{abs(by_ns) / S:.6f}".rstrip("0").rstrip("."))
+    if by_ns < 0:
+        odd.tell("the time jumps back", f" by {how} s")
+    else:
+        odd.tell("the time jumps forward by more than a day", f", {how} s")
+
+
+def _date(time_ns: int) -> str:
+    if not is_time_of_day(time_ns):
+        return f"{time_ns / S} s"
+    try:
+        return time.strftime("%Y-%m-%d", time.localtime(time_ns // S))
+    except (ValueError, OverflowError, OSError):
+        return "beyond every calendar"

@@ -1,0 +1,123 @@
+"""Reading a recording: its format by its content, a part of its time, the order of time, and what is odd in it."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+import fieldrig
+from fieldrig.cli.app import app
+from fieldrig.clock import S
+from fieldrig.errors import UsageError
+from fieldrig.traces.oddities import Oddities, with_jumps_told
+from fieldrig.traces.order import in_order
+from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.trace_files import read
+from fieldrig.traces.window import DISORDER_NS, within
+
+T = 1_700_000_000
+LINES = [f"({T + second}.000000) can0 123#{second:02X}\n" for second in range(10)]
+
+
+def entry(time_ns: int, bus: str = "can0") -> TraceEntry:
+    return TraceEntry(time_ns, bus, "can", "", bytes.fromhex("2301000000"))
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    path = tmp_path / "machine.log"
+    path.write_text("".join(LINES))
+    return path
+
+
+def test_a_public_function_reads_a_part_of_a_recording(log: Path) -> None:
+    found = list(fieldrig.read_trace(log, begin=2 * S, duration=3 * S))
+    assert [one.time_ns - T * S for one in found] == [2 * S, 3 * S, 4 * S]
+    assert [one.data[-1] for one in fieldrig.read_trace(str(log), duration=2 * S)] == [0, 1]
+    assert [one.data[-1] for one in fieldrig.read_trace(log, begin=8 * S)] == [8, 9]
+
+
+@pytest.mark.parametrize("name", ["machine.txt", "machine", "machine.jsonl", "machine.blf"])
+def test_a_format_is_recognised_by_its_content(log: Path, name: str) -> None:
+    other = log.rename(log.with_name(name))
+    assert len(list(read(other))) == 10
+
+
+def test_what_is_no_log_is_named_with_the_formats_that_are_known(tmp_path: Path) -> None:
+    path = tmp_path / "letter.txt"
+    path.write_text("Dear Sir or Madam,\n")
+    with pytest.raises(UsageError, match=r"letter\.txt: no log of a known format") as refused:
+        list(read(path))
+    assert "candump (.log)" in refused.value.remedy
+
+
+def test_a_mistake_is_named_with_its_file_and_line(log: Path) -> None:
+    log.write_text(f"{LINES[0]}hello\n{LINES[1]}")
+    with pytest.raises(UsageError, match=r"machine\.log: line 2 is not a line of candump"):
+        list(read(log))
+
+
+def test_a_line_without_an_end_takes_no_memory(tmp_path: Path) -> None:
+    path = tmp_path / "x.log"
+    path.write_bytes(LINES[0].encode() + bytes(3_000_000))
+    with pytest.raises(UsageError, match=r"x\.log: line 2 has more than 65536 bytes"):
+        list(read(path))
+
+
+def test_show_and_convert_take_a_part_of_the_time(log: Path) -> None:
+    shown = CliRunner().invoke(app, ["trace", "show", str(log), "--from", "7s", "--for", "2s"])
+    assert [line.split()[-1] for line in shown.stdout.splitlines()] == ["07", "08"]
+    target = log.with_name("part.log")
+    done = CliRunner().invoke(app, ["trace", "convert", str(log), str(target), "--from", "8s"])
+    assert done.exit_code == 0
+    assert target.read_text() == "".join(LINES[8:])
+
+
+def test_what_is_odd_is_said_once_on_the_error_output(log: Path) -> None:
+    log.write_text("".join(LINES[:3] + LINES[1:2] + LINES[:1] + LINES[3:]) + "(17000000")
+    shown = CliRunner().invoke(app, ["trace", "show", str(log)])
+    assert len(shown.stdout.splitlines()) == 12
+    assert shown.stderr.splitlines() == [
+        f"{log}: line 4: the time jumps back by 1 s (2 times in all)",
+        f"{log}: line 13: the last line has no end, and may be cut off",
+    ]
+
+
+def test_a_clock_that_was_wrong_is_told() -> None:
+    odd = Oddities()
+    sent = [entry(5 * S), entry(T * S), entry(T * S + 1, "can1"), entry(T * S), entry(10**19)]
+    assert list(with_jumps_told(sent, odd)) == sent
+    assert [oddity.what for oddity in odd] == [
+        "the time jumps forward by more than a day",
+        "the time is in the future",
+    ]
+
+
+def test_virtual_time_counts_from_the_start_of_the_rig() -> None:
+    sent = [entry(second * S) for second in (3, 4, 5)]
+    assert list(within(sent, 4 * S, S)) == sent[1:2]
+
+
+def test_reading_ends_soon_after_the_end_of_a_part() -> None:
+    sent = iter([entry(time_ns * S) for time_ns in (0, 1, 20, 21)])
+    assert len(list(within(sent, None, 2 * S))) == 2
+    assert next(sent).time_ns == 21 * S
+
+
+@given(st.lists(st.integers(0, DISORDER_NS), max_size=50), st.integers(1, 60))
+def test_messages_come_in_the_order_of_time(times_ns: list[int], most: int) -> None:
+    sent = [TraceEntry(time_ns, f"b{number}", "can", "", b"") for number, time_ns in enumerate(times_ns)]
+    found = list(in_order(sent, most))
+    assert sorted(found) == sorted(sent)
+    if most >= len(sent):
+        assert found == sorted(sent, key=lambda one: one.time_ns)
+
+
+def test_a_clock_that_was_set_back_does_not_fill_the_memory() -> None:
+    found = list(in_order([entry(100 * S), entry(50 * S), entry(60 * S), entry(101 * S)]))
+    assert [one.time_ns // S for one in found] == [50, 60, 100, 101]
+    late = list(in_order([entry(100 * S), entry(200 * S), entry(50 * S)]))
+    assert [later.time_ns >= earlier.time_ns for earlier, later in pairwise(late)] == [False, True]
