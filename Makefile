@@ -5,7 +5,7 @@ BIN := .venv/bin
 DRIVER := $(BIN)/python -m tests.driver
 
 .DEFAULT_GOAL := help
-.PHONY: help lab test test-fast check format fuzz bench pictures coverage-of-manuals mutation lock clean
+.PHONY: help lab test test-fast check format fuzz bench docs pictures coverage-of-manuals mutation lock clean
 .DELETE_ON_ERROR:
 
 help: ## list the targets
@@ -32,6 +32,9 @@ fuzz: .venv/dev-installed ## send 200,000 corrupted frames to a CANopen node, an
 
 bench: .venv/dev-installed ## measure, and write docs/developers/benchmarks.md
 	@$(DRIVER) bench
+
+docs: .venv/dev-installed ## build the docs as a site, to be read and searched in a browser, into build/docs
+	@$(BIN)/python -m tests.site
 
 pictures: .venv/dev-installed ## draw the pictures of the docs from running rigs into docs/pictures
 	@$(BIN)/python -m tests.pictures

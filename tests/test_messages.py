@@ -12,7 +12,7 @@ import typer
 from typer.testing import CliRunner
 
 from fieldrig.cli.app import app
-from fieldrig.cli.rigfile import _facts as facts_of
+from fieldrig.cli.kind_facts import facts_of
 from fieldrig.config import kinds
 from fieldrig.config.schema import SCHEMAS, names, schema_of
 from fieldrig.config.wording import explain

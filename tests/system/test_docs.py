@@ -64,7 +64,7 @@ class Desk:
 
     def try_block(self, block: Block) -> None:
         match block.info:
-            case (_, "elsewhere") | ("text" | "mermaid",):
+            case (_, "elsewhere") | ("text",):
                 return
             case ("iecst", "becomes") | ("text", "messages"):
                 return  # tests/devices/iec/imports/test_page.py compares them

@@ -1,8 +1,8 @@
 """The commands `check`, `schema` and `devices`, which look at files and kinds and need no running rig."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -149,7 +149,12 @@ def _list_kinds(as_json: bool) -> None:
 
 
 def _describe(kind: str, as_json: bool) -> None:
-    facts = _facts(kind)
+    import sys
+
+    from fieldrig.cli.kind_facts import facts_of, without
+
+    sys.path.insert(0, str(Path.cwd()))
+    facts = facts_of(kind)
     if as_json:
         echo_json(facts)
         return
@@ -161,95 +166,8 @@ def _describe(kind: str, as_json: bool) -> None:
         typer.echo("\nsettings:")
         echo_table(
             ("key", "value", "without it", "what it is"),
-            [(key, fact["type"], _without(fact), fact["about"]) for key, fact in facts["settings"].items()],
+            [(key, fact["type"], without(fact), fact["about"]) for key, fact in facts["settings"].items()],
         )
     if facts["faults"]:
         typer.echo("\nfaults, each with start_ms and duration_ms:")
         echo_table(("what", "further keys"), facts["faults"].items())
-
-
-def _without(setting: dict[str, Any]) -> str:
-    """Return the value that holds without the key, as a rig file would have it."""
-    default = setting["default"]
-    if setting["required"]:
-        return "needed"
-    return "" if default is None else str(default).lower() if isinstance(default, bool) else str(default)
-
-
-def _facts(kind: str) -> dict[str, Any]:
-    import sys
-
-    from fieldrig.config import kinds
-    from fieldrig.errors import RigError
-    from fieldrig.faults.power import models_of_device
-    from fieldrig.text.nearest import closest
-
-    sys.path.insert(0, str(Path.cwd()))
-    links: dict[str, tuple[str, str]] = {}
-    try:
-        device = kinds.find_device(kind)
-    except RigError as no_device:
-        try:
-            sort, cls = "bus", kinds.find_bus(kind)
-        except RigError:
-            every = [*kinds.installed(kinds.BUSES), *kinds.installed(kinds.DEVICES)]
-            remedy = no_device.remedy if ":" in kind else closest(kind, every)
-            raise typer.BadParameter(f"{no_device.what}; {remedy}") from no_device
-        about = cls.about
-        model = kinds.settings_model(cls)
-    else:
-        sort, about, model = "device", device.about, kinds.settings_model(device)
-        for name, link in kinds.link_parameters(device).items():
-            links[name] = (
-                kinds.bus_kinds_of(link),
-                f"{'one bus or several' if link.many else ''}{'' if link.required else ' (may be left out)'}",
-            )
-    models = models_of_device(device) if sort == "device" else cls.fault_models
-    faults = {what: _fault_keys(of) for what, of in models.items()}
-    return {"sort": sort, "kind": kind, "about": about, "links": links, "settings": _settings(model), "faults": faults}
-
-
-def _fault_keys(model: Any) -> str:
-    """Return the keys of a fault beside its `what` and its times, in a line."""
-    from fieldrig.faults.faults import keys_of
-
-    return " ".join(f"{key}=" for key in keys_of(model) if key not in ("what", "start_ms", "duration_ms"))
-
-
-def _settings(model: Any) -> dict[str, dict[str, Any]]:
-    schema = model.model_json_schema()
-    return dict(_keys(schema, schema.get("$defs", {}), ""))
-
-
-def _keys(schema: dict[str, Any], models: dict[str, Any], above: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield each key, and for a mapping with keys of its own those too: `slcan`, `slcan.path`."""
-    required = schema.get("required", ())
-    for key, part in schema.get("properties", {}).items():
-        yield (
-            f"{above}{key}",
-            {
-                "type": _type_of(part, models),
-                "default": None if key in required else part.get("default"),
-                "required": key in required,
-                "about": part.get("description", "").partition("\n")[0],
-            },
-        )
-        names = [choice["$ref"].rsplit("/", 1)[-1] for choice in (part, *part.get("anyOf", ())) if "$ref" in choice]
-        if len(names) == 1:
-            yield from _keys(models[names[0]], models, f"{above}{key}.")
-
-
-def _type_of(part: dict[str, Any], models: dict[str, Any]) -> str:
-    """Return the type in a word or two, in those of JSON; a mapping with keys of its own is an object."""
-    choices = part.get("anyOf") or part.get("oneOf")
-    if choices:
-        return " or ".join(
-            dict.fromkeys(_type_of(choice, models) for choice in choices if choice.get("type") != "null")
-        )
-    if "enum" in part:
-        return " or ".join(str(value) for value in part["enum"])
-    if "const" in part:
-        return str(part["const"])
-    if "$ref" in part:
-        return _type_of(models[part["$ref"].rpartition("/")[2]], models)
-    return str(part.get("type", ""))
