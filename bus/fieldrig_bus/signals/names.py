@@ -8,6 +8,7 @@ from typing import Any
 
 from fieldrig.bus import Bus
 from fieldrig.traces.names import Member, Named, Namer
+from fieldrig.traces.parts import Part, Parts
 from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
 from fieldrig_bus.signals.signal import Motion, Signal
@@ -19,6 +20,14 @@ class WireNames:
 
     def __call__(self, message: Any, sender: str = "") -> Named:
         return Named(_kind(message), sender, show(message))
+
+    def parts(self, message: Any, request: bytes = b"") -> Parts | None:
+        """Return the value of a signal with its unit, and how it moves."""
+        if not isinstance(message, Signal):
+            return None
+        text = show(message).removeprefix(message.name).lstrip(" =")
+        value = message.value if type(message) is Signal else text
+        return Parts("", _kind(message), (Part(message.name, "", value, text),))
 
 
 def _kind(message: Any) -> str:

@@ -10,6 +10,7 @@ from typing import Any, Final, NamedTuple
 
 from fieldrig.bus import Bus
 from fieldrig.traces.names import Member, Named, Namer
+from fieldrig.traces.parts import Part, Parts
 from fieldrig_bus.can.codec import show
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.described import nodes_of
@@ -17,6 +18,7 @@ from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds.reader import load
 from fieldrig_devices.canopen.emcy_words import emcy_words
 from fieldrig_devices.canopen.node_settings import CanopenSettings
+from fieldrig_devices.canopen.parts import emcy_parts, frame_parts, object_part, sdo_parts
 from fieldrig_devices.canopen.pdo_names import PdoNames
 from fieldrig_devices.canopen.sdo_names import SdoNames
 
@@ -69,6 +71,50 @@ class CanopenNames:
             return Named(kind, self._name(node_id), text)
         return self._by_identifier(message)
 
+    def parts(self, message: Any, request: bytes = b"") -> Parts | None:
+        """Return the values of a frame; a PDO has those of the objects that are mapped into it at present."""
+        if not isinstance(message, CanFrame) or message.is_extended:
+            return None
+        pdo = self._pdos.values(message)
+        if pdo is not None:
+            node_id, kind, mapped = pdo
+            dictionary = self._dictionary(node_id)
+            values = [object_part(dictionary, *each) for each in mapped if _is_object(dictionary, *each[:2])]
+            return Parts(self._name(node_id), kind, values or frame_parts(message))
+        named = self._by_identifier(message)
+        return Parts(named.node, named.kind, self._values(message))
+
+    def sender_of(self, frame: CanFrame) -> int | None:
+        """Return the node-ID of the node that sends frames with this identifier; None for those of a master."""
+        if frame.is_extended:
+            return None
+        base, node_id = frame.identifier & 0x780, frame.identifier & 0x7F
+        if base in (EMCY, SDO_RESPONSE, ERROR_CONTROL) and node_id in NODES:
+            is_master = base == ERROR_CONTROL and (frame.is_remote or node_id > NODES[-1])
+            return None if is_master or frame.identifier in (LSS_MASTER, LSS_SLAVE) else node_id
+        return self._pdos.producer_of(frame.identifier)
+
+    @property
+    def nodes(self) -> Mapping[int, KnownNode]:
+        """The nodes that are known, by node-ID."""
+        return self._nodes
+
+    def _values(self, frame: CanFrame) -> Sequence[Part]:
+        base, node_id, data = frame.identifier & 0x780, frame.identifier & 0x7F, frame.data
+        if node_id in NODES and not frame.is_remote:
+            if base == EMCY:
+                return emcy_parts(data)
+            if base == ERROR_CONTROL and len(data) == 1:
+                state = data[0] & 0x7F
+                return (Part("state", "", data[0], NMT_STATES.get(state, f"state {state}")),)
+            if base in (SDO_REQUEST, SDO_RESPONSE):
+                return sdo_parts(self._dictionary(node_id), data, is_request=base == SDO_REQUEST)
+        return frame_parts(frame)
+
+    def _dictionary(self, node_id: int) -> Dictionary | None:
+        node = self._nodes.get(node_id)
+        return None if node is None else node.dictionary
+
     def wants(self) -> Mapping[str, Sequence[str]]:
         return {self._name(node_id): keys for node_id, keys in self._pdos.parameters().items()}
 
@@ -113,6 +159,11 @@ class CanopenNames:
             return Named("NMT", "", f"{data.hex(' ').upper()} (expected two bytes)")
         command = NMT_COMMANDS.get(data[0], f"command {data[0]}")
         return Named("NMT", self._name(data[1]) if data[1] else "", f"{command}{'' if data[1] else ' all nodes'}")
+
+
+def _is_object(dictionary: Dictionary | None, index: int, subindex: int) -> bool:
+    """Return whether what is mapped is an object; the others are dummies, which nothing means."""
+    return dictionary is None or dictionary.get(index, subindex) is not None
 
 
 def _error_control(frame: CanFrame, name: str) -> tuple[str, str, str]:

@@ -76,6 +76,24 @@ class PdoNames:
             text = self._texts[key] = self._content(pdo, frame.data)
         return pdo.node_id, pdo.kind, text
 
+    def values(self, frame: CanFrame) -> tuple[int, str, list[tuple[int, int, bytes]]] | None:
+        """Return node-ID, name, and the mapped objects with their data; None for a frame that is no PDO."""
+        pdo = self._by_identifier.get(frame.identifier)
+        if pdo is None or frame.is_remote:
+            return None
+        bits, at, found = int.from_bytes(frame.data, "little"), 0, []
+        for index, subindex, length in self._mapped(pdo):
+            if at + length > 8 * len(frame.data):
+                break
+            found.append((index, subindex, (bits >> at & (1 << length) - 1).to_bytes((length + 7) // 8, "little")))
+            at += length
+        return pdo.node_id, pdo.kind, found
+
+    def producer_of(self, identifier: int) -> int | None:
+        """Return the node-ID of the node that sends this TPDO; None if it is none of a known node."""
+        pdo = self._by_identifier.get(identifier)
+        return pdo.node_id if pdo is not None and pdo.kind.startswith("TPDO") else None
+
     def _found(self) -> dict[int, _Pdo]:
         """Return the PDOs by their identifiers; where a producer and a consumer share one, the producer."""
         found: dict[int, _Pdo] = {}

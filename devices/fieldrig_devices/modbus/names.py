@@ -11,8 +11,10 @@ from typing import Any, Final, NamedTuple
 
 from fieldrig.bus import Bus
 from fieldrig.traces.names import Member, Named, Namer
+from fieldrig.traces.parts import Parts
 from fieldrig_bus.modbus.codec import EXCEPTIONS, FUNCTIONS, show
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_devices.modbus.parts import request_parts, response_parts
 from fieldrig_devices.registers.described import HasRegisterNames, HasTables, RegisterNames
 from fieldrig_devices.registers.named import NamedRegisters
 from fieldrig_devices.registers.table import Table, load_table
@@ -56,6 +58,16 @@ class ModbusNames:
             code = message.pdu[1] if len(message.pdu) > 1 else 0
             return Named(f"{function}: exception", unit.name, f"{code:02X}h {EXCEPTIONS.get(code, '')}".rstrip())
         return Named(f"{function}: response", unit.name, _response(unit.registers, message.pdu, request))
+
+    def parts(self, message: Any, request: bytes = b"") -> Parts | None:
+        """Return the registers and bits of a message; those of a response are found by its request."""
+        if not isinstance(message, ModbusRequest | ModbusResponse):
+            return None
+        unit = self._units.get(message.unit, KnownUnit(f"unit {message.unit}", _EMPTY))
+        function = FUNCTIONS.get(message.pdu[0] & ~EXCEPTION, f"function {message.pdu[0] & ~EXCEPTION}")
+        if isinstance(message, ModbusRequest):
+            return Parts(unit.name, function, request_parts(unit.registers, message.pdu))
+        return Parts(unit.name, f"{function}: response", response_parts(unit.registers, message.pdu, request))
 
     def _remember(self, request: ModbusRequest) -> None:
         self._open[request.unit, request.exchange] = request.pdu

@@ -5,7 +5,8 @@ from typing import Final, NamedTuple
 
 from fieldrig.points.values import show_number
 from fieldrig.traces.names import listed
-from fieldrig_devices.registers.entries import Bit, Register, each_value
+from fieldrig.traces.parts import Part
+from fieldrig_devices.registers.entries import Bit, Register, each_value, fields_of
 from fieldrig_devices.registers.table import SPACES, Table
 
 MOST_ADDRESSES: Final = 2_000
@@ -47,6 +48,34 @@ class NamedRegisters:
             f"{self._label(space, at)} {'on' if number >> at - address & 1 else 'off'}"
             for at in range(address, address + min(count, 8 * len(data)))
         )
+
+    def parts(self, space: str, address: int, data: bytes) -> list[Part]:
+        """Return the values of registers whose bytes are `data`, one by one."""
+        found = []
+        for at, words in self._starts(space, address, len(data) // 2):
+            raw = data[2 * (at - address) :][: 2 * words]
+            found.append(Part(self._label(space, at), "", *self._number(space, at, raw), self._bits(space, at)))
+        return found
+
+    def _number(self, space: str, address: int, data: bytes) -> tuple[int | float | str, str]:
+        """Return a value as it is compared, and in words."""
+        place = self._places[space].get(address)
+        text = self._value(space, address, data)
+        entry = None if place is None else place.entry
+        if not isinstance(entry, Register) or len(data) < 2 * entry.words:
+            return int.from_bytes(data[:2]), text
+        form = self._table.form_of(entry)
+        if entry.type == "bool" or not form.is_number:
+            return text, text
+        number = form.unpack(data)
+        if entry.bits:
+            return number, f"{int(number):0{2 * len(data)}X}h"
+        return number if entry.values or entry.is_scaled_by_another else number * entry.scale + entry.offset, text
+
+    def _bits(self, space: str, address: int) -> dict[int, str]:
+        place = self._places[space].get(address)
+        fields = () if place is None else fields_of(place.entry)
+        return {bit: field.name for field in fields for bit in range(field.bit, field.bit + field.width)}
 
     def _starts(self, space: str, address: int, count: int) -> Iterator[tuple[int, int]]:
         """Yield the addresses at which values begin, with their sizes; a register inside a value stands for itself."""
