@@ -6,6 +6,7 @@ from enum import IntEnum
 class Exit(IntEnum):
     OK = 0
     BUG = 1
+    DIFFERENT = 1  # as diff(1) and pytest have it
     WRONG = 2
     CANNOT_START = 3
     NO_RIG = 4
@@ -18,7 +19,7 @@ class Exit(IntEnum):
 
 ABOUT = {
     Exit.OK: "success",
-    Exit.BUG: "internal error of fieldrig, with its traceback",
+    Exit.BUG: "internal error of fieldrig, with its traceback; of `fieldrig diff` and `replay`: there are differences",
     Exit.WRONG: "wrong usage, or mistakes in a file",
     Exit.CANNOT_START: "cannot start: a port, a path or the control endpoint is not available",
     Exit.NO_RIG: "no rig answers at the control endpoint",
