@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from fieldrig_devices.iec import layout
 from fieldrig_devices.iec.check import check
+from fieldrig_devices.iec.check.extension import Extension
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction
@@ -72,16 +73,17 @@ def compile_project(
     previous: Layout | None = None,
     costs: Costs | None = None,
     resource: str = "",
+    extension: Extension | None = None,
     on_progress: Progress = lambda stage, done, total: None,
 ) -> Compiled:
     """Compile a project; CompileError with all mistakes if it has any.
 
     With `previous`, the layout of the running program, variables of the same name and type keep their places, so that
     the result can be loaded as an online change.  `limits` are those of the controller, and `resource` is the name of
-    the RESOURCE that it runs if the project has several.
+    the RESOURCE that it runs if the project has several.  An `extension` adds what tests of programs need.
     """
     with collection.paused():
-        return _compiled(files, host, dialect, limits, previous, costs or Costs(), resource, on_progress)
+        return _compiled(files, host, dialect, limits, previous, costs or Costs(), resource, extension, on_progress)
 
 
 def _compiled(
@@ -92,6 +94,7 @@ def _compiled(
     previous: Layout | None,
     costs: Costs,
     resource: str,
+    extension: Extension | None,
     on_progress: Progress,
 ) -> Compiled:
     _check_sources(files)
@@ -102,10 +105,12 @@ def _compiled(
     for file, (unit, of_file) in zip(files, read, strict=True):
         units.append(unit)
         mistakes += of_file
-        if not unit.declarations and not of_file:
+        if not unit.declarations and not unit.tests and not of_file:
             mistakes.append(_nothing_in(file))
     on_progress("parse", len(files), len(files))
     libraries = needed(libraries, units, (file.text for file in files))
+    if extension is not None:
+        units = list(extension.units(units))
     program, of_program = check(
         [*libraries, *units],
         host,
@@ -113,6 +118,7 @@ def _compiled(
         library_files=[unit.file for unit in libraries],
         limits=limits,
         resource=resource,
+        extension=extension,
         on_progress=lambda done, total: on_progress("check", done, total),
     )
     mistakes += of_program

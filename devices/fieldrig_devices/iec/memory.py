@@ -18,6 +18,7 @@ from fieldrig_devices.iec.layout import (
     AREAS,
     DATA,
     INSIDE,
+    STACK_SIZE,
     STACKS,
     STRING_KIND,
     WIDE_STRING_KIND,
@@ -35,6 +36,7 @@ _LETTERS: Final = {1: "Bb", 2: "Hh", 4: "Ii", 8: "Qq"}
 _SINGLE: Final = struct.Struct("<f")
 BY_NUMBER: Final = {kind_number(kind): kind for kind in Elementary}
 _INSIDE: Final = INSIDE[0]
+_UNKNOWN: Final = bytes(STACK_SIZE)
 _LONGEST_VALUE: Final = 65_536
 """Bytes of the largest value, a WSTRING(32767)."""
 
@@ -127,6 +129,16 @@ class Memory:
     def image(self, address: int, size: int) -> tuple[Sequence[Value], bytes]:
         """Return cells with their kinds."""
         return self.cells[address : address + size], bytes(self.kinds[address : address + size])
+
+    def kept(self) -> tuple[Sequence[Value], bytes]:
+        """Return the contents of the data area, for `restore`."""
+        return self.cells[DATA:], bytes(self.kinds[DATA:])
+
+    def restore(self, kept: tuple[Sequence[Value], bytes]) -> None:
+        """Give the data area contents that it had before, and forget what was on the first stack."""
+        self.cells[DATA:], self.kinds[DATA:] = kept
+        self.kinds[STACKS : STACKS + STACK_SIZE] = _UNKNOWN
+        self._written.clear()
 
     def put_runs(self, address: int, runs: Iterable[Run], cells: Sequence[Value], kinds: bytes) -> None:
         """Put runs of an image into the variable at an address."""

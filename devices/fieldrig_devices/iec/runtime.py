@@ -9,7 +9,7 @@ Memory starts as `layout` says (PD-051 to PD-056): a cold start gives all variab
 but the retained ones.  An online change keeps the values of all variables that have the same name and type as before.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Final
@@ -94,6 +94,22 @@ class Runtime:
             self._values.put(symbol, value)
         self.give_markers()
         self.natives.forget()
+
+    def fresh(self) -> Callable[[], None]:
+        """Return a function that makes everything as it is now, much faster than `initialise`; for tests.
+
+        It needs the code that is loaded now, and no thread within a cycle.
+        """
+        memory, areas = self._memory.kept(), {letter: bytes(area) for letter, area in self._areas.items()}
+
+        def again() -> None:
+            self._memory.restore(memory)
+            for letter, area in areas.items():
+                self._areas[letter][:] = area
+            self._forced.clear()
+            self.natives.forget()
+
+        return again
 
     def _initialise_areas(self) -> None:
         """Clear the markers, and write the start values of variables with an address, wherever they are declared."""

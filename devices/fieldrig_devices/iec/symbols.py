@@ -65,6 +65,10 @@ class Symbols:
         symbol = self._known.get(self._key(first[1] or "")) if first is not None and path[:1] != "." else None
         return below(symbol, path[first.end() :], self._key) if symbol is not None and first is not None else None
 
+    def within(self, variable: Variable, path: str) -> Symbol | None:
+        """Return what a path such as `.axis[3].pos` means in a global variable, also in one that no name finds."""
+        return below(_of_variable(variable), path, self._key)
+
     def closest(self, path: str) -> str:
         """Return the path that a wrong one may mean: the same in a program, or one that is most alike; or nothing."""
         inside = [symbol.path for root in self._roots if (symbol := self.find(f"{root.path}.{path}")) is not None]

@@ -20,6 +20,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import bodies, configured, edges, enable, whole
 from fieldrig_devices.iec.check.declarations import Declarations
 from fieldrig_devices.iec.check.dispatch import Dispatchers
+from fieldrig_devices.iec.check.extension import Extension
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.startup import Startup
 from fieldrig_devices.iec.check.tasks import Tasks
@@ -39,6 +40,7 @@ def check(
     library_files: Collection[str] | None = None,
     limits: Limits = MAX_4,
     resource: str = "",
+    extension: Extension | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> tuple[Program, list[Mistake]]:
     """Check the files of a project with those of its libraries.
@@ -46,11 +48,11 @@ def check(
     `library_files` are the names of units that belong to libraries, by default the standard library's and the host's;
     the project may redefine their names. `resource` is the one that runs, if there are several. The program may be used
     if no mistake is more than a note. Mistakes are in the order of files and lines. `on_progress` is called after each
-    body.
+    body. An `extension` adds statements for tests.
     """
     if library_files is None:
         library_files = [*(name for name, _ in sources(dialect.name)), *(known.name for known in host.libraries)]
-    project = Project(host, dialect, limits)
+    project = Project(host, dialect, limits, extension)
     declarations = Declarations(project, frozenset(library_files), resource)
     declarations.declare(units)
     links = configured.apply(project, declarations.config_blocks, declarations.variables.incomplete)
@@ -59,6 +61,8 @@ def check(
     dispatchers.begin()
     startup = Startup(project)
     startup.begin()
+    if extension is not None:
+        extension.begin(project)
     done = 0
     while done < len(project.sources):  # a body may need a further function that starts its variables
         for source in list(project.sources.values())[done:]:
@@ -72,6 +76,8 @@ def check(
     whole.check(project, declarations.variables.lists)
     types = declarations.specs.declared()
     result = Program(project.pous, project.globals, types, project.tasks, host.objects, links, dialect)
+    if extension is not None:
+        extension.finish(result)
     order = {unit.file: number for number, unit in enumerate(units)}
     mistakes = dict.fromkeys(project.reports.mistakes)
     return result, sorted(mistakes, key=lambda mistake: (order.get(mistake.file, -1), mistake.line, mistake.column))

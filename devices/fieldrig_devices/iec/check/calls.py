@@ -43,6 +43,9 @@ from fieldrig_devices.iec.types import ArrayType, PointerType, StructType, Type
 def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression | None:
     """Return the result of a call in an expression; None after a message."""
     context = checker.context
+    extension = context.extension
+    if extension is not None and extension.has_value(node):
+        return extension.value(checker, node)
     method = methods.find(checker, node.called)
     if method is not None:
         return _method_value(checker, node, *method)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec import program, tree
 from fieldrig_devices.iec.check.reports import Keys, Reports
@@ -13,6 +13,9 @@ from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.program import Component, Constant, Element, Pou, Variable
 from fieldrig_devices.iec.tree import Action
 from fieldrig_devices.iec.types import EnumType, Field, InitialValue, StringType, StructType, SubrangeType, Type, Value
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.check.extension import Extension
 
 WINDOW: Final = 256
 """Bytes of the addresses with the same leading levels, as much as a Modbus request can have."""
@@ -152,8 +155,9 @@ def start_of(kind: Type) -> Value | None:
 
 
 class Project:
-    def __init__(self, host: Host, dialect: Dialect, limits: Limits) -> None:
+    def __init__(self, host: Host, dialect: Dialect, limits: Limits, extension: "Extension | None" = None) -> None:
         self.host, self.dialect, self.limits = host, dialect, limits
+        self.extension = extension
         self.reports = Reports()
         self.addresses = Addresses()
         self.guards: dict[Variable | Pou, Guard] = {}

@@ -97,7 +97,9 @@ class Statements:
         return program.If(condition, [program.Assign(target, value, line=line)], line=line) if condition else None
 
     def _call(self, node: tree.CallStatement) -> list[AnyStatement]:
-        return blocks.call_statement(self.expressions, node.call, node.position.line)
+        extension = self.context.extension
+        own = None if extension is None else extension.statement(self.expressions, node.call, node.position.line)
+        return own if own is not None else blocks.call_statement(self.expressions, node.call, node.position.line)
 
     # ---- conditions and choices
 

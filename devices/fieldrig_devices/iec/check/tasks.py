@@ -65,7 +65,7 @@ class Tasks:
                 is_default=True,
             )
             self._tasks[MAINS[0]] = task
-        elif programs:
+        elif programs and self._project.extension is None:  # a test calls the programs itself
             names = ", ".join(pou.name for pou in programs[:8])
             position = self._project.sources[programs[0]].tree.position
             reports.say(

@@ -1,5 +1,6 @@
 """The position of the parser in the tokens, its messages, and the comments on the way."""
 
+import re
 from typing import Final
 
 from fieldrig_devices.iec import tokens as token
@@ -14,6 +15,9 @@ LONGEST_CHAIN: Final = 20_000
 """Operators in a row, such as a OR b OR c."""
 DEEPEST_BLOCK: Final = 40
 """Levels of statements, types and initial values in each other."""
+
+
+TEXTS: Final = (token.STRING, token.WIDE_STRING)
 
 
 class UnexpectedError(Exception):
@@ -33,6 +37,8 @@ class Cursor:
         self.mistakes = tokens.mistakes
         self.file, self.dialect = file, dialect
         self.i = 0
+        self.is_test = False
+        """True within a block of a test file, which has statements of its own."""
         self.depth = 0
         self.height = 0
         self._is_cut = tokens.is_cut
@@ -124,6 +130,13 @@ class Cursor:
             raise self.unexpected(what, hint)
         self.i += 1
         return self.texts[self.i - 1]
+
+    def quoted(self, what: str) -> str:
+        """Read a text in single or double quotes, as it is written; `what` says what it is."""
+        if self.kinds[self.i] not in TEXTS:
+            raise self.unexpected(f"{what} in quotes")
+        self.i += 1
+        return re.sub(r"\$(['\"$])", r"\1", self.texts[self.i - 1][1:-1])
 
     def is_next_line(self) -> bool:
         """True if the present token is in another line than the one before it."""

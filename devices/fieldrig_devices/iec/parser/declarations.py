@@ -9,7 +9,7 @@ from typing import Final
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.parser.blocks import OUTER
-from fieldrig_devices.iec.parser.cursor import UnexpectedError
+from fieldrig_devices.iec.parser.cursor import TEXTS, UnexpectedError
 from fieldrig_devices.iec.parser.initials import RESERVED
 from fieldrig_devices.iec.parser.types import UNKNOWN, Types
 
@@ -182,12 +182,15 @@ class Declarations(Types):
         self._names = names = [self._declared_name(is_path)]
         while self.accept(","):
             names.append(self._declared_name(is_path))
-        location = None
+        location, place = None, ""
         if self.accept("AT"):
-            if self.kinds[self.i] != token.DIRECT:
+            if self.is_test and self.kinds[self.i] in TEXTS:
+                place = self.quoted("the name of a point")
+            elif self.kinds[self.i] != token.DIRECT:
                 raise self.unexpected("an address such as %QX1.0")
-            location = self.direct(self.texts[self.i], self.i)
-            self.i += 1
+            else:
+                location = self.direct(self.texts[self.i], self.i)
+                self.i += 1
         if self.kinds[self.i] in _TYPES and not self.is_next_line():
             self.missing(":")
         elif not self.accept(":"):
@@ -197,7 +200,10 @@ class Declarations(Types):
         edge = self._edge()
         initial = self._initial(spec)
         self._end_of_declaration(spec)
-        return [tree.Variable(name, spec, initial, location, edge, position=position) for name, position in names]
+        made = [tree.Variable(name, spec, initial, location, edge, position=position) for name, position in names]
+        for variable in made:
+            variable.place = place
+        return made
 
     def _edge(self) -> str:
         """Read R_EDGE or F_EDGE, if it is there."""

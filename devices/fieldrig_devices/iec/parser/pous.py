@@ -10,7 +10,7 @@ from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
 from fieldrig_devices.iec.parser.declarations import SECTIONS
-from fieldrig_devices.iec.parser.methods import Methods
+from fieldrig_devices.iec.parser.tests import Tests
 
 POUS: Final = {kind.value: kind for kind in tree.PouKind}
 _POU_ENDS: Final = frozenset(f"END_{word}" for word in POUS)
@@ -23,7 +23,7 @@ _OOP: Final = frozenset({"METHOD", "PROPERTY", "INTERFACE", "NAMESPACE", "CLASS"
 _MODIFIERS: Final = frozenset({"PUBLIC", "INTERNAL", "ABSTRACT", "FINAL"})
 
 
-class Units(Methods):
+class Units(Tests):
     """Reads source files."""
 
     _namespaces: list[int]
@@ -46,7 +46,7 @@ class Units(Methods):
             self.say(self.i, f"got {self.shown(self.i)}", f"END_NAMESPACE for the NAMESPACE in line {line}")
         self.gather_from(0)
         self.gather()
-        return tree.Unit(self.file, tuple(declarations), self.taken())
+        return tree.Unit(self.file, tuple(declarations), self.taken(), tuple(self.tests), tuple(self.uses), self.rig)
 
     def _is_in_namespace(self) -> bool:
         """Read a beginning or an end of a NAMESPACE, or USING, if there is one."""
@@ -76,6 +76,9 @@ class Units(Methods):
 
     def _declaration(self, before: list[tree.Declaration]) -> list[tree.Declaration]:
         kind = self.kinds[self.i]
+        if kind == token.NAME and self.is_part_of_tests():
+            self.part_of_tests()
+            return []
         if kind in POUS:
             return [self._pou()]
         if kind == "TYPE":
@@ -160,7 +163,8 @@ class Units(Methods):
         """Go on at the next declaration."""
         if self.i == start and self.kinds[self.i] != token.END:
             self.i += 1
-        while self.kinds[self.i] not in _TOP and not (self._namespaces and self.is_word("END_NAMESPACE")):
+        self.is_test = False
+        while self.kinds[self.i] not in _TOP and not self.is_part_of_tests() and not (self._namespaces and self.is_word("END_NAMESPACE")):
             self.i += 1
         self._open.clear()
         self.height = self.depth = 0

@@ -13,6 +13,7 @@ from fieldrig_devices.iec.parser.cursor import UnexpectedError
 from fieldrig_devices.iec.parser.expressions import RANKS
 
 _NO_OPERATOR: Final = max(RANKS.values()) + 1
+_MOCKS: Final = frozenset({"MOCK", "MOCK_FUNCTION"})
 _OBJECT_ORIENTED: Final = frozenset({"METHOD", "PROPERTY"})
 
 
@@ -158,6 +159,8 @@ class Statements(Blocks):
         """Read `JMP label;` and `x S= y;`, or report two names in a row."""
         word = self.texts[self.i].upper()
         position = self.positions[at]
+        if self.is_test and isinstance(target, tree.Name) and target.text.upper() in _MOCKS:
+            return self._mock(target)
         if isinstance(target, tree.Name) and target.text.upper() in _OBJECT_ORIENTED:
             self._skip_object_oriented(at)
             return None
@@ -187,6 +190,15 @@ class Statements(Blocks):
         if isinstance(target, tree.Name):
             hint = f"A name has no blank in it: {target.text}_{self.texts[self.i]}."
         raise self.unexpected(":= or a call", hint)
+
+    def _mock(self, word: tree.Name) -> tree.CallStatement:
+        """Read `MOCK instance;` and `MOCK_FUNCTION F RETURNS value;` as calls."""
+        given = [self.place_or_call()]
+        if self.accept_word("RETURNS"):
+            given.append(self.expression())
+        self.semicolon()
+        arguments = tuple(tree.Argument(value=value, position=value.position) for value in given)
+        return tree.CallStatement(tree.Call(word, arguments, position=word.position), position=word.position)
 
     def _skip_object_oriented(self, at: int) -> None:
         """Report a method or property, and read on behind it."""

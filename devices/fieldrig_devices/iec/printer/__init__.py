@@ -4,8 +4,10 @@ Comments stay at their statements, and one empty line between statements stays. 
 tree, and printing that again gives the same text.
 """
 
+from collections.abc import Sequence
+
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.printer import bodies, declarations
+from fieldrig_devices.iec.printer import bodies, declarations, tests
 from fieldrig_devices.iec.printer.expressions import expression_text
 from fieldrig_devices.iec.printer.lines import Lines
 
@@ -15,13 +17,24 @@ __all__ = ["expression_text", "print_body", "print_unit"]
 def print_unit(unit: tree.Unit) -> str:
     """Return the text of a source file."""
     lines = Lines()
-    for number, declaration in enumerate(unit.declarations):
+    for number, node in enumerate(_in_order(unit)):
         if number:
             lines.add("")
-        declarations.declaration(lines, declaration)
+        if isinstance(node, tree.Test | tree.Use | tree.RigUse):
+            tests.part_of_tests(lines, node)
+        else:
+            declarations.declaration(lines, node)
     for comment in unit.comments:
         lines.comment(comment)
     return lines.text()
+
+
+def _in_order(unit: tree.Unit) -> Sequence[tree.Declaration | tree.Test | tree.Use | tree.RigUse]:
+    """Return everything in a file in the order of its text."""
+    if not (unit.tests or unit.uses or unit.rig):
+        return unit.declarations
+    rig = () if unit.rig is None else (unit.rig,)
+    return sorted((*unit.declarations, *unit.tests, *unit.uses, *rig), key=lambda node: node.position)
 
 
 def print_body(body: tree.Body) -> str:

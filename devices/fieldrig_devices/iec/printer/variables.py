@@ -23,6 +23,8 @@ def variables(lines: Lines, block: tree.Variables) -> None:
 
 def _variable(lines: Lines, variable: tree.Variable) -> None:
     at = f" AT {direct_text(variable.location)}" if variable.location is not None else ""
+    if variable.place:
+        at = f" AT '{variable.place.replace('$', '$$')}'"
     lines.add(f"{variable.name}{at} : ")
     type_spec(lines, variable.type)
     edge = f" {variable.edge}" if variable.edge else ""

@@ -6,7 +6,7 @@ from typing import Final
 
 from fieldrig_devices.iec.tree.bodies import Body
 from fieldrig_devices.iec.tree.expressions import Expression
-from fieldrig_devices.iec.tree.nodes import NOWHERE, Position, Statement
+from fieldrig_devices.iec.tree.nodes import NOWHERE, Node, Position, Statement
 from fieldrig_devices.iec.tree.types import Initial, TypeSpec, Variable
 
 ACCESS: Final = frozenset({"PUBLIC", "PROTECTED", "PRIVATE", "INTERNAL"})
@@ -145,6 +145,42 @@ class Configuration(Statement):
     """The resources if there are several, without names of configurations; the fields above are not theirs then."""
 
 
+class TestWord(Enum):
+    """The blocks of a test file."""
+
+    TEST = "TEST"
+    SETUP = "SETUP"
+    TEARDOWN = "TEARDOWN"
+
+
+@dataclass(slots=True)
+class RigUse(Node):
+    """`RIG 'feeder.yaml' AFTER T#10s`: the rig that tests run in, and the time that it takes to boot."""
+
+    file: str
+    after: Expression | None = None
+
+
+@dataclass(slots=True)
+class Test(Statement):
+    """`TEST 'name' VAR ... END_VAR statements END_TEST`, or a SETUP or TEARDOWN, which have no name."""
+
+    word: TestWord
+    name: str
+    blocks: tuple[Variables, ...]
+    body: Body
+    rig: RigUse | None = None
+    skip: str | None = None
+    """Why the test does not run; None if it runs."""
+
+
+@dataclass(slots=True)
+class Use(Statement):
+    """`USES 'pid.st';`: a file with code that the tests of this file judge."""
+
+    file: str
+
+
 Declaration = TypeDeclaration | Pou | Interface | Variables | Configuration
 
 
@@ -155,3 +191,8 @@ class Unit:
     file: str
     declarations: tuple[Declaration, ...]
     comments: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    tests: tuple[Test, ...] = ()
+    """Tests of programs, in the order of the text; a controller knows nothing of them."""
+    uses: tuple[Use, ...] = ()
+    rig: RigUse | None = None
+    """The rig of all tests of the file that name none."""

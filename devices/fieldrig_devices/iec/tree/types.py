@@ -117,3 +117,5 @@ class Variable(Statement):
     """R_EDGE or F_EDGE."""
     narrow: TypeSpec | None = None
     """The smaller type of the result of arithmetic in 32 bits that a variable of a drawing holds."""
+    place: str = ""
+    """The point or the wire of a rig behind AT, in a test; empty for none."""

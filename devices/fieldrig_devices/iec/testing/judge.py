@@ -1,0 +1,222 @@
+"""Judges the assertions of one test while it runs: the host's side of the native functions.
+
+The first assertion that fails ends its test, as a fault of the program does, so the line and the calls are known.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Protocol
+
+from fieldrig_devices.iec.elementary import UNITS_NS, Elementary
+from fieldrig_devices.iec.host import Library, NativeFunction, Pending, Results
+from fieldrig_devices.iec.program import Operator
+from fieldrig_devices.iec.testing import natives
+from fieldrig_devices.iec.testing.assertions import Assertion
+from fieldrig_devices.iec.testing.case import Failure
+from fieldrig_devices.iec.testing.texts import both_texts, cells_text
+from fieldrig_devices.iec.types import Value
+from fieldrig_devices.languages.faults import RunError
+
+ASSERT: Final = "assert"
+"""The code of the fault that ends a test."""
+_GOES_ON: Final[Results] = (True,)
+_ENDS: Final[Results] = (False,)
+_COMPARED: Final[Mapping[Operator, Callable[[Value, Value], bool]]] = {
+    Operator.EQ: lambda actual, expected: actual == expected,
+    Operator.NE: lambda actual, expected: actual != expected,
+    Operator.GT: lambda actual, expected: actual > expected,  # type: ignore[operator]
+    Operator.LT: lambda actual, expected: actual < expected,  # type: ignore[operator]
+    Operator.GE: lambda actual, expected: actual >= expected,  # type: ignore[operator]
+    Operator.LE: lambda actual, expected: actual <= expected,  # type: ignore[operator]
+}
+_WORDS: Final[Mapping[Operator, str]] = {
+    Operator.EQ: "",
+    Operator.NE: "not ",
+    Operator.GT: "more than ",
+    Operator.LT: "less than ",
+    Operator.GE: "at least ",
+    Operator.LE: "at most ",
+}
+
+
+class World(Protocol):
+    """What a test runs in."""
+
+    @property
+    def now_ns(self) -> int: ...
+
+    def fault(self, where: str, fault: str) -> None:
+        """Add a fault.  ValueError, saying what was expected, if it is refused."""
+
+    def clear_faults(self, where: str) -> None: ...
+
+
+@dataclass(slots=True)
+class Wish:
+    """What the test waits for."""
+
+    answer: Pending
+    until_ns: int
+    is_watching: bool = False
+    """True if the test looks at everything that happens until then."""
+    is_running: bool = False
+    """True if the tasks of the program run meanwhile."""
+
+
+class Judge:
+    def __init__(self) -> None:
+        self._assertions: Sequence[Assertion] = ()
+        self._cells: Sequence[Value] = ()
+        self._deadlines: dict[int, int] = {}
+        self.on_look: Callable[[Assertion], None] | None = None
+        """Called at each statement of the test, for the signals around a failure."""
+        self.asserts = 0
+        self.failure: Failure | None = None
+        self.output: list[str] = []
+        self.wish: Wish | None = None
+        self.calls: Callable[[int, int], None] = lambda number, address: None
+        """Answers a call of a mock by Python."""
+
+    @property
+    def library(self) -> Library:
+        rules: dict[str, Callable[..., Results | Pending]] = {
+            natives.JUDGE: self._judge,
+            natives.ACT: self._act,
+            natives.BEGIN: self._begin,
+            natives.AGAIN: self._again,
+            natives.WAIT: self._wait,
+            natives.MOCKED: self._mocked,
+        }
+        functions = {name: NativeFunction(rule, is_slow=name in natives.SLOW) for name, rule in rules.items()}
+        return Library("tests of fieldrig", "", functions, {})
+
+    def use(self, assertions: Sequence[Assertion], cells: Sequence[Value]) -> None:
+        self._assertions, self._cells = assertions, cells
+
+    def begin_test(self, world: World) -> None:
+        self._world = world
+        self._deadlines.clear()
+        self.asserts, self.failure, self.wish, self.output = 0, None, None, []
+
+    # ---- what generated code calls
+
+    def _judge(self, number: int, actual: int, expected: int, tolerance: int, message: int) -> Results:
+        assertion = self._assertions[number]
+        self.asserts += 1
+        if self.on_look is not None:
+            self.on_look(assertion)
+        if not self._holds(assertion, actual, expected, tolerance):
+            self._fail(assertion, *self._shown(assertion, actual, expected, tolerance), message)
+        return _GOES_ON
+
+    def _holds(self, assertion: Assertion, actual: int, expected: int, tolerance: int) -> bool:
+        cells, operator = self._cells, assertion.kind.operator
+        if operator is not None:
+            if tolerance:
+                off = abs(cells[actual] - cells[expected])  # type: ignore[operator]
+                return bool(off <= cells[tolerance])  # type: ignore[operator]
+            size = assertion.type.size
+            if isinstance(assertion.type, Elementary) or size <= 1:
+                return _COMPARED[operator](cells[actual], cells[expected])
+            are_equal = cells[actual : actual + size] == cells[expected : expected + size]
+            if operator in (Operator.EQ, Operator.NE):
+                return are_equal is (operator is Operator.EQ)
+            return _COMPARED[operator](cells[actual], cells[expected])
+        match assertion.word:
+            case "ASSERT_FAIL":
+                return False
+            case "ASSERT_FALSE":
+                return not cells[actual]
+            case "MOCK_VERIFY_CALL_COUNT":
+                return cells[actual] == cells[expected]
+        return bool(cells[actual])
+
+    def _shown(self, assertion: Assertion, actual: int, expected: int, tolerance: int) -> tuple[str, str]:
+        """Return what was expected and what there was, as texts."""
+        cells, kind = self._cells, assertion.type
+        match assertion.word:
+            case "ASSERT_FAIL":
+                return "", ""
+            case "ASSERT_FALSE":
+                return "FALSE", "TRUE"
+            case "MOCK_VERIFY_CALLED":
+                return "a call", "none"
+            case "MOCK_VERIFY_CALL_COUNT":
+                return f"{cells[expected]} calls", f"{cells[actual]}"
+        if assertion.kind.operator is None:
+            return "TRUE", "FALSE"
+        shown, wanted, path = both_texts(kind, cells, actual, expected)
+        wanted = f"{_WORDS[assertion.kind.operator]}{wanted}"
+        if tolerance:
+            wanted = f"{wanted} +- {cells_text(kind, cells, tolerance)}"
+        where = f"{path[path[:1] == '.' :]} = " if path else ""
+        return f"{where}{wanted}", f"{where}{shown}"
+
+    def _fail(self, assertion: Assertion, expected: str, actual: str, message: int) -> None:
+        text = assertion.message or (str(self._cells[message]) if message else "")
+        self.failure = Failure(
+            assertion.word, expected, actual, text, Path(assertion.file), assertion.line, self._world.now_ns
+        )
+        raise RunError(ASSERT, f"{assertion.word} failed")
+
+    def _act(self, number: int, first: int, second: int, third: int, message: int) -> Results:
+        assertion, cells = self._assertions[number], self._cells
+        match assertion.word:
+            case "PRINT":
+                self.output.append(str(cells[first]))
+            case "FAULT":
+                self._world.fault(str(cells[first]), str(cells[second]))
+            case "CLEAR_FAULTS":
+                self._world.clear_faults(str(cells[first]))
+        return _GOES_ON
+
+    def _mocked(self, number: int, address: int, *others: int) -> Results:
+        self.calls(number, address)
+        return _GOES_ON
+
+    # ---- time
+
+    def _duration_ns(self, assertion: Assertion, address: int) -> int:
+        duration_ns = int(self._cells[address]) * UNITS_NS.get(assertion.type, 1)  # type: ignore[call-overload]
+        if duration_ns < 0:
+            raise ValueError(f"{assertion.word} goes back in time: expected a time from 0 on")
+        return duration_ns
+
+    def _wait(self, number: int, duration: int, *others: int) -> Pending:
+        assertion = self._assertions[number]
+        if self.on_look is not None:
+            self.on_look(assertion)
+        until_ns = self._world.now_ns + self._duration_ns(assertion, duration)
+        self.wish = Wish(Pending(), until_ns, is_running=assertion.word == "RUN_FOR")
+        return self.wish.answer
+
+    def _begin(self, number: int, duration: int, *others: int) -> Results:
+        self._deadlines[number] = self._world.now_ns + self._duration_ns(self._assertions[number], duration)
+        self.asserts += 1
+        return _GOES_ON
+
+    def _again(self, number: int, condition: int, end: int, unused: int, message: int) -> Results | Pending:
+        assertion, deadline_ns = self._assertions[number], self._deadlines[number]
+        if self.on_look is not None:
+            self.on_look(assertion)
+        is_true, is_over = bool(self._cells[condition]), self._world.now_ns >= deadline_ns
+        match assertion.word:
+            case "ASSERT_WITHIN" if is_true:
+                return _ENDS
+            case "ASSERT_WITHIN" if is_over:
+                self._fail(assertion, "TRUE in time", "FALSE all the time", message)
+            case "ASSERT_NEVER" if is_true:
+                self._fail(assertion, "FALSE all the time", "TRUE", message)
+            case "ASSERT_STAYS" if not is_true:
+                self._fail(assertion, "TRUE all the time", "FALSE", message)
+            case "ASSERT_UNTIL" if self._cells[end]:
+                return _ENDS
+            case "ASSERT_UNTIL" if not is_true:
+                self._fail(assertion, "TRUE until its end", "FALSE", message)
+            case "ASSERT_UNTIL" if is_over:
+                self._fail(assertion, "an end in time", "none", message)
+        if is_over:
+            return _ENDS
+        self.wish = Wish(Pending(), deadline_ns, is_watching=True, is_running=True)
+        return self.wish.answer
