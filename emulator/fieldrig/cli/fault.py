@@ -9,6 +9,7 @@ from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, echo_json, echo_table
 from fieldrig.cli.fault_kinds import show_kinds
 from fieldrig.control.fault_questions import STANDING, TIMES, in_words
+from fieldrig.faults.words import fault_of_words
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 
 
@@ -76,17 +77,10 @@ def fault(
 
 def _fault(words: list[str]) -> dict[str, str]:
     """Return the fault; values stay texts, as only the bus knows whether `data=10` is a number."""
-    given: dict[str, str] = {}
-    for position, word in enumerate(words):
-        key, equals, text = word.partition("=")
-        if not equals and position == 0:
-            key, text = "what", word
-        elif not equals or not key:
-            raise typer.BadParameter(f"{word!r} is no key of a fault: write it like probability=0.1")
-        if key in given:
-            raise typer.BadParameter(f"{key} is there twice")
-        given[key] = text
-    return given
+    try:
+        return fault_of_words(words)
+    except ValueError as wrong:
+        raise typer.BadParameter(str(wrong)) from wrong
 
 
 def _number(where: str, clear: str | None) -> int | None:

@@ -7,6 +7,7 @@ class Exit(IntEnum):
     OK = 0
     BUG = 1
     DIFFERENT = 1  # as diff(1) and pytest have it
+    TESTS_FAILED = 1
     WRONG = 2
     CANNOT_START = 3
     NO_RIG = 4
@@ -19,7 +20,10 @@ class Exit(IntEnum):
 
 ABOUT = {
     Exit.OK: "success",
-    Exit.BUG: "internal error of fieldrig, with its traceback; of `fieldrig diff` and `replay`: there are differences",
+    Exit.BUG: (
+        "internal error of fieldrig, with its traceback; of `fieldrig diff` and `replay`: there are differences;"
+        " of `fieldrig iec test`: a test did not pass"
+    ),
     Exit.WRONG: "wrong usage, or mistakes in a file",
     Exit.CANNOT_START: "cannot start: a port, a path or the control endpoint is not available",
     Exit.NO_RIG: "no rig answers at the control endpoint",

@@ -3,13 +3,14 @@
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fieldrig.cli.common import argument, reading
+from fieldrig.cli.common import argument
 from fieldrig.errors import UsageError
 from fieldrig_devices.iec.dialect import DIALECTS
+from fieldrig_devices.iec.source_texts import SUFFIXES, files_in, read_text
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.dialect import Dialect
@@ -27,7 +28,6 @@ ResourceOption = Annotated[
         "--resource", metavar="NAME", help="The RESOURCE that runs, if there are several.", show_default=False
     ),
 ]
-SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto")
 
 
 def dialect_named(name: str) -> "Dialect":
@@ -49,29 +49,11 @@ def read_sources(paths: Sequence[Path]) -> "list[SourceFile]":
 
     texts: list[SourceFile] = []
     for path in paths:
-        inside = sorted(path.rglob("*")) if path.is_dir() else [path]
-        chosen = [file for file in inside if file.suffix.lower() in SUFFIXES or file == path]
-        sources = [SourceFile(str(file), read_text(file)) for file in chosen]
+        sources = [SourceFile(str(file), read_text(file)) for file in files_in(path)]
         texts += [one for one in sources if one.name == str(path) or not is_foreign(one.text)]
     if not texts:
         raise UsageError("there are no source files", f"expected files that end in {', '.join(SUFFIXES)}")
     return texts
-
-
-def read_text(path: Path) -> str:
-    """Return the text of a file.  UsageError if it cannot be read."""
-    from fieldrig_devices.iec.imports.project_files import CHECKED, is_no_text, said_of
-    from fieldrig_devices.languages.source_file import decoded
-
-    with reading(path):
-        data = path.read_bytes()
-    said = said_of(path.name)
-    if said is not None and is_no_text(data[:CHECKED].decode("latin-1")):
-        raise UsageError(f"{path} is {said[0]}", said[1])
-    try:
-        return decoded(data)
-    except ValueError as cause:
-        raise UsageError(f"{path} cannot be read", str(cause)) from cause
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -11,7 +11,8 @@ from fieldrig.errors import UsageError
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands.compiling import RigOption, compiled
-from fieldrig_devices.iec.commands.sources import SUFFIXES, DialectOption, ResourceOption, read_sources
+from fieldrig_devices.iec.commands.sources import DialectOption, ResourceOption, read_sources
+from fieldrig_devices.iec.source_texts import SUFFIXES
 
 
 def symbols(

@@ -30,12 +30,12 @@ def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[s
         open_words.update(map(str.casefold, _WORD.findall(text)))
     for unit in libraries:
         open_words.update(
-            word for declared in unit.declarations if isinstance(declared, Variables) for word in _words(declared)
+            word for declared in unit.declarations if isinstance(declared, Variables) for word in words(declared)
         )
     used: set[str] = set()
     while new := open_words & known.keys() - used:
         used |= new
-        open_words = {word for name in new for word in _words(known[name])}
+        open_words = {word for name in new for word in words(known[name])}
     used |= {known[name].name.casefold() for name in used}
     return [replace(unit, declarations=tuple(_kept(unit.declarations, used, known))) for unit in libraries]
 
@@ -62,14 +62,14 @@ def _kept(
             yield declared
 
 
-def _words(node: object) -> Iterator[str]:
-    """Yield every text within a tree."""
+def words(node: object) -> Iterator[str]:
+    """Yield every word within a tree, without upper case."""
     if isinstance(node, str):
         yield from map(str.casefold, _WORD.findall(node))
     elif isinstance(node, tuple | list):
         for part in node:
-            yield from _words(part)
+            yield from words(part)
     elif is_dataclass(node) and not isinstance(node, type):
         for part in fields(node):
             if part.compare:  # neither comments nor positions
-                yield from _words(getattr(node, part.name))
+                yield from words(getattr(node, part.name))

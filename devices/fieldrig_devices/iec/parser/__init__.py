@@ -2,8 +2,8 @@
 
 It is a recursive descent by hand, a class for each layer of the grammar with the one below as its base: `cursor`,
 `expressions`, `statements`, `sections` (bodies, with Instruction List and SFC), `declarations`, `configuration`,
-`methods`, `tests`, `pous`.  A layer calls only those below it, and all of them move the one cursor, in more than every third
-line.  No text makes the parser raise an exception, and a limit of nesting keeps it away from Python's own.
+`methods`, `tests`, `pous`.  A layer calls only those below it, and all of them move the one cursor, in more than every
+third line.  No text makes the parser raise an exception, and a limit of nesting keeps it away from Python's own.
 """
 
 from fieldrig_devices.iec import tree

@@ -164,7 +164,11 @@ class Units(Tests):
         if self.i == start and self.kinds[self.i] != token.END:
             self.i += 1
         self.is_test = False
-        while self.kinds[self.i] not in _TOP and not self.is_part_of_tests() and not (self._namespaces and self.is_word("END_NAMESPACE")):
+        while (
+            self.kinds[self.i] not in _TOP
+            and not self.is_part_of_tests()
+            and not (self._namespaces and self.is_word("END_NAMESPACE"))
+        ):
             self.i += 1
         self._open.clear()
         self.height = self.depth = 0

@@ -1,7 +1,7 @@
 """Tests of programs in a source file: USES, RIG, SETUP, TEARDOWN and TEST.
 
-Their words are keywords only where no declaration can begin otherwise, and only with a text or a section behind them, so
-a program may use all of them as names.
+Their words are keywords only where no declaration can begin otherwise, and only with a text or a section behind them.
+So a program may use all of them as names.
 """
 
 from typing import Final

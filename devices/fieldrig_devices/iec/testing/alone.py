@@ -13,7 +13,7 @@ LOOK_NS = 1 * MS
 """The time between two looks at an expectation, if the program has no tasks whose cycles end."""
 
 
-class TaskFault(Exception):
+class TaskFaultError(Exception):
     """A task of the program has been suspended."""
 
     def __init__(self, task: str, fault: Fault) -> None:
@@ -49,7 +49,7 @@ class Alone:
     def begin(self) -> None:
         """Give all variables their start values, at the time 0."""
         self._look: Callable[[], bool] | None = None
-        self._fault: TaskFault | None = None
+        self._fault: TaskFaultError | None = None
         if self._is_used:
             self._program.scheduler.end()
             self._load()
@@ -99,7 +99,7 @@ class Alone:
         """Nothing: a long cycle is seen in what it does."""
 
     def on_fault(self, task: Task, fault: Fault) -> None:
-        self._fault = TaskFault(task.name, fault)
+        self._fault = TaskFaultError(task.name, fault)
 
     def on_halt(self, task: Task) -> None:
         """Nothing: a test has no breakpoints."""

@@ -4,11 +4,11 @@ A kind of test, such as TEST blocks or suites of TcUnit, is one `Source`.  Repor
 codes are written once, against this file.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from fieldrig.clock import S
 
@@ -96,3 +96,10 @@ class Source(Protocol):
 
         A fault of a program, and a limit that is reached, is an outcome; it never raises for them.
         """
+
+
+@runtime_checkable
+class Dependent(Protocol):
+    """A source that knows the files on which its tests depend, for `--watch`."""
+
+    def files(self) -> Collection[Path]: ...

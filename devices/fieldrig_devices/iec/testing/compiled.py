@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 from fieldrig.clock import VirtualClock
@@ -44,9 +43,7 @@ def compile_tests(
     host.libraries = (judge.library,)
     mistakes = []
     try:
-        compiled = compile_project(
-            files, host, dialect, limits=NO_LIMITS, resource=resource, extension=extension
-        )
+        compiled = compile_project(files, host, dialect, limits=NO_LIMITS, resource=resource, extension=extension)
     except CompileError as wrong:
         mistakes = wrong.mistakes
     mistakes = [*mistakes, *extension.mistakes]
@@ -57,10 +54,3 @@ def compile_tests(
         names = ", ".join(extension.mocks.unknown)
         raise ValueError(f"there is nothing to mock: expected functions or blocks of the program, got {names}")
     return Tested(compiled, extension.blocks, extension.assertions, extension.mocks.by_number, clock, host, judge)
-
-
-def source_file(path: Path) -> SourceFile:
-    """Read a file.  UsageError, saying why, if it cannot be read."""
-    from fieldrig_devices.iec.commands.sources import read_text
-
-    return SourceFile(str(path), read_text(path))

@@ -21,7 +21,6 @@ from fieldrig_devices.languages.faults import RunError
 ASSERT: Final = "assert"
 """The code of the fault that ends a test."""
 _GOES_ON: Final[Results] = (True,)
-_ENDS: Final[Results] = (False,)
 _COMPARED: Final[Mapping[Operator, Callable[[Value, Value], bool]]] = {
     Operator.EQ: lambda actual, expected: actual == expected,
     Operator.NE: lambda actual, expected: actual != expected,
@@ -60,6 +59,8 @@ class Wish:
     until_ns: int
     is_watching: bool = False
     """True if the test looks at everything that happens until then."""
+    is_settled: bool = False
+    """True if it has seen enough, and goes on when this instant is over."""
     is_running: bool = False
     """True if the tasks of the program run meanwhile."""
 
@@ -94,6 +95,10 @@ class Judge:
     def use(self, assertions: Sequence[Assertion], cells: Sequence[Value]) -> None:
         self._assertions, self._cells = assertions, cells
 
+    def begin_part(self) -> None:
+        """Begin the test itself, or its teardown."""
+        self.failure = self.wish = None
+
     def begin_test(self, world: World) -> None:
         self._world = world
         self._deadlines.clear()
@@ -115,7 +120,7 @@ class Judge:
         if operator is not None:
             if tolerance:
                 off = abs(cells[actual] - cells[expected])  # type: ignore[operator]
-                return bool(off <= cells[tolerance])  # type: ignore[operator]
+                return bool(off <= cells[tolerance])
             size = assertion.type.size
             if isinstance(assertion.type, Elementary) or size <= 1:
                 return _COMPARED[operator](cells[actual], cells[expected])
@@ -178,7 +183,8 @@ class Judge:
     # ---- time
 
     def _duration_ns(self, assertion: Assertion, address: int) -> int:
-        duration_ns = int(self._cells[address]) * UNITS_NS.get(assertion.type, 1)  # type: ignore[call-overload]
+        unit_ns = UNITS_NS.get(assertion.type, 1) if isinstance(assertion.type, Elementary) else 1
+        duration_ns = int(self._cells[address]) * unit_ns
         if duration_ns < 0:
             raise ValueError(f"{assertion.word} goes back in time: expected a time from 0 on")
         return duration_ns
@@ -203,7 +209,7 @@ class Judge:
         is_true, is_over = bool(self._cells[condition]), self._world.now_ns >= deadline_ns
         match assertion.word:
             case "ASSERT_WITHIN" if is_true:
-                return _ENDS
+                is_over = True
             case "ASSERT_WITHIN" if is_over:
                 self._fail(assertion, "TRUE in time", "FALSE all the time", message)
             case "ASSERT_NEVER" if is_true:
@@ -211,12 +217,10 @@ class Judge:
             case "ASSERT_STAYS" if not is_true:
                 self._fail(assertion, "TRUE all the time", "FALSE", message)
             case "ASSERT_UNTIL" if self._cells[end]:
-                return _ENDS
+                is_over = True
             case "ASSERT_UNTIL" if not is_true:
                 self._fail(assertion, "TRUE until its end", "FALSE", message)
             case "ASSERT_UNTIL" if is_over:
                 self._fail(assertion, "an end in time", "none", message)
-        if is_over:
-            return _ENDS
-        self.wish = Wish(Pending(), deadline_ns, is_watching=True, is_running=True)
+        self.wish = Wish(Pending(), deadline_ns, is_watching=True, is_settled=is_over)
         return self.wish.answer

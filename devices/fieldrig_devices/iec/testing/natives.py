@@ -3,7 +3,17 @@
 from typing import Final
 
 from fieldrig_devices.iec.elementary import Elementary
-from fieldrig_devices.iec.program import AddressOf, CallFunction, Cell, Constant, Expression, Place, Pou, Space, Variable
+from fieldrig_devices.iec.program import (
+    AddressOf,
+    CallFunction,
+    Cell,
+    Constant,
+    Expression,
+    Place,
+    Pou,
+    Space,
+    Variable,
+)
 from fieldrig_devices.iec.tree import PouKind, Section
 
 JUDGE: Final = "fieldrig_judge"

@@ -50,12 +50,12 @@ class Recorder:
         self._runtime, self._block, self._now_ns = runtime, block, now_ns
         self._symbols: dict[str, Symbol | None] = {}
         self._tracks: dict[str, Track] = {}
+        for name in block.places:
+            self._follow(name)
 
     def look(self, assertion: Assertion) -> None:
         for name in assertion.names:
-            symbol = self._symbol(name)
-            if symbol is not None:
-                self._tracks.setdefault(name, Track(name, symbol.type))
+            self._follow(name)
         for name, track in self._tracks.items():
             symbol = self._symbols[name]
             assert symbol is not None
@@ -63,6 +63,11 @@ class Recorder:
                 track.note(self._now_ns(), self._runtime.read(symbol))
             except ValueError:  # a reference to nothing yet
                 continue
+
+    def _follow(self, name: str) -> None:
+        symbol = self._symbol(name)
+        if symbol is not None:
+            self._tracks.setdefault(name, Track(name, symbol.type))
 
     def _symbol(self, name: str) -> Symbol | None:
         """Return what a name in the test means, if it is a variable with one value."""

@@ -1,25 +1,26 @@
 """Runs one TEST block: its statements, the time that they let pass, and its teardown."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final, Protocol
 
+from fieldrig.errors import RigError
 from fieldrig.system.stopwatch import Stopwatch
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.tasks.task import WorkState
-from fieldrig_devices.iec.testing.alone import TaskFault
+from fieldrig_devices.iec.testing.alone import TaskFaultError
 from fieldrig_devices.iec.testing.case import Case, Failure, Limits, Outcome, Verdict
 from fieldrig_devices.iec.testing.compiled import Tested
 from fieldrig_devices.iec.testing.extension import TEARDOWN, CaseBlock
 from fieldrig_devices.iec.testing.judge import ASSERT, Judge
 from fieldrig_devices.iec.testing.recorder import Recorder
 from fieldrig_devices.iec.thread import Fault, Thread
-from collections.abc import Callable
 
 SLICE_NS: Final = 1_000_000
 """Processor time of the test between two looks at the clock of the host."""
 
 
-class TookTooLong(Exception):
+class TookTooLongError(Exception):
     """A test has taken longer than a limit allows."""
 
 
@@ -65,9 +66,9 @@ class Runner:
 
         def is_pressed() -> None:
             if watch.seconds > limits.timeout_s:
-                raise TookTooLong(f"the test took more than {limits.timeout_s:g} s")
+                raise TookTooLongError(f"the test took more than {limits.timeout_s:g} s")
             if place.now_ns - begin_ns > limits.longest_ns:
-                raise TookTooLong(f"the test took more than {limits.longest_ns / 1e9:g} s of virtual time")
+                raise TookTooLongError(f"the test took more than {limits.longest_ns / 1e9:g} s of virtual time")
 
         place.is_pressed = is_pressed
         place.begin()
@@ -92,7 +93,7 @@ class Runner:
     def _played(self, thread: Thread, is_pressed: Callable[[], None]) -> list[Failure]:
         """Run a thread to its end."""
         judge = self._judge
-        judge.failure = None
+        judge.begin_part()
         thread.start()
         try:
             while True:
@@ -100,10 +101,11 @@ class Runner:
                 if thread.state is not WorkState.WAITING:
                     break
                 self._wait(thread, is_pressed)
-        except TookTooLong as limit:
-            where = thread.fault_here("timeout", str(limit))
-            return [_failure("timeout", where, str(limit), self._place.now_ns)]
-        except TaskFault as wrong:
+        except TookTooLongError as limit:
+            return [self._here("timeout", thread, str(limit))]
+        except RigError as wrong:
+            return [self._here("fault", thread, f"{wrong.what}; {wrong.remedy}" if wrong.remedy else wrong.what)]
+        except TaskFaultError as wrong:
             return [_failure("fault", wrong.fault, str(wrong), self._place.now_ns)]
         fault = thread.fault
         if fault is None:
@@ -111,6 +113,11 @@ class Runner:
         if fault.code == ASSERT and judge.failure is not None:
             return [judge.failure]
         return [_failure("fault", _outside(fault), fault.text, self._place.now_ns)]
+
+    def _here(self, kind: str, thread: Thread, text: str) -> Failure:
+        """Return a failure where a test is that has not ended."""
+        where = thread.fault_here(kind, text)
+        return _failure(kind, where if where is None else _outside(where), text, self._place.now_ns)
 
     def _go(self, thread: Thread, is_pressed: Callable[[], None]) -> None:
         while thread.state is WorkState.READY:
@@ -122,28 +129,26 @@ class Runner:
         """Let the time pass that the test waits for."""
         wish = self._judge.wish
         assert wish is not None, "a test waits for its judge only"
-        if wish.is_watching:
-
-            def look() -> bool:
-                now = self._judge.wish
-                if now is None or thread.state is not WorkState.WAITING:
-                    return False
-                now.answer.finish(True)
-                self._go(thread, is_pressed)
-                return thread.state is WorkState.WAITING and self._is_same(wish.until_ns)
-
-            self._place.run_tasks(wish.until_ns, look)
-            return
-        if wish.is_running:
-            self._place.run_tasks(wish.until_ns)
+        if wish.is_settled:
+            wish.answer.finish(False)
+        elif wish.is_watching:
+            self._place.run_tasks(wish.until_ns, lambda: self._looks(thread, is_pressed))
         else:
-            self._place.run_until(wish.until_ns)
-        wish.answer.finish(True)
+            pass_time = self._place.run_tasks if wish.is_running else self._place.run_until
+            pass_time(wish.until_ns)
+            wish.answer.finish(True)
 
-    def _is_same(self, until_ns: int) -> bool:
-        """True while the test still looks at the same expectation."""
+    def _looks(self, thread: Thread, is_pressed: Callable[[], None]) -> bool:
+        """Let the test look at its expectation; false if it has seen enough."""
         wish = self._judge.wish
-        return wish is not None and wish.is_watching and wish.until_ns == until_ns and not wish.answer.is_done
+        assert wish is not None, "the test has looked before"
+        wish.answer.finish(True)
+        self._go(thread, is_pressed)
+        return thread.state is WorkState.WAITING and not self._settled
+
+    @property
+    def _settled(self) -> bool:
+        return self._judge.wish is None or self._judge.wish.is_settled
 
 
 def _outside(fault: Fault) -> Fault:

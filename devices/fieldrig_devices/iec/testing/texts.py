@@ -66,9 +66,7 @@ def _difference(kind: Type, cells: Sequence[Value], actual: int, expected: int) 
     while True:
         parts: list[tuple[str, Type, int]] = []
         if isinstance(kind, ArrayType):
-            parts = [
-                (f"[{kind.low + place}]", kind.element, place * kind.element.size) for place in range(kind.count)
-            ]
+            parts = [(f"[{kind.low + place}]", kind.element, place * kind.element.size) for place in range(kind.count)]
         elif isinstance(kind, StructType):
             parts = [(f".{part.name}", part.type, part.offset) for part in kind.stored_fields]
         for name, inner, at in parts:

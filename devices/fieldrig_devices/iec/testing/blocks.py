@@ -1,0 +1,105 @@
+"""The TEST blocks of one file as a source of cases."""
+
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Final
+
+from fieldrig.errors import RigError
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.testing import gathered
+from fieldrig_devices.iec.testing.alone import Alone
+from fieldrig_devices.iec.testing.case import Case, Failure, Limits, Outcome, Verdict
+from fieldrig_devices.iec.testing.compiled import Tested, compile_tests
+from fieldrig_devices.iec.testing.extension import CaseBlock
+from fieldrig_devices.iec.testing.in_rig import Rigs
+from fieldrig_devices.iec.testing.runner import Runner
+from fieldrig_devices.languages.mistakes import CompileError, Mistake
+
+MISTAKE: Final = "mistake"
+COMPILES: Final = "the file compiles"
+"""The name of the case of a file whose tests cannot be found."""
+
+
+class BlockSource:
+    """Implements `case.Source` for one test file."""
+
+    def __init__(self, file: Path, dialect: Dialect) -> None:
+        """UsageError if the file cannot be read."""
+        self._file, self._dialect = file, dialect
+        self._test = gathered.read(file, dialect)
+
+    def cases(self) -> Sequence[Case]:
+        made = [
+            Case(test.name, str(self._file), self._file, test.position.line)
+            for test in self._test.unit.tests
+            if test.word is tree.TestWord.TEST
+        ]
+        unique = list({case.name: case for case in reversed(made)}.values())[::-1]
+        return unique or [Case(COMPILES, str(self._file), self._file, 1)]
+
+    def files(self) -> Collection[Path]:
+        """Return the files on which the tests depend: a change of one of them may change an outcome."""
+        found, _ = gathered.with_code(self._test, self._dialect)
+        rigs = [test.rig for test in self._test.unit.tests if test.rig is not None]
+        rigs += [self._test.unit.rig] if self._test.unit.rig is not None else []
+        return {*(one.path for one in found), *(self._file.parent / rig.file for rig in rigs)}
+
+    def run(self, chosen: Sequence[Case], limits: Limits) -> Iterator[Outcome]:
+        try:
+            tested = self._compiled()
+        except CompileError as wrong:
+            yield from (_not_compiled(case, wrong.mistakes) for case in chosen)
+            return
+        blocks = {block.test.name: block for block in tested.blocks if block.file == str(self._file)}
+        rigs, alone = Rigs(self._file.parent), None
+        with closing(rigs):
+            for case in chosen:
+                block = blocks[case.name]
+                if block.test.skip is not None:
+                    yield Outcome(case, Verdict.SKIPPED, reason=block.test.skip)
+                elif block.rig is not None:
+                    yield self._in_rig(rigs, case, block, tested, limits)
+                else:
+                    alone = alone or Runner(tested, Alone(tested))
+                    yield _with_diagram(alone, case, block, limits)
+
+    def _compiled(self) -> Tested:
+        found, mistakes = gathered.with_code(self._test, self._dialect)
+        try:
+            tested = compile_tests([one.source for one in found], self._dialect)
+        except CompileError as wrong:
+            raise CompileError([*mistakes, *wrong.mistakes]) from wrong
+        if mistakes:
+            raise CompileError(mistakes)
+        if not tested.blocks:
+            raise CompileError([Mistake(1, 1, "there are no tests", "TEST 'name' ... END_TEST", file=str(self._file))])
+        return tested
+
+    def _in_rig(self, rigs: Rigs, case: Case, block: CaseBlock, tested: Tested, limits: Limits) -> Outcome:
+        try:
+            return rigs.run(case, block, tested, limits)
+        except RigError as wrong:
+            position = block.rig.position if block.rig is not None else block.test.position
+            failure = Failure(MISTAKE, "", wrong.what, wrong.remedy, self._file, position.line, 0)
+            return Outcome(case, Verdict.ERROR, (failure,))
+
+
+def _with_diagram(runner: Runner, case: Case, block: CaseBlock, limits: Limits) -> Outcome:
+    """Run a test; if it fails, once more with a record of its signals, as it does the same again."""
+    outcome = runner.run(case, block, limits)
+    if outcome.verdict is Verdict.FAILED:
+        again = runner.run(case, block, limits, is_recorded=True)
+        if again.verdict is Verdict.FAILED:
+            return again._replace(wall_s=outcome.wall_s)
+    return outcome
+
+
+def _not_compiled(case: Case, mistakes: Sequence[Mistake]) -> Outcome:
+    failures = [
+        Failure(MISTAKE, one.expected, one.what, one.hint, Path(one.file), one.line, 0)
+        for one in mistakes
+        if not one.is_note
+    ]
+    return Outcome(case, Verdict.ERROR, tuple(failures))

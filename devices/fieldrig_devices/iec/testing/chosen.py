@@ -1,0 +1,46 @@
+"""The tests that a person has chosen: by paths, by names, by patterns."""
+
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Final
+
+from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.testing import gathered
+from fieldrig_devices.iec.testing.blocks import BlockSource
+from fieldrig_devices.iec.testing.case import Case, Source
+
+_WILD: Final = frozenset("*?[")
+_AND: Final = "::"
+
+
+def split(path: str) -> tuple[Path, str]:
+    """Return the path and the name in `pid_test.st::holds the output`; the name is empty for all tests."""
+    file, mark, name = path.partition(_AND)
+    return Path(file), name if mark else ""
+
+
+def sources_of(paths: Sequence[Path], dialect: Dialect) -> list[Source]:
+    """Return a source for each kind of tests in each place.  UsageError for a file that cannot be read."""
+    return [BlockSource(file, dialect) for file in dict.fromkeys(gathered.test_files(paths))]
+
+
+def is_chosen(case: Case, names: Sequence[tuple[Path, str]], patterns: Sequence[str]) -> bool:
+    """True for a test that a path names, and that fits at least one pattern if there are any."""
+    return _is_named(case, names) and (not patterns or any(fits(str(case), pattern) for pattern in patterns))
+
+
+def _is_named(case: Case, names: Sequence[tuple[Path, str]]) -> bool:
+    for path, name in names:
+        is_inside = case.file == path or path in case.file.parents
+        if is_inside and (not name or fits(case.name, name, is_whole=True)):
+            return True
+    return False
+
+
+def fits(text: str, pattern: str, *, is_whole: bool = False) -> bool:
+    """True if a pattern with *, ? or [] matches the text, or a plain one is in it; the case does not matter."""
+    text, pattern = text.casefold(), pattern.casefold()
+    if _WILD & set(pattern):
+        return fnmatchcase(text, pattern if is_whole else f"*{pattern}*") or text == pattern
+    return text == pattern if is_whole else pattern in text

@@ -1,0 +1,150 @@
+"""The test files of a path, and the code beside each of them that its tests need.
+
+A test file names its code by USES, or has it in its own folder.  There only the files are taken whose declarations the
+tests reach, so what does not compile elsewhere in the folder does not matter.
+"""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Final
+
+from fieldrig.errors import UsageError
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.imports import is_foreign, read_source
+from fieldrig_devices.iec.library.selection import words
+from fieldrig_devices.iec.source_texts import files_in, read_text
+from fieldrig_devices.languages.mistakes import Mistake
+from fieldrig_devices.languages.source_file import SourceFile
+
+_HAS_TESTS: Final = re.compile(r"^[ \t]*TEST\s*['\"]", re.IGNORECASE | re.MULTILINE)
+_RUNS_TASKS: Final = frozenset({"run_for", "assert_within", "assert_never", "assert_stays", "assert_until"})
+"""Words of tests that need the tasks of the program, and so its configuration."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Read:
+    """A source file with its tree."""
+
+    path: Path
+    text: str
+    unit: tree.Unit
+    mistakes: tuple[Mistake, ...]
+
+    @property
+    def source(self) -> SourceFile:
+        return SourceFile(str(self.path), self.text)
+
+
+def has_tests(path: Path) -> bool:
+    """True if there are TEST blocks in a file; it may have mistakes."""
+    return _HAS_TESTS.search(read_text(path)) is not None
+
+
+def test_files(paths: Sequence[Path]) -> list[Path]:
+    """Return the files with TEST blocks.  UsageError for a file that cannot be read."""
+    return [file for path in paths for file in files_in(path) if has_tests(file)]
+
+
+def read(path: Path, dialect: Dialect) -> Read:
+    """Read a source file, again only if it has changed.  UsageError if it cannot be read."""
+    return _read(path, read_text(path), dialect)
+
+
+@lru_cache(maxsize=2_000)
+def _read(path: Path, text: str, dialect: Dialect) -> Read:
+    unit, mistakes = read_source(str(path), text, dialect)
+    return Read(path, text, unit, tuple(mistakes))
+
+
+def with_code(test: Read, dialect: Dialect) -> tuple[list[Read], list[Mistake]]:
+    """Return a test file with the files of its code, and what is wrong with the names of these."""
+    if not test.unit.uses:
+        return [test, *_reached(test, dialect)], []
+    found, mistakes = [test], []
+    for use in test.unit.uses:
+        path = test.path.parent / use.file
+        inside = [file for file in files_in(path) if file != test.path] if path.exists() else []
+        try:
+            found += [read(file, dialect) for file in inside if path.is_file() or not has_tests(file)]
+        except UsageError as wrong:
+            mistakes.append(Mistake(*use.position, wrong.what, wrong.remedy, file=str(test.path)))
+        if not inside:
+            what = f"there is no {use.file!r} beside this file"
+            mistakes.append(Mistake(*use.position, what, "a source file, or a folder with some", file=str(test.path)))
+    return list(dict.fromkeys(found)), mistakes
+
+
+def _beside(test: Read, dialect: Dialect) -> Iterator[Read]:
+    for path in sorted(test.path.parent.iterdir()):
+        if path == test.path or path.is_dir():
+            continue
+        try:
+            if path in files_in(test.path.parent) and not has_tests(path) and not is_foreign(read_text(path)):
+                yield read(path, dialect)
+        except UsageError:  # it is no text, and no test reaches it
+            continue
+
+
+def _reached(test: Read, dialect: Dialect) -> list[Read]:
+    """Return the files beside a test that declare what it names, and what these name in turn."""
+    beside = list(_beside(test, dialect))
+    declared: dict[str, list[Read]] = {}
+    for file in beside:
+        for name in _names(file.unit):
+            declared.setdefault(name, []).append(file)
+    known = set(_names(test.unit))
+    open_words = {word for part in (*test.unit.declarations, *test.unit.tests) for word in words(part)}
+    reached: list[Read] = []
+    if open_words & _RUNS_TASKS:
+        reached = [file for file in beside if _is_configuration(file.unit)]
+        open_words |= _words_of(reached)
+    while new := open_words & declared.keys() - known:
+        known |= new
+        added = [file for name in sorted(new) for file in _chosen(declared[name], reached, test.path)]
+        added = list(dict.fromkeys(added))
+        reached += added
+        open_words = _words_of(added)
+    return sorted(reached, key=lambda file: file.path)
+
+
+def _words_of(files: Sequence[Read]) -> set[str]:
+    return {word for file in files for part in file.unit.declarations for word in words(part)}
+
+
+def _chosen(files: Sequence[Read], reached: Sequence[Read], test: Path) -> list[Read]:
+    """Return the new files for a name: if several declare it, the one that the test is named after."""
+    if any(file in reached for file in files):
+        return []
+    named = [file for file in files if file.path.stem.lower() == _subject(test)]
+    return named or list(files)
+
+
+def _subject(test: Path) -> str:
+    """Return the name of the file that a test file is named after: `pid` for `pid_test.st` and `test_pid.st`."""
+    return re.sub(r"^tests?_|_?tests?$", "", test.stem.lower())
+
+
+def _is_configuration(unit: tree.Unit) -> bool:
+    return any(isinstance(declared, tree.Configuration) for declared in unit.declarations)
+
+
+def _names(unit: tree.Unit) -> Iterator[str]:
+    """Yield the names that a file declares for all others."""
+    for declared in unit.declarations:
+        match declared:
+            case tree.Pou(name=name) | tree.Interface(name=name):
+                yield name.casefold()
+            case tree.TypeDeclaration(name=name, type=spec):
+                yield name.casefold()
+                if isinstance(spec, tree.EnumSpec):
+                    yield from (value.name.casefold() for value in spec.values)
+            case tree.Variables(variables=variables, name=name):
+                yield from (variable.name.casefold() for variable in variables)
+                if name:
+                    yield name.casefold()
+            case tree.Configuration(blocks=blocks):
+                yield from (variable.name.casefold() for block in blocks for variable in block.variables)

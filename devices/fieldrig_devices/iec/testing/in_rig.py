@@ -1,0 +1,239 @@
+"""A TEST block with a rig around it: variables at points and wires, faults, and time that passes in the rig.
+
+Each test has a branch of a rig that was booted once, where branches are possible, and otherwise a rig of its own.
+"""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from fieldrig.clock import MS
+from fieldrig.errors import RigError, UsageError
+from fieldrig.faults.words import fault_of_words
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.elementary import UNITS_NS, Elementary
+from fieldrig_devices.iec.layout import storage
+from fieldrig_devices.iec.memory import limited
+from fieldrig_devices.iec.runtime import Runtime
+from fieldrig_devices.iec.symbols import Symbol
+from fieldrig_devices.iec.testing.case import Case, Limits, Outcome
+from fieldrig_devices.iec.testing.compiled import Tested
+from fieldrig_devices.iec.testing.extension import CaseBlock
+from fieldrig_devices.iec.testing.places import place_of
+from fieldrig_devices.iec.testing.runner import Runner
+from fieldrig_devices.iec.types import StringType, Value
+
+if TYPE_CHECKING:
+    from fieldrig.virtual.rig import Rig
+
+LOOK_NS: Final = 1 * MS
+"""The longest time between two looks at an expectation: values such as a level change without an event."""
+PRESSED_NS: Final = 10 * MS
+"""Virtual time between two looks at the clock of the host."""
+
+_present: tuple[Case, CaseBlock, Tested, Limits] | None = None
+"""The test that the next branch runs, which has a copy of it."""
+
+
+class Rigs:
+    """The booted rigs of the tests of one file."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, self._stack = folder, ExitStack()
+        self._booted: dict[tuple[str, int], Rig] = {}
+
+    def run(self, case: Case, block: CaseBlock, tested: Tested, limits: Limits) -> Outcome:
+        """Run a test in its rig.  RigError for a rig file that is wrong, and for a rig that cannot be built."""
+        from fieldrig.virtual.branch import HAS_FORK
+
+        assert block.rig is not None
+        if not HAS_FORK:
+            with self._made(block.rig) as rig:
+                return _run(rig, case, block, tested, limits)
+        global _present
+        rig = self._of(block.rig)
+        _present = case, block, tested, limits
+        with rig.branch() as branch:
+            return branch.call(_run_present)
+
+    def close(self) -> None:
+        self._stack.close()
+
+    def _of(self, use: tree.RigUse) -> "Rig":
+        key = use.file, _after_ns(use)
+        if key not in self._booted:
+            self._booted[key] = self._stack.enter_context(self._made(use))
+        return self._booted[key]
+
+    def _made(self, use: tree.RigUse) -> "Rig":
+        from fieldrig.config.rig_file import load
+        from fieldrig.virtual.rig import Rig
+
+        file = self._folder / use.file
+        if not file.is_file():
+            raise UsageError(f"there is no {use.file}", f"expected a rig file in {self._folder}")
+        rig = Rig(load(file, ("time=virtual",)))
+        try:
+            rig.run_until(_after_ns(use))
+        except BaseException:
+            rig.close()
+            raise
+        return rig
+
+
+def _after_ns(use: tree.RigUse) -> int:
+    """Return the time for which a rig runs before its tests.  UsageError for what is no constant time."""
+    match use.after:
+        case None:
+            return 0
+        case tree.Literal(kind=tree.LiteralKind.TIME, value=int(value)):
+            return value * UNITS_NS[Elementary.TIME]
+        case tree.Literal(kind=tree.LiteralKind.LTIME, value=int(value)):
+            return value
+    raise UsageError(f"the time behind AFTER in line {use.position.line} is no time", "expected one such as T#10s")
+
+
+def _run_present(rig: "Rig") -> Outcome:
+    assert _present is not None, "the rig has set it before it made the branch"
+    return _run(rig, *_present)
+
+
+def _run(rig: "Rig", case: Case, block: CaseBlock, tested: Tested, limits: Limits) -> Outcome:
+    return Runner(tested, InRig(rig, block, tested)).run(case, block, limits, is_recorded=True)
+
+
+class Linked:
+    """A variable of the test at a point or a wire of the rig."""
+
+    def __init__(self, rig: "Rig", symbol: Symbol, place: str) -> None:
+        """RigError for a place that the rig does not have, and for a type that its value does not fit."""
+        self.symbol, self._stored = symbol, storage(symbol.type)
+        if self._stored is None:
+            raise UsageError(f"{symbol.path} is a {symbol.type}", "expected a variable with one value at a place")
+        self._place = place_of(rig, place)
+        self.seen: Value | None = None
+        self.of_rig(self._place.read())
+
+    def of_rig(self, value: Value) -> Value:
+        """Return a value of the rig as one of the variable."""
+        stored = self._stored
+        assert stored is not None
+        if isinstance(value, str) is not isinstance(stored, StringType):
+            shown = "a text" if isinstance(value, str) else repr(value)
+            expected = "STRING" if isinstance(value, str) else "BOOL, a number or another type with such a value"
+            raise UsageError(f"{self._place.name} has {shown}, and {self.symbol.path} is a {stored}", expected)
+        return limited(value, stored)
+
+    def read(self) -> Value:
+        return self.of_rig(self._place.read())
+
+    def write(self, value: Value) -> None:
+        self._place.write(value)
+
+    def listen(self, call: Callable[[Value], None]) -> Callable[[], None]:
+        return self._place.listen(call)
+
+
+class InRig:
+    """The world of a test with a rig (`runner.Place`)."""
+
+    def __init__(self, rig: "Rig", block: CaseBlock, tested: Tested) -> None:
+        self._rig, self._tested = rig, tested
+        self.runtime = Runtime(tested.compiled, tested.host)
+        self.is_pressed: Callable[[], None] = lambda: None
+        tested.judge.use(tested.assertions, self.runtime.memory)
+        root = tested.compiled.program.globals[block.instance.lower()]
+        self._linked: list[Linked] = []
+        for name, place in block.places.items():
+            symbol = self.runtime.symbols.within(root, f".{name}")
+            assert symbol is not None, "the test declares it"
+            self._linked.append(Linked(rig, symbol, place))
+
+    @property
+    def now_ns(self) -> int:
+        return self._rig.now_ns
+
+    def begin(self) -> None:
+        self._take()
+
+    def fault(self, where: str, fault: str) -> None:
+        try:
+            self._give()
+            self._rig.add_fault(where, fault_of_words(fault.split()))
+        except RigError as wrong:
+            raise _refused(wrong) from wrong
+
+    def clear_faults(self, where: str) -> None:
+        try:
+            self._give()
+            for number in list(self._rig.faults(where)):
+                self._rig.clear_fault(where, number)
+        except RigError as wrong:
+            raise _refused(wrong) from wrong
+
+    # ---- time
+
+    def run_until(self, until_ns: int) -> None:
+        self._give()
+        while self.now_ns < until_ns:
+            self._rig.run_until(min(until_ns, self.now_ns + PRESSED_NS))
+            self.is_pressed()
+        self._take()
+
+    def run_tasks(self, until_ns: int, look: Callable[[], bool] | None = None) -> None:
+        """Let the rig run; call `look` after each instant at which something happens, and at least once in a ms."""
+        if look is None:
+            self.run_until(until_ns)
+            return
+        self._give()
+        passed: list[tuple[Linked, Value]] = []
+        with ExitStack() as ends:
+            for one in self._linked:
+                ends.callback(one.listen(lambda value, one=one: passed.append((one, value))))  # type: ignore[misc]
+            while True:
+                next_ns, last_ns = self._rig.next_ns(), min(until_ns, self.now_ns + LOOK_NS)
+                if next_ns is not None and next_ns <= last_ns:
+                    self._rig.step()
+                else:
+                    self._rig.run_until(last_ns)
+                self.is_pressed()
+                if not self._looks(passed, look) or self.now_ns >= until_ns:
+                    return
+
+    def _looks(self, passed: list[tuple[Linked, Value]], look: Callable[[], bool]) -> bool:
+        """Look at each change of this instant, in order, so that the shortest pulse is seen; then at what there is."""
+        changes = passed[:]
+        passed.clear()
+        for place, (one, value) in enumerate(changes):
+            if any(later is one for later, _ in changes[place + 1 :]):
+                self._put(one, one.of_rig(value))
+                if not look():
+                    return False
+        self._take()
+        return look()
+
+    # ---- variables
+
+    def _take(self) -> None:
+        """Take the values of the rig."""
+        self._tested.clock.instant_ns = self.now_ns
+        for one in self._linked:
+            self._put(one, one.read())
+
+    def _put(self, one: Linked, value: Value) -> None:
+        one.seen = value
+        self.runtime.memory[one.symbol.steps[0]] = value
+
+    def _give(self) -> None:
+        """Write the variables that the test has changed."""
+        for one in self._linked:
+            value = self.runtime.memory[one.symbol.steps[0]]
+            if value != one.seen:
+                one.write(value)
+                one.seen = value
+
+
+def _refused(wrong: RigError) -> ValueError:
+    """Return what a rig refuses as a fault of the test."""
+    return ValueError(f"{wrong.what}; {wrong.remedy}" if wrong.remedy else wrong.what)

@@ -1,0 +1,1 @@
+"""Reports of tests: for people, for CI and for other tools."""

@@ -1,0 +1,21 @@
+"""A fault in the words of a person: `drop node=sensor probability=0.5`."""
+
+from collections.abc import Sequence
+
+
+def fault_of_words(words: Sequence[str]) -> dict[str, str]:
+    """Return the fault; values stay texts, as only the bus knows whether `data=10` is a number.
+
+    ValueError, in a sentence, for a word that is no key.
+    """
+    given: dict[str, str] = {}
+    for position, word in enumerate(words):
+        key, equals, text = word.partition("=")
+        if not equals and position == 0:
+            key, text = "what", word
+        elif not equals or not key:
+            raise ValueError(f"{word!r} is no key of a fault: write it like probability=0.1")
+        if key in given:
+            raise ValueError(f"{key} is there twice")
+        given[key] = text
+    return given
