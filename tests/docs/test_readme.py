@@ -18,6 +18,7 @@ from pathlib import Path
 
 import pytest
 from addresses import exchanged
+from clone import copy_clone
 from doc_pages import ROOT, Block, blocks
 from process_group import run_group
 
@@ -29,7 +30,6 @@ README = ROOT / "README.md"
 PORTS = ("5020", "7447", "29536")
 FIRST_SHELL = "make lab\n"
 READY = "ready in"
-TRACKED = ("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard")
 
 
 class FreshMachine:
@@ -37,11 +37,7 @@ class FreshMachine:
 
     def __init__(self, folder: Path) -> None:
         self.clone = folder / "fieldrig"
-        files = subprocess.run(TRACKED, cwd=ROOT, capture_output=True, check=True).stdout.decode().split("\0")
-        for name in filter(None, files):
-            if (ROOT / name).exists():
-                (self.clone / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy(ROOT / name, self.clone / name)
+        copy_clone(self.clone)
         other = folder / "other"
         subprocess.run([sys.executable, "-m", "venv", str(other)], check=True)
         subprocess.run([other / "bin/python", "-m", "pip", "install", "--quiet", "pytest"], check=True)

@@ -24,7 +24,7 @@ pytestmark = [pytest.mark.long, pytest.mark.timeout(600)]
 FETCHED = (
     "//script/@src | //img/@src | //iframe/@src | //source/@srcset | //link[contains('stylesheet icon', @rel)]/@href"
 )
-"""What a browser asks for when it shows a page; a link is only followed by a person."""
+"""The attributes that let a browser ask for a file when it shows a page; a person follows links."""
 IN_STYLE = re.compile(r"(?:url\(\s*|@import\s+)[\"']?(?!data:)([^\"')\s]+)")
 
 
