@@ -1,8 +1,9 @@
 """CANopen messages by name: service, node, object and value of each frame, from what EDS files say.
 
 Source: CiA 301 version 4.2, chapters 7.2.2 to 7.2.8 (protocols) and 7.3.5 (predefined connection set), tables 22, 26
-and 39, and CiA 305 (LSS).  COB-IDs and PDO mappings begin as in the node's dictionary, and follow the SDO downloads
-that are seen to succeed; a change over segments, or by the node itself, is not seen.
+and 39, and CiA 305 (LSS).  COB-IDs and PDO mappings begin as in the node's dictionary, and follow the expedited SDO
+transfers that are seen to succeed; what goes over segments is learned with `take`, and a change by the node itself is
+not seen.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,6 +20,7 @@ from fieldrig_devices.canopen.eds.reader import load
 from fieldrig_devices.canopen.emcy_words import emcy_words
 from fieldrig_devices.canopen.node_settings import CanopenSettings
 from fieldrig_devices.canopen.parts import emcy_parts, frame_parts, object_part, sdo_parts
+from fieldrig_devices.canopen.pdo_maps import Accessed
 from fieldrig_devices.canopen.pdo_names import PdoNames
 from fieldrig_devices.canopen.sdo_names import SdoNames
 
@@ -63,17 +65,19 @@ class CanopenNames:
     def __call__(self, message: Any, sender: str = "") -> Named:
         if not isinstance(message, CanFrame):
             return Named("", "", show(message))
-        if message.is_extended:
-            return Named("", "", show(message))
         found = self._pdos.named(message)
         if found is not None:
             node_id, kind, text = found
             return Named(kind, self._name(node_id), text)
-        return self._by_identifier(message)
+        return Named("", "", show(message)) if message.is_extended else self._by_identifier(message)
+
+    def take(self, transfer: Accessed) -> None:
+        """Learn from a completed SDO transfer, in whatever form it came."""
+        self._pdos.take(transfer)
 
     def parts(self, message: Any, request: bytes = b"") -> Parts | None:
         """Return the values of a frame; a PDO has those of the objects that are mapped into it at present."""
-        if not isinstance(message, CanFrame) or message.is_extended:
+        if not isinstance(message, CanFrame):
             return None
         pdo = self._pdos.values(message)
         if pdo is not None:
@@ -81,18 +85,21 @@ class CanopenNames:
             dictionary = self._dictionary(node_id)
             values = [object_part(dictionary, *each) for each in mapped if _is_object(dictionary, *each[:2])]
             return Parts(self._name(node_id), kind, values or frame_parts(message))
+        if message.is_extended:
+            return None
         named = self._by_identifier(message)
         return Parts(named.node, named.kind, self._values(message))
 
     def sender_of(self, frame: CanFrame) -> int | None:
         """Return the node-ID of the node that sends frames with this identifier; None for those of a master."""
-        if frame.is_extended:
-            return None
+        producer = self._pdos.producer_of(frame)
+        if producer is not None or frame.is_extended:
+            return producer
         base, node_id = frame.identifier & 0x780, frame.identifier & 0x7F
         if base in (EMCY, SDO_RESPONSE, ERROR_CONTROL) and node_id in NODES:
             is_master = base == ERROR_CONTROL and (frame.is_remote or node_id > NODES[-1])
             return None if is_master or frame.identifier in (LSS_MASTER, LSS_SLAVE) else node_id
-        return self._pdos.producer_of(frame.identifier)
+        return None
 
     @property
     def nodes(self) -> Mapping[int, KnownNode]:

@@ -1,30 +1,17 @@
-"""PDOs by name: which PDO of which node a frame is, and the values of the objects that are mapped into it.
-
-Source: CiA 301 version 4.2, 7.5.2.35 to 7.5.2.38 (communication and mapping parameters).
-"""
+"""PDOs by name: which PDO of which node a frame is, and the values of the objects that are mapped into it."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_devices.canopen.cob_id import EXTENDED, is_valid
+from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
 from fieldrig_devices.canopen.dictionary import Dictionary
-from fieldrig_devices.canopen.sdo_names import value_words
+from fieldrig_devices.canopen.pdo_maps import PARAMETERS, Accessed, Layout, Pdo, PdoMaps
+from fieldrig_devices.canopen.sdo_names import object_words, value_words
 
-RPDO, TPDO = 0x1400, 0x1800
-TO_MAPPING: Final = 0x200
-"""Distance of the index of the mapping parameter from that of the communication parameter."""
-MOST: Final = 512
-MOST_MAPPED: Final = 64
 MOST_TEXTS: Final = 1_024
-PARAMETERS: Final = range(0x1400, 0x1C00)
-
-
-class _Pdo(NamedTuple):
-    node_id: int
-    kind: str
-    mapping: int
-    """The index of the mapping parameter."""
+LAST_TYPE: Final = 0x0FFF
+"""The highest index of a data type (CiA 301, table 38)."""
 
 
 class PdoNames:
@@ -32,17 +19,18 @@ class PdoNames:
 
     def __init__(self, dictionaries: Mapping[int, Dictionary]) -> None:
         self._dictionaries = dictionaries
-        self._written: dict[tuple[int, int, int], int] = {}
-        """Numbers that were written into parameters, by node-ID, index and sub-index."""
-        self._by_identifier = self._found()
+        self._maps = PdoMaps(dictionaries)
         self._texts: dict[tuple[int, bytes], str] = {}
         """Contents that were named before, as most PDOs repeat theirs, by identifier and data."""
 
     def note(self, node_id: int, index: int, subindex: int, number: int) -> None:
-        """Take into account that a parameter of a node has another number now."""
-        if index in PARAMETERS and node_id in self._dictionaries:
-            self._written[node_id, index, subindex] = number
-            self._by_identifier = self._found()
+        """Take into account that a parameter of a node has this number now."""
+        if self._maps.put(node_id, index, subindex, number):
+            self._texts.clear()
+
+    def take(self, transfer: Accessed) -> None:
+        """Learn from a completed SDO transfer."""
+        if self._maps.take(transfer):
             self._texts.clear()
 
     def parameters(self) -> dict[int, list[str]]:
@@ -55,78 +43,63 @@ class PdoNames:
     def learn(self, node_id: int, values: Mapping[str, Any]) -> None:
         """Take the present numbers of parameters, by key."""
         for key, number in values.items():
-            index, _, subindex = key.partition(":")
-            if isinstance(number, int):
-                self._written.setdefault((node_id, int(index, 16), int(subindex, 16)), number)
-        self._by_identifier = self._found()
-        self._texts.clear()
+            index, subindex = (int(part, 16) for part in key.split(":"))
+            if isinstance(number, int) and not self._maps.knows(node_id, index, subindex):
+                self.note(node_id, index, subindex, number)
 
     def named(self, frame: CanFrame) -> tuple[int, str, str] | None:
         """Return node-ID, name and content of a PDO; None for any other frame."""
-        pdo = self._by_identifier.get(frame.identifier)
+        key = _key(frame)
+        pdo = self._maps.pdo_of(key)
         if pdo is None:
             return None
         if frame.is_remote:
             return pdo.node_id, f"{pdo.kind} request", ""
-        key = (frame.identifier, frame.data)
-        text = self._texts.get(key)
+        text = self._texts.get((key, frame.data))
         if text is None:
             if len(self._texts) >= MOST_TEXTS:
                 self._texts.clear()
-            text = self._texts[key] = self._content(pdo, frame.data)
+            text = self._texts[key, frame.data] = self._content(pdo, frame.data)
         return pdo.node_id, pdo.kind, text
 
     def values(self, frame: CanFrame) -> tuple[int, str, list[tuple[int, int, bytes]]] | None:
         """Return node-ID, name, and the mapped objects with their data; None for a frame that is no PDO."""
-        pdo = self._by_identifier.get(frame.identifier)
+        pdo = self._maps.pdo_of(_key(frame))
         if pdo is None or frame.is_remote:
             return None
-        bits, at, found = int.from_bytes(frame.data, "little"), 0, []
-        for index, subindex, length in self._mapped(pdo):
-            if at + length > 8 * len(frame.data):
-                break
-            found.append((index, subindex, (bits >> at & (1 << length) - 1).to_bytes((length + 7) // 8, "little")))
-            at += length
-        return pdo.node_id, pdo.kind, found
+        return pdo.node_id, pdo.kind, list(_objects(self._maps.layout(pdo), frame.data))
 
-    def producer_of(self, identifier: int) -> int | None:
-        """Return the node-ID of the node that sends this TPDO; None if it is none of a known node."""
-        pdo = self._by_identifier.get(identifier)
+    def producer_of(self, frame: CanFrame) -> int | None:
+        """Return the node-ID of the node that sends this TPDO; None for any other frame."""
+        pdo = self._maps.pdo_of(_key(frame))
         return pdo.node_id if pdo is not None and pdo.kind.startswith("TPDO") else None
 
-    def _found(self) -> dict[int, _Pdo]:
-        """Return the PDOs by their identifiers; where a producer and a consumer share one, the producer."""
-        found: dict[int, _Pdo] = {}
-        for first, word in ((TPDO, "TPDO"), (RPDO, "RPDO")):
-            for node_id, dictionary in self._dictionaries.items():
-                for index in dictionary.indices(first, first + MOST - 1):
-                    cob_id = self._number(node_id, index, 1)
-                    if is_valid(cob_id) and not cob_id & EXTENDED and cob_id & 0x7FF:
-                        pdo = _Pdo(node_id, f"{word} {index - first + 1}", index + TO_MAPPING)
-                        found.setdefault(cob_id & 0x7FF, pdo)
-        return found
+    def _content(self, pdo: Pdo, data: bytes) -> str:
+        layout = self._maps.layout(pdo)
+        words = [self._object(pdo.node_id, *found) for found in _objects(layout, data)]
+        if layout and sum(bits for *_, bits in layout) > 8 * len(data):
+            words.append("too short for its mapping")
+        return ", ".join(filter(None, words)) or data.hex(" ").upper()
 
-    def _number(self, node_id: int, index: int, subindex: int) -> int:
-        written = self._written.get((node_id, index, subindex))
-        return self._dictionaries[node_id].number(index, subindex) if written is None else written
+    def _object(self, node_id: int, index: int, subindex: int, data: bytes) -> str:
+        """Return name and value of an object; nothing for a dummy, which nothing means."""
+        dictionary = self._dictionaries.get(node_id)
+        variable = None if dictionary is None else dictionary.get(index, subindex)
+        if variable is not None:
+            return f"{variable.name} {value_words(dictionary, index, subindex, data)}"
+        is_dummy = index <= LAST_TYPE
+        return "" if is_dummy else f"{object_words(None, index, subindex)} = {value_words(None, index, subindex, data)}"
 
-    def _content(self, pdo: _Pdo, data: bytes) -> str:
-        bits, at, words = int.from_bytes(data, "little"), 0, []
-        dictionary = self._dictionaries[pdo.node_id]
-        for index, subindex, length in self._mapped(pdo):
-            if at + length > 8 * len(data):
-                words.append("too short for its mapping")
-                break
-            part = (bits >> at & (1 << length) - 1).to_bytes((length + 7) // 8, "little")
-            at += length
-            variable = dictionary.get(index, subindex)
-            if variable is not None:  # the others are dummies, which nothing means
-                words.append(f"{variable.name} {value_words(dictionary, index, subindex, part)}")
-        return ", ".join(words) if words else data.hex(" ").upper()
 
-    def _mapped(self, pdo: _Pdo) -> Iterator[tuple[int, int, int]]:
-        """Yield index, sub-index and length in bits of what is mapped."""
-        count = self._number(pdo.node_id, pdo.mapping, 0)
-        for subindex in range(1, count + 1 if count <= MOST_MAPPED else 1):  # above are multiplexed PDOs
-            entry = self._number(pdo.node_id, pdo.mapping, subindex)
-            yield entry >> 16, entry >> 8 & 0xFF, entry & 0xFF
+def _key(frame: CanFrame) -> int:
+    return frame.identifier | EXTENDED_KEY if frame.is_extended else frame.identifier
+
+
+def _objects(layout: Layout | None, data: bytes) -> Iterator[tuple[int, int, bytes]]:
+    """Yield index, sub-index and data of each object, as far as the data go."""
+    bits, at = int.from_bytes(data, "little"), 0
+    for _, index, subindex, length in layout or ():
+        if at + length > 8 * len(data):
+            return
+        yield index, subindex, (bits >> at & (1 << length) - 1).to_bytes((length + 7) // 8, "little")
+        at += length

@@ -24,8 +24,8 @@ WITH_OBJECT: Final = (frozenset({1, 2, 4}), frozenset({2, 3, 4}))
 """Command specifiers of requests and of answers that name an object."""
 LENGTH: Final = 8
 
-OnWritten = Callable[[int, int, int, int], None]
-"""Called with node-ID, index, sub-index and number when a node has accepted a number."""
+OnNumber = Callable[[int, int, int, int], None]
+"""Called with node-ID, index, sub-index and number when a node has accepted a number, or answered with it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +38,8 @@ class _Write:
 class SdoNames:
     """Names the messages of the default SDO channels of a bus."""
 
-    def __init__(self, dictionaries: Mapping[int, Dictionary], on_written: OnWritten) -> None:
-        self._dictionaries, self._on_written = dictionaries, on_written
+    def __init__(self, dictionaries: Mapping[int, Dictionary], on_number: OnNumber) -> None:
+        self._dictionaries, self._on_number = dictionaries, on_number
         self._writes: dict[int, _Write] = {}
         """The expedited download that each node has not answered yet."""
 
@@ -70,12 +70,14 @@ class SdoNames:
             return f"{int.from_bytes(data[4:], 'little')} bytes in segments" if data[0] & 1 else "in segments"
         if is_request:
             self._writes[node_id] = _Write(index, subindex, payload)
+        else:
+            self._on_number(node_id, index, subindex, int.from_bytes(payload, "little"))
         return value_words(self._dictionaries.get(node_id), index, subindex, payload)
 
     def _note(self, node_id: int, index: int, subindex: int) -> None:
         write = self._writes.pop(node_id, None)
         if write is not None and (write.index, write.subindex) == (index, subindex):
-            self._on_written(node_id, index, subindex, int.from_bytes(write.data, "little"))
+            self._on_number(node_id, index, subindex, int.from_bytes(write.data, "little"))
 
     def _name_of(self, node_id: int, index: int, subindex: int) -> str:
         return object_words(self._dictionaries.get(node_id), index, subindex)

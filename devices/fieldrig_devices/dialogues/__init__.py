@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from fieldrig.traces.trace import TraceEntry
+from fieldrig_devices.canopen.pdo_maps import PdoMaps as PdoMaps
 from fieldrig_devices.dialogues.dialogue import Dialogue as Dialogue
 from fieldrig_devices.dialogues.dialogue import Stray as Stray
 from fieldrig_devices.dialogues.modbus_dialogues import ModbusDialogues as ModbusDialogues

@@ -1,0 +1,142 @@
+"""The PDOs of a bus: which identifier is which PDO of which node, and which objects it carries at which bits.
+
+Source: CiA 301 version 4.2, 7.5.2.35 to 7.5.2.38 (communication and mapping parameters) and 7.3.5 (pre-defined
+connection set).  A number that was written or read on the bus counts more than that of the node's EDS.  A node of which
+no parameter is known has the identifiers of the pre-defined connection set.
+"""
+
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping
+from typing import Final, NamedTuple, Protocol
+
+from fieldrig_devices.canopen.cob_id import can_key, is_valid
+from fieldrig_devices.canopen.dictionary import Dictionary
+
+RPDO, TPDO = 0x1400, 0x1800
+TO_MAPPING: Final = 0x200
+"""Distance of the index of the mapping parameter from that of the communication parameter."""
+MOST: Final = 512
+MOST_MAPPED: Final = 64
+MOST_NUMBERS: Final = 65_536
+"""Numbers that are remembered; a machine has some thousands."""
+PARAMETERS: Final = range(0x1400, 0x1C00)
+COB_ID: Final = 1
+PREDEFINED: Final = {base | node_id: (node_id, index)
+    for base, index in ((0x180, 0x1800), (0x280, 0x1801), (0x380, 0x1802), (0x480, 0x1803),
+                        (0x200, 0x1400), (0x300, 0x1401), (0x400, 0x1402), (0x500, 0x1403))
+    for node_id in range(1, 128)
+}  # fmt: skip
+"""Node-ID and communication parameter, by identifier."""
+
+
+class Pdo(NamedTuple):
+    node_id: int
+    kind: str
+    """Such as `TPDO 1`."""
+    mapping: int
+    """The index of the mapping parameter."""
+
+
+Layout = list[tuple[int, int, int, int]]
+"""Node-ID, index, sub-index and length in bits of each object in a PDO, in the order of its bits."""
+
+
+class Accessed(Protocol):
+    """An access to an object of a node; an `SdoTransfer` is one."""
+
+    @property
+    def node_id(self) -> int: ...
+    @property
+    def index(self) -> int: ...
+    @property
+    def subindex(self) -> int: ...
+    @property
+    def data(self) -> bytes | None: ...
+    @property
+    def is_done(self) -> bool: ...
+
+
+class PdoMaps:
+    """The PDOs of one bus, as far as they are known now."""
+
+    def __init__(self, dictionaries: Mapping[int, Dictionary] | None = None) -> None:
+        """`dictionaries` are those of the nodes that have an EDS, by node-ID."""
+        self._dictionaries = dictionaries or {}
+        self._numbers: OrderedDict[tuple[int, int, int], int] = OrderedDict()
+        """Numbers that were seen on the bus, by node-ID, index and sub-index."""
+        self._found: dict[int, Pdo] | None = None
+
+    def take(self, transfer: Accessed) -> bool:
+        """Learn from a completed read or write of a parameter; True if that may have changed a PDO."""
+        if not transfer.is_done or not transfer.data:
+            return False
+        number = int.from_bytes(transfer.data[:4], "little")
+        return self.put(transfer.node_id, transfer.index, transfer.subindex, number)
+
+    def put(self, node_id: int, index: int, subindex: int, number: int) -> bool:
+        """Take into account that a parameter has this number now; True if that may have changed a PDO."""
+        key = node_id, index, subindex
+        if index not in PARAMETERS or self._numbers.get(key) == number:
+            return False
+        self._numbers[key] = number
+        if len(self._numbers) > MOST_NUMBERS:
+            self._numbers.popitem(last=False)
+        self._found = None
+        return True
+
+    def knows(self, node_id: int, index: int, subindex: int) -> bool:
+        """Return whether this number was seen on the bus."""
+        return (node_id, index, subindex) in self._numbers
+
+    def pdo_of(self, key: int) -> Pdo | None:
+        """Return the PDO with an identifier, where bit 31 marks one of 29 bits; the producer if there are several."""
+        if self._found is None:
+            self._found = self._find()
+        return self._found.get(key)
+
+    def layout_of(self, key: int) -> Layout | None:
+        """Return what a PDO carries; None if that is not known, and an empty list for a PDO without mapped objects."""
+        pdo = self.pdo_of(key)
+        return None if pdo is None else self.layout(pdo)
+
+    def layout(self, pdo: Pdo) -> Layout | None:
+        count = self._number(pdo.node_id, pdo.mapping, 0)
+        if count is None or count > MOST_MAPPED:  # above are multiplexed PDOs
+            return None
+        mapped = [self._number(pdo.node_id, pdo.mapping, subindex) for subindex in range(1, count + 1)]
+        if None in mapped:
+            return None
+        return [(pdo.node_id, entry >> 16, entry >> 8 & 0xFF, entry & 0xFF) for entry in mapped if entry is not None]
+
+    def _find(self) -> dict[int, Pdo]:
+        """Return the PDOs by their identifiers; where a producer and a consumer share one, the producer."""
+        found: dict[int, Pdo] = {}
+        for node_id, index in sorted(self._communication(), key=lambda parameter: parameter[1] < TPDO):
+            cob_id = self._number(node_id, index, COB_ID)
+            if cob_id is not None and is_valid(cob_id) and can_key(cob_id):
+                found.setdefault(can_key(cob_id), _pdo(node_id, index))
+        for identifier, (node_id, index) in PREDEFINED.items():
+            if node_id not in self._dictionaries and (node_id, index, COB_ID) not in self._numbers:
+                found.setdefault(identifier, _pdo(node_id, index))
+        return found
+
+    def _communication(self) -> Iterator[tuple[int, int]]:
+        """Yield node-ID and index of each communication parameter that is known, those of the EDS files first."""
+        for first in (TPDO, RPDO):
+            for node_id, dictionary in self._dictionaries.items():
+                yield from ((node_id, index) for index in dictionary.indices(first, first + MOST - 1))
+        for node_id, index, subindex in self._numbers:
+            if subindex == COB_ID and not index & TO_MAPPING:
+                yield node_id, index
+
+    def _number(self, node_id: int, index: int, subindex: int) -> int | None:
+        seen = self._numbers.get((node_id, index, subindex))
+        if seen is not None or node_id not in self._dictionaries:
+            return seen
+        variable = self._dictionaries[node_id].get(index, subindex)
+        return None if variable is None else variable.number
+
+
+def _pdo(node_id: int, index: int) -> Pdo:
+    first, word = (TPDO, "TPDO") if index >= TPDO else (RPDO, "RPDO")
+    return Pdo(node_id, f"{word} {index - first + 1}", index + TO_MAPPING)
