@@ -6,7 +6,6 @@ The descriptor becomes readable when there is something new.  Left out: other sy
 import ctypes
 import os
 import struct
-import sys
 from collections.abc import Iterator
 from typing import Final
 
@@ -21,9 +20,9 @@ class OpenWatch:
     """A watch of one file that exists.  OSError where the system has none, or no more of them."""
 
     def __init__(self, path: str) -> None:
-        if sys.platform != "linux":
-            raise OSError("this system does not report who opens a file")
         libc = ctypes.CDLL(None, use_errno=True)
+        if not hasattr(libc, "inotify_init1"):
+            raise OSError("this system does not report who opens a file")
         self.fd: int = libc.inotify_init1(_FLAGS)
         if self.fd < 0:
             raise OSError(ctypes.get_errno(), "inotify_init1")

@@ -8,33 +8,30 @@ An owner that wants to know whether a client is there gets it from two sources: 
 client has closed the slave, however it ended, and a watch of the slave's name reports who opens it.  The slave then is
 open in no other process than the clients', and what is written while there is none is lost, as at a serial port that no
 program has opened.  For other owners a slave end stays open, and keeps what is written for the next client.
-Left out: Windows, which has no ptys; use a TCP variant of the same bus there.
+Left out: Windows, which has no ptys, and where this module cannot be imported (`terminal` says what to use instead).
 """
 
 import asyncio
+import fcntl
 import logging
 import os
 import secrets
+import select
 import sys
+import termios
+import tty
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
-from fieldrig.bus import Hub, TerminalHub
 from fieldrig.errors import BusError
+from fieldrig.system.file_locks import lock
 from fieldrig.system.own_files import open_own
 from fieldrig_bus.open_watch import OpenWatch
 
-try:
-    import fcntl
-    import select
-    import termios
-    import tty
-except ImportError:  # Windows; `open` says so
-    HAS_PTY = False
-else:
-    HAS_PTY = True
-    BAUD = {getattr(termios, name): int(name[1:]) for name in dir(termios) if name[0] == "B" and name[1:].isdigit()}
+assert sys.platform != "win32", "Windows has no pseudo-terminals"
+
+BAUD = {getattr(termios, name): int(name[1:]) for name in dir(termios) if name[0] == "B" and name[1:].isdigit()}
 
 log = logging.getLogger(__name__)
 
@@ -44,32 +41,6 @@ N_TTY = 0
 """The usual line discipline of Linux."""
 MOST_PENDING = 64 * 1024
 """Bytes kept for a client that reads slowly; data beyond that is lost, as on a line without a receiver."""
-
-
-class Terminal(Protocol):
-    """A serial port that programs open by its path: a pty, or its like in virtual time."""
-
-    def open(self, on_bytes: Callable[[bytes], None], on_presence: Callable[[bool], None] | None = None) -> None: ...
-
-    def read_on(self, is_wanted: bool) -> None: ...
-
-    def write(self, data: bytes) -> None: ...
-
-    def forget(self) -> None: ...
-
-    def baud(self) -> int | None: ...
-
-    def set_baud(self, baud: int) -> bool: ...
-
-    def close(self) -> None: ...
-
-
-def terminal(hub: Hub, name: str) -> Terminal:
-    """Return the serial port at a path in the run folder of the rig."""
-    if isinstance(hub, TerminalHub):
-        made: Terminal = hub.terminal(name)
-        return made
-    return Pty(hub.path(name))
 
 
 class _Slave(NamedTuple):
@@ -107,8 +78,6 @@ class Pty:
         as present all the time.
         BusError, with its remedy, if the path is not available.
         """
-        if not HAS_PTY:
-            raise BusError(f"{self.path}: this system has no pseudo-terminals", "use the TCP variant of this bus")
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._take_lock()
@@ -227,23 +196,21 @@ class Pty:
                 raise BusError(f"{self.path} is a link of another program", "remove it, or choose another path")
         elif self.path.exists():
             raise BusError(f"{self.path} exists and is not a link", "move it away, or choose another path")
-        lock = open_own(self._lock_path, os.O_RDWR | os.O_CREAT)
+        file = open_own(self._lock_path, os.O_RDWR | os.O_CREAT)
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if not self._is_lock(os.read(lock, len(LOCK) + 1)):
+            if not lock(file):
+                raise BusError(
+                    f"{self.path} belongs to another rig that is running", "stop that rig, or choose another path"
+                )
+            if not self._is_lock(os.read(file, len(LOCK) + 1)):
                 raise BusError(
                     f"{self._lock_path} is a file of another program", "move it away, or choose another path"
                 )
-            os.pwrite(lock, LOCK, 0)
-        except BlockingIOError:
-            os.close(lock)
-            raise BusError(
-                f"{self.path} belongs to another rig that is running", "stop that rig, or choose another path"
-            ) from None
+            os.pwrite(file, LOCK, 0)
         except BusError:
-            os.close(lock)  # not ours to remove
+            os.close(file)  # not ours to remove
             raise
-        self._lock = lock
+        self._lock = file
 
     def _is_lock(self, content: bytes) -> bool:
         """Return whether the file has the content of a lock; those of earlier versions are empty, beside their link."""

@@ -10,14 +10,8 @@ from typing import IO, Generic, TypeVar
 from fieldrig.errors import ArgumentError
 from fieldrig.outside.untrusted import shown
 from fieldrig.shortcuts import SHORTCUTS
+from fieldrig.system.file_locks import lock
 from fieldrig.text.nearest import closest
-
-try:
-    import fcntl
-except ImportError:  # Windows: ports are free, but only this process keeps them apart
-    HAS_LOCKS = False
-else:
-    HAS_LOCKS = True
 
 __all__ = ["RecordedLink", "free_port", "plain_forms", "return_port"]
 
@@ -75,7 +69,8 @@ _kept: dict[int, IO[bytes]] = {}
 def free_port() -> int:
     """Return a TCP port of 127.0.0.1 that is free, and that no other living process was given by this function.
 
-    So the workers of a parallel test run, and the jobs of one machine, don't give one port to two rigs.
+    So the workers of a parallel test run, and the jobs of one machine, don't give one port to two rigs.  On Windows
+    only this process keeps its ports apart.
     """
     folder = Path(tempfile.gettempdir()) / "fieldrig-ports"
     folder.mkdir(exist_ok=True)
@@ -101,10 +96,7 @@ def _locked(path: Path) -> IO[bytes] | None:
         file = path.open("ab")
     except PermissionError:  # another user's
         return None
-    if HAS_LOCKS:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            file.close()
-            return None
+    if not lock(file):
+        file.close()
+        return None
     return file

@@ -19,7 +19,7 @@ from spoiling import spoilt
 from strangers import hub_of
 
 from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK, CanFrame
-from fieldrig_bus.can.socketcan import CLASSICAL, FD, from_wire, notice_from_wire, to_wire
+from fieldrig_bus.can.socketcan_wire import CLASSICAL, FD, from_wire, notice_from_wire, to_wire
 from fieldrig_bus.modbus.framing_rtu import rtu_frame
 from fieldrig_bus.telephone.message import Carrier, Heard, Offer, Ready, Ring, TelephoneMessage, Tone, check_sent
 from fieldrig_bus.telephone.modulation import everything

@@ -11,7 +11,8 @@ from direct_bench import DirectBench, check_that_own_frames_come_back, direct_be
 from fieldrig.errors import BusError
 from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.socketcan import MOST_FILTERS, CanSocketcan, CanSocketcanSettings, open_socket
+from fieldrig_bus.can.socketcan import CanSocketcan, CanSocketcanSettings
+from fieldrig_bus.can.socketcan_end import MOST_FILTERS, open_socket
 
 pytestmark = [pytest.mark.real, pytest.mark.vcan]
 

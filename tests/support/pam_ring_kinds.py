@@ -17,7 +17,7 @@ from fieldrig_bus.ring.pam.shm import PamRingShm
 from fieldrig_bus.ring.pam.star import PamRingStarSettings
 from fieldrig_bus.ring.pam.virtual import PamRingSettings, PamRingVirtual
 from fieldrig_bus.ring.pam.zenoh import PamRingZenoh, PamRingZenohSettings
-from fieldrig_bus.ring.transport import shm
+from fieldrig_bus.ring.transport import shm_carrier
 
 FRAMES = ((3, b"\x02"), (0, b"\x01"), (GROUP + 1, b"\x09\x01"))
 
@@ -76,7 +76,7 @@ def over_zenoh(**settings: Any) -> AbstractContextManager[PamStarRing]:
 
 
 STARS: dict[str, Callable[..., AbstractContextManager[PamStarRing]]] = {
-    **({"shm": over_shm} if shm.is_available() else {}),
+    **({"shm": over_shm} if shm_carrier.is_available() else {}),
     "zenoh": over_zenoh,
 }
 KINDS: dict[str, Callable[..., AbstractContextManager[PamRing]]] = {"virtual": virtual, **STARS}

@@ -10,20 +10,17 @@ Left out: paths, newlines and the console of Windows.
 
 import asyncio
 import builtins
-import multiprocessing.connection
-import multiprocessing.reduction
+import itertools
 import os
 import select
 import selectors
 import signal
 import socket
 import stat
-import subprocess
 import sys
-import tempfile
 import time
 import types
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Final, Literal
 
 OURS: Final = ("fieldrig", "fieldrig_bus", "fieldrig_devices", "fieldrig_page")
@@ -33,7 +30,7 @@ LINUX_ONLY: Final = {
         "eventfd", "eventfd_read", "eventfd_write", "memfd_create", "pidfd_open", "prlimit", "sched_getaffinity",
         "sched_getparam", "sched_getscheduler", "sched_setaffinity", "sched_setparam", "sched_setscheduler",
         "posix_fadvise", "posix_fallocate", "copy_file_range", "splice", "sendfile", "setresuid", "unshare", "waitid",
-        "O_DIRECT", "O_TMPFILE", "EFD_NONBLOCK", "EFD_CLOEXEC", "MFD_CLOEXEC", "SCHED_FIFO", "SCHED_RR",
+        "O_DIRECT", "EFD_NONBLOCK", "EFD_CLOEXEC", "MFD_CLOEXEC", "SCHED_FIFO", "SCHED_RR",
         "SCHED_RESET_ON_FORK",
     ),
     select: ("epoll", "EPOLLIN", "EPOLLOUT", "EPOLLHUP", "EPOLLERR"),
@@ -71,7 +68,7 @@ POSIX_ONLY: Final = {
         "alarm", "pause", "setitimer", "getitimer", "siginterrupt", "pthread_kill", "pthread_sigmask", "sigpending",
         "sigwait", "SIG_BLOCK", "SIG_UNBLOCK", "SIG_SETMASK",
     ),
-    socket: ("AF_UNIX", "send_fds", "recv_fds", "SO_REUSEPORT", "SCM_RIGHTS", "SCM_CREDENTIALS", "CMSG_LEN"),
+    socket: ("send_fds", "recv_fds", "SO_REUSEPORT", "SCM_RIGHTS", "SCM_CREDENTIALS", "CMSG_LEN"),
     time: ("clock_gettime", "clock_gettime_ns", "clock_settime", "clock_getres", "tzset", "CLOCK_MONOTONIC",
            "CLOCK_MONOTONIC_RAW", "CLOCK_REALTIME", "CLOCK_PROCESS_CPUTIME_ID", "CLOCK_THREAD_CPUTIME_ID"),
 }  # fmt: skip
@@ -146,21 +143,24 @@ def _use_sockets_of_windows() -> None:
     for name in POSIX_SOCKETS:
         if name in vars(socket.socket):
             delattr(socket.socket, name)
-    socket.socketpair = _socketpair
-    real_select = select.select
+    windows: Any = socket
+    windows.socketpair = _socketpair
+    real_select: Any = select.select
 
     def select_(reads: Any, writes: Any, errors: Any, timeout: float | None = None) -> Any:
         lists = [list(each) for each in (reads, writes, errors)]
         if not any(lists):
             raise OSError(10022, "An invalid argument was supplied")
-        for each in sum(lists, []):
+        for each in itertools.chain(*lists):
             number = each if isinstance(each, int) else each.fileno()
             if not stat.S_ISSOCK(os.fstat(number).st_mode):
                 raise OSError(10038, "An operation was attempted on something that is not a socket")
         return real_select(*lists, timeout)
 
-    select.select = select_
-    selectors.DefaultSelector = selectors.SelectSelector  # type: ignore[misc]
+    windows = select
+    windows.select = select_
+    windows = selectors
+    windows.DefaultSelector = selectors.SelectSelector
 
 
 def _socketpair(family: int = socket.AF_INET, type: int = socket.SOCK_STREAM, proto: int = 0) -> Any:
@@ -176,22 +176,27 @@ def _socketpair(family: int = socket.AF_INET, type: int = socket.SOCK_STREAM, pr
 class _LoopOfWindows(asyncio.SelectorEventLoop):
     """The usual event loop of Windows, as far as it can do less than the one of POSIX."""
 
-    def _refuse(self, *_arguments: Any, **_options: Any) -> Any:
-        raise NotImplementedError
 
-    add_reader = add_writer = remove_reader = remove_writer = _refuse
-    add_signal_handler = remove_signal_handler = _refuse
-    create_unix_connection = create_unix_server = connect_read_pipe = connect_write_pipe = _refuse
+def _refuse(*_arguments: Any, **_options: Any) -> Any:
+    raise NotImplementedError
+
+
+REFUSED_BY_LOOP: Final = (
+    "add_reader", "add_writer", "remove_reader", "remove_writer", "add_signal_handler", "remove_signal_handler",
+    "create_unix_connection", "create_unix_server", "connect_read_pipe", "connect_write_pipe",
+)  # fmt: skip
+
+
+class _PolicyOfWindows(asyncio.DefaultEventLoopPolicy):
+    _loop_factory = _LoopOfWindows
 
 
 def _use_loop_of_windows() -> None:
     for name in ("open_unix_connection", "start_unix_server"):
         vars(asyncio).pop(name, None)
-    asyncio.set_event_loop_policy(_policy(lambda: _LoopOfWindows(selectors.SelectSelector())))
-
-
-def _policy(make: Callable[[], asyncio.AbstractEventLoop]) -> asyncio.AbstractEventLoopPolicy:
-    class Policy(asyncio.DefaultEventLoopPolicy):
-        _loop_factory = staticmethod(make)
-
-    return Policy()
+    for name in REFUSED_BY_LOOP:
+        setattr(_LoopOfWindows, name, _refuse)
+    windows: Any = asyncio
+    windows.ProactorEventLoop = _LoopOfWindows
+    windows.WindowsProactorEventLoopPolicy = _PolicyOfWindows
+    asyncio.set_event_loop_policy(_PolicyOfWindows())

@@ -13,7 +13,7 @@ from running_rig import RunningRig, until
 from fieldrig.clock import S
 from fieldrig.config.rig_file import load
 from fieldrig.virtual.rig import Rig
-from fieldrig_bus.ring.transport import shm
+from fieldrig_bus.ring.transport import shm_carrier
 
 pytestmark = pytest.mark.system
 
@@ -33,7 +33,7 @@ POINTS = (
 )  # fmt: skip
 
 
-CARRIERS = [*(["shm"] if shm.is_available() else []), "zenoh"]
+CARRIERS = [*(["shm"] if shm_carrier.is_available() else []), "zenoh"]
 
 
 @pytest.fixture(params=CARRIERS)

@@ -28,7 +28,7 @@ from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame
 from fieldrig_bus.can.notices import BusState, CanControl, CanError, CanState, ErrorKind, Notice
 from fieldrig_bus.can.sja1000 import AcceptanceFilter
 from fieldrig_bus.net import Connection, ServingPort, TcpServer, join_as_client
-from fieldrig_bus.pty import Terminal, terminal
+from fieldrig_bus.terminal import Terminal, terminal
 
 log = logging.getLogger(__name__)
 

@@ -8,6 +8,9 @@ documentation.
 import os
 import socket
 import struct
+import sys
+from contextlib import suppress
+from errno import ENOTSUP
 from ipaddress import IPv4Address
 from typing import Final
 
@@ -24,6 +27,8 @@ _SIOCGIFFLAGS, _SIOCSIFFLAGS = 0x8913, 0x8914
 _SIOCSIFADDR, _SIOCSIFDSTADDR, _SIOCSIFNETMASK = 0x8916, 0x8918, 0x891C
 _SIOCSIFMTU, _SIOCSIFTXQLEN = 0x8922, 0x8943
 _IFF_UP: Final = 1
+_SO_BINDTODEVICE: Final = 25
+_FLAGS: Final = os.O_RDWR | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
 _NOWHERE: Final = IPv4Address("0.0.0.0")
 _ONE_HOST: Final = IPv4Address("255.255.255.255")
 
@@ -33,7 +38,7 @@ class Tun:
 
     def __init__(self) -> None:
         """Make a device that is down, and find out whether it may be configured."""
-        self.fd = os.open(DEVICE, os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
+        self.fd = os.open(DEVICE, _FLAGS)
         try:
             made = _ioctl(self.fd, _TUNSETIFF, struct.pack("16sH22x", NAME, _IFF_TUN | _IFF_NO_PI))
             self._name = made[:16].rstrip(b"\0")
@@ -62,7 +67,7 @@ class Tun:
         listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, self._name)
+            listener.setsockopt(socket.SOL_SOCKET, _SO_BINDTODEVICE, self._name)
             listener.setblocking(False)
             listener.bind((str(address), port))
             listener.listen()
@@ -101,11 +106,12 @@ class Tun:
 
 
 def _ioctl(fd: int, request: int, argument: bytes) -> bytes:
-    try:
-        from fcntl import ioctl  # not on every system
-    except ImportError as cause:
-        raise OSError("this system has no TUN") from cause
-    return ioctl(fd, request, argument)
+    if sys.platform != "win32":
+        with suppress(ImportError):
+            from fcntl import ioctl
+
+            return ioctl(fd, request, argument)
+    raise OSError(ENOTSUP, "this system has no TUN")
 
 
 def is_of_this_host(address: IPv4Address) -> bool:

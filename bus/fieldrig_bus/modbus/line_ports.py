@@ -11,8 +11,8 @@ from fieldrig_bus.backlog import backlog_of
 from fieldrig_bus.modbus.dialler import Dialler, Handlers
 from fieldrig_bus.modbus.line_place import MakeSession, ModbusLineSettings, Session
 from fieldrig_bus.modbus.sockets import Master, Masters, MastersPort
-from fieldrig_bus.pty import Terminal, terminal
 from fieldrig_bus.serial.urlhandler import register
+from fieldrig_bus.terminal import Terminal, terminal
 
 register()
 

@@ -24,9 +24,9 @@ from fieldrig.clock import MS, Alarm
 from fieldrig.device import Tool, WayIn
 from fieldrig.settings import RunPath
 from fieldrig_bus.net import join_as_client
-from fieldrig_bus.pty import Terminal, terminal
 from fieldrig_bus.serial.bus import LineFaults, SerialBus, SerialHubSettings, SerialSettings
 from fieldrig_bus.serial.end import OFF, LineEnd
+from fieldrig_bus.terminal import Terminal, terminal
 
 OFF_NS = 250 * MS
 """Shortest time for which DTR and RTS are off, five times the default of a modem's register S25."""

@@ -22,12 +22,12 @@ _now_s: Final[Any] = serialutil.Timeout.TIME
 _serial_for_url: Final[Any] = serial.serial_for_url
 
 try:
-    from termios import error as _termios_error
-
-    NO_PARITY: tuple[type[Exception], ...] = (_termios_error,)
-    """The error of a pty, which has no parity."""
+    import termios
 except ImportError:  # Windows has no pty
-    NO_PARITY = ()
+    NO_PARITY: tuple[type[Exception], ...] = ()
+    """The error of a pty, which has no parity."""
+else:
+    NO_PARITY = (termios.error,) if hasattr(termios, "error") else ()
 
 READ_S: Final = 0.01
 """Longest wait of a read from the port."""

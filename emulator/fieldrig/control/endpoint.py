@@ -148,6 +148,8 @@ def is_answered(endpoint: str) -> bool:
     protocol, _, address = endpoint.partition("/")
     try:
         if protocol == UNIX_SOCKET:
+            if not hasattr(socket, "AF_UNIX"):
+                return False
             with socket.socket(socket.AF_UNIX) as line:
                 line.connect(address)
             return True

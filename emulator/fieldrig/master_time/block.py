@@ -8,7 +8,7 @@ import socket
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, Final
 
 from fieldrig.master_time.active import activate, any_scheduler
@@ -96,11 +96,12 @@ def _swap(swaps: Swaps, network: Network, terminals: Terminals) -> None:
 
 
 def _terminal_swaps(terminals: Terminals) -> list[tuple[Any, Any]]:
-    try:
-        from fieldrig.master_time.terminal_calls import TerminalCalls
-    except ImportError:  # Windows, where a program reaches a serial line by `fieldrig://NAME`, or by TCP
-        return []
-    return TerminalCalls(terminals).swaps()
+    if sys.platform != "win32":
+        with suppress(ImportError):
+            from fieldrig.master_time.terminal_calls import TerminalCalls
+
+            return TerminalCalls(terminals).swaps()
+    return []
 
 
 def _loop_swaps() -> list[tuple[Any, Any]]:

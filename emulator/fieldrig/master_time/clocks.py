@@ -5,6 +5,7 @@
 """
 
 import datetime
+import sys
 import time
 from collections.abc import Callable
 from typing import Any, Final, Self
@@ -160,9 +161,10 @@ def clock_swaps() -> list[tuple[Any, Any]]:
     swaps += [
         (time.asctime, ClockStandIn(time.asctime, 0).text),
         (time.strftime, ClockStandIn(time.strftime, 0).format),
-        (time.clock_gettime, ClockStandIn(time.clock_gettime, 0).of_id),
-        (time.clock_gettime_ns, ClockStandIn(time.clock_gettime_ns, 0).of_id_ns),
         (_DateTime, DateTimeStandIn),
         (_Date, DateStandIn),
     ]
+    if sys.platform != "win32" and hasattr(time, "clock_gettime"):
+        swaps.append((time.clock_gettime, ClockStandIn(time.clock_gettime, 0).of_id))
+        swaps.append((time.clock_gettime_ns, ClockStandIn(time.clock_gettime_ns, 0).of_id_ns))
     return swaps

@@ -6,6 +6,7 @@ the scheduler asks whether one is ready.
 
 import select
 import selectors
+import sys
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -114,9 +115,9 @@ def selector_methods() -> list[tuple[type, str, Callable[..., Any]]]:
 
 def is_ready(descriptor: int, is_write: bool) -> bool:
     """Return whether a descriptor can be read, or written, without waiting."""
-    if _real_poll is None:
-        sets = ([], [descriptor]) if is_write else ([descriptor], [])
-        return any(_real_select(*sets, [], 0))
-    poller = _real_poll()
-    poller.register(descriptor, select.POLLOUT if is_write else select.POLLIN)
-    return bool(poller.poll(0))
+    if sys.platform != "win32" and _real_poll is not None:
+        poller = _real_poll()
+        poller.register(descriptor, select.POLLOUT if is_write else select.POLLIN)
+        return bool(poller.poll(0))
+    sets = ([], [descriptor]) if is_write else ([descriptor], [])
+    return any(_real_select(*sets, [], 0))

@@ -21,7 +21,7 @@ BAUD: Final = 9600
 
 
 class Terminal:
-    """One serial port, as the rig's end of it sees it; it has the calls of `fieldrig_bus.pty.Pty`."""
+    """One serial port, as the rig's end of it sees it; it has the calls of `fieldrig_bus.terminal.Terminal`."""
 
     def __init__(self, terminals: "Terminals", path: Path | str) -> None:
         self.path = path

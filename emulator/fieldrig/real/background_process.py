@@ -210,9 +210,10 @@ class _Job:
 
 def _keep_realtime_here() -> None:
     """Let the worker start with usual scheduling if this process has real-time scheduling."""
-    if hasattr(os, "sched_getscheduler") and (policy := os.sched_getscheduler(0)) in (os.SCHED_FIFO, os.SCHED_RR):
-        with contextlib.suppress(PermissionError):
-            os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, os.sched_getparam(0))
+    if sys.platform == "linux":
+        with contextlib.suppress(PermissionError, AttributeError):
+            if (policy := os.sched_getscheduler(0)) in (os.SCHED_FIFO, os.SCHED_RR):
+                os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, os.sched_getparam(0))
 
 
 def _write(stream: IO[bytes], data: bytes) -> None:

@@ -15,25 +15,19 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from pathlib import Path
-from typing import NoReturn
 
 from fieldrig.config.rig_file import RigConfig
-from fieldrig.real import progress
 from fieldrig.real.placement import ProcessPlan
 from fieldrig.system import log_files
-from fieldrig.system.exits import ABOUT, Exit
+from fieldrig.system.exits import ABOUT, KILL, Exit
 from fieldrig.system.own_files import open_file
 
 log = logging.getLogger(__name__)
 
 TAIL_LINES = 20
-LOOK_S = 0.2
-"""Time between two looks at a process, where the system has no descriptor to wait for its end."""
-PIPE = 3
-"""Number of the pipe for its steps in a forked child."""
 FIRST_KEPT = 4
-"""Number of the descriptor that a forked child inherits beside it."""
-CAN_FORK = hasattr(os, "pidfd_open")
+"""Number of the descriptor that a forked child inherits beside the pipe for its steps."""
+CAN_FORK = sys.platform == "linux" and hasattr(os, "pidfd_open")
 HAS_STEPS = os.name == "posix"
 """True if a child can report the steps of its start through a pipe; otherwise only its messages count as progress."""
 
@@ -92,11 +86,12 @@ class Child:
         gc.freeze()  # what is there now is never touched again, and so stays shared
         self._begin_log()
         pipe = self._new_pipe()
-        pid = os.fork()
-        if pid == 0:
-            _run_child(work, self._log, self._lifeline, (pipe,) if self._kept is None else (pipe, self._kept))
+        if sys.platform == "linux":
+            from fieldrig.real.forked_child import fork_child
+
+            kept = (pipe,) if self._kept is None else (pipe, self._kept)
+            self._forked_pid = fork_child(work, self._log, self._lifeline, kept)
         os.close(pipe)
-        self._forked_pid = pid
 
     async def spawn(self) -> None:
         self._begin_log()
@@ -167,7 +162,8 @@ class Child:
         """Return the writing end of a new pipe for the steps."""
         self.forget_steps()
         self._steps, pipe = os.pipe()
-        os.set_blocking(self._steps, False)
+        if hasattr(os, "set_blocking"):
+            os.set_blocking(self._steps, False)
         return pipe
 
     async def wait(self) -> int:
@@ -175,7 +171,10 @@ class Child:
         if self._process is not None:
             return await self._process.wait()
         assert self._forked_pid is not None
-        await _ended(self._forked_pid)
+        if sys.platform == "linux":
+            from fieldrig.real.forked_child import ended
+
+            await ended(self._forked_pid)
         return self.reap()
 
     def reap(self) -> int:
@@ -188,7 +187,7 @@ class Child:
     def kill(self) -> None:
         """Kill the process without a loop, if it still runs."""
         if self.pid is not None:
-            self.end(signal.SIGKILL)
+            self.end(KILL)
             if self._forked_pid is not None:
                 self.reap()
 
@@ -220,60 +219,3 @@ def how_it_ended(code: int) -> str:
         return f"killed by {signal.Signals(-code).name}"
     known = {Exit.CRASHED, Exit.WRONG, Exit.CANNOT_START}
     return f"exit code {code}" + (f": {ABOUT[Exit(code)].partition(' (')[0]}" if code in known else "")
-
-
-def _run_child(work: Callable[[], int], log: Path | None, lifeline: int, kept: Sequence[int]) -> NoReturn:
-    """Run `work` in the forked process, with nothing of the parent but its imports.
-
-    `kept` are the descriptors that it inherits, from 3 on; the first is the pipe for its steps.
-    """
-    code = int(Exit.CRASHED)
-    try:
-        os.setsid()
-        for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(name, signal.SIG_DFL)
-        os.dup2(lifeline, 0)
-        if log is not None:
-            log_files.direct_output(log)
-        _keep_only(kept)
-        if log is not None:
-            log_files.take_over(log)
-        progress.report_to(PIPE)
-        progress.step("forked")
-        code = work()
-    except BaseException:
-        sys.excepthook(*sys.exc_info())
-        raise
-    finally:
-        # Not sys.exit: the frames above belong to the parent, and must not be unwound here.
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(code)
-
-
-def _keep_only(kept: Sequence[int]) -> None:
-    """Give the descriptors `kept` the numbers from `PIPE` on, and close all others above the output."""
-    aside = [os.dup(number) for number in kept]  # a number that is kept may be one that is given
-    while min(aside) < PIPE + len(kept):
-        aside = [os.dup(number) for number in aside]
-    for place, number in enumerate(aside, PIPE):
-        os.dup2(number, place)
-    os.closerange(PIPE + len(kept), os.sysconf("SC_OPEN_MAX"))
-
-
-async def _ended(pid: int) -> None:
-    loop = asyncio.get_running_loop()
-    ended = asyncio.Event()
-    try:
-        fd = os.pidfd_open(pid)
-    except OSError as cause:
-        log.debug("no descriptor for process %d: %s", pid, cause)
-        while os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None:
-            await asyncio.sleep(LOOK_S)
-        return
-    loop.add_reader(fd, ended.set)
-    try:
-        await ended.wait()
-    finally:
-        loop.remove_reader(fd)
-        os.close(fd)

@@ -303,10 +303,15 @@ def name_process(name: str) -> None:
 
 
 def _ask_for_realtime() -> None:
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REALTIME_PRIORITY))
-    except (AttributeError, PermissionError) as cause:
-        log.warning("SCHED_FIFO is not available (%s) and not used; it needs root or CAP_SYS_NICE", cause)
+    cause: Exception | str = "this system has none"
+    if sys.platform == "linux":
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REALTIME_PRIORITY))
+        except (AttributeError, PermissionError) as fault:
+            cause = fault
+        else:
+            return
+    log.warning("SCHED_FIFO is not available (%s) and not used; it needs root or CAP_SYS_NICE", cause)
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:

@@ -22,7 +22,7 @@ from fieldrig.real.child import CAN_FORK, FIRST_KEPT, Child, how_it_ended
 from fieldrig.real.host import end_with_parent, name_process, start_log
 from fieldrig.real.patience import Patience
 from fieldrig.real.roster import Report, event
-from fieldrig.system.exits import Exit
+from fieldrig.system.exits import KILL, Exit
 
 NICENESS: Final = 5
 """A picture may be late, a cycle of a ring may not."""
@@ -102,7 +102,7 @@ class PageProcess:
         if self._child.pid is not None:
             ending = asyncio.get_running_loop().create_task(self._child.wait())
             if not (await asyncio.wait({ending}, timeout=GRACE_S))[0]:
-                self._child.end(signal.SIGKILL)
+                self._child.end(KILL)
             await ending
 
     def close(self) -> None:
@@ -143,5 +143,6 @@ def _work(page: EntryPoint, config: RigConfig, seat: Seat) -> Exit:
 def prepare() -> None:
     """Prepare a process of the page: it has its name, gives way to the rig, and ends when its parent is gone."""
     name_process(NAME)
-    os.nice(NICENESS)
+    if hasattr(os, "nice"):
+        os.nice(NICENESS)
     end_with_parent(lambda: os.kill(os.getpid(), signal.SIGTERM))

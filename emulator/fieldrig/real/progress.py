@@ -21,7 +21,8 @@ _pipes: list[int] = []
 
 def report_to(pipe: int) -> None:
     """Report the steps to the writing end of a pipe from now on; `step` never waits for the reader."""
-    os.set_blocking(pipe, False)
+    if hasattr(os, "set_blocking"):
+        os.set_blocking(pipe, False)
     _pipes[:] = [pipe]
 
 

@@ -23,7 +23,7 @@ from fieldrig.real.children import Children
 from fieldrig.real.patience import Patience
 from fieldrig.real.placement import ProcessPlan
 from fieldrig.real.roster import OPEN, Member, ProcessState, Report, Roster
-from fieldrig.system.exits import Exit
+from fieldrig.system.exits import KILL, Exit
 from fieldrig.text.exception_notes import NOTE
 
 GRACE_S = 3.0
@@ -205,7 +205,7 @@ class Supervisor:
         how = f"made no progress while it started: for {patience.limit_s:g} s (its last step: {member.step})"
         if self.roster.was_ready:
             self._note(member, "late", f"{how}; killing it\n{patience.advice}")
-            self._children[member.name].end(signal.SIGKILL)
+            self._children[member.name].end(KILL)
         else:
             self._fail_start(member, f"{how}; {patience.advice}", Exit.DEVICE_FAILED)
 
@@ -244,7 +244,7 @@ class Supervisor:
                 self._children[name].end(signal.SIGTERM)
             await _all_done([self._tenders[name] for name in wave], hurry)
         for child in self._children.values():
-            child.end(signal.SIGKILL)
+            child.end(KILL)
         await asyncio.gather(*self._tenders.values(), return_exceptions=True)  # `run` raises the first of them
         hurry.cancel()
         with suppress(asyncio.CancelledError):

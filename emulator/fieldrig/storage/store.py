@@ -313,5 +313,6 @@ def _allocate(fd: int, size: int) -> None:
         else:
             return
     there = os.fstat(fd).st_size
+    os.lseek(fd, there, os.SEEK_SET)
     while there < size:
-        there += os.pwrite(fd, bytes(size - there), there)
+        there += os.write(fd, bytes(size - there))

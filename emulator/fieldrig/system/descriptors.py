@@ -1,5 +1,6 @@
 """The file descriptors that a rig's supervisor needs, and the system's limit on them."""
 
+import sys
 from typing import Final
 
 from fieldrig.errors import RigError
@@ -20,15 +21,14 @@ FOR_EACH: Final = 3
 
 def ensure_for(processes: int) -> None:
     """Raise the soft limit to what this number of processes needs.  RigError if the hard limit forbids it."""
-    if not HAS_LIMITS:
-        return
-    needed = OWN + FOR_EACH * processes
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if soft == resource.RLIM_INFINITY or soft >= needed:
-        return
-    if hard != resource.RLIM_INFINITY and hard < needed:
-        raise RigError(
-            f"this rig needs {needed} file descriptors for its {processes} processes, and may have {hard}",
-            f"raise the limit (`ulimit -n {needed}`, as root), or let devices share a process",
-        )
-    resource.setrlimit(resource.RLIMIT_NOFILE, (needed, hard))
+    if sys.platform != "win32" and HAS_LIMITS:
+        needed = OWN + FOR_EACH * processes
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        if soft == resource.RLIM_INFINITY or soft >= needed:
+            return
+        if hard != resource.RLIM_INFINITY and hard < needed:
+            raise RigError(
+                f"this rig needs {needed} file descriptors for its {processes} processes, and may have {hard}",
+                f"raise the limit (`ulimit -n {needed}`, as root), or let devices share a process",
+            )
+        resource.setrlimit(resource.RLIMIT_NOFILE, (needed, hard))

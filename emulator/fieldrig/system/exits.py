@@ -1,6 +1,11 @@
-"""The exit codes of `fieldrig`, and of the processes of a rig."""
+"""The exit codes of `fieldrig`, and of the processes of a rig, and the signal that ends a process at once."""
 
+import signal
 from enum import IntEnum
+from typing import Final
+
+KILL: Final[signal.Signals] = getattr(signal, "SIGKILL", signal.SIGTERM)
+"""Ends a process at once.  On Windows SIGTERM does, which a process cannot handle there."""
 
 
 class Exit(IntEnum):

@@ -13,14 +13,8 @@ from pathlib import Path
 from typing import IO, Any
 
 from fieldrig.errors import RigError
+from fieldrig.system.file_locks import lock as lock_file
 from fieldrig.system.own_files import FOLDER_MODE, open_file, own_folder, part_of
-
-try:
-    import fcntl
-except ImportError:
-    HAS_LOCKS = False
-else:
-    HAS_LOCKS = True
 
 RIG_LOCK = "rig.lock"
 PROCESSES_LOCK = "processes.lock"
@@ -115,23 +109,17 @@ def join_run(folder: Path) -> IO[Any]:
         lock = open_file(folder / PROCESSES_LOCK, "a")
     except OSError as cause:
         raise RigError(f"the run folder cannot be used: {cause}", "name another: --set run=FOLDER") from cause
-    if HAS_LOCKS:
-        fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    lock_file(lock, is_shared=True)
     return lock
 
 
 def _locked(file: IO[str], wait_s: float) -> bool:
     """Return whether the lock was free."""
     give_up_s = time.monotonic() + wait_s
-    while HAS_LOCKS:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() >= give_up_s:
-                return False
-            time.sleep(0.02)
-        else:
-            return True
+    while not lock_file(file):
+        if time.monotonic() >= give_up_s:
+            return False
+        time.sleep(0.02)
     return True
 
 

@@ -6,6 +6,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 _PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
@@ -59,11 +60,11 @@ def usable_cores() -> int:
 
 def age_s() -> float:
     """Return the time since the process was started, or its CPU time where the system does not provide that."""
-    try:
-        ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
-        return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
-    except (OSError, AttributeError):
-        return time.process_time()
+    if sys.platform == "linux":
+        with suppress(OSError, AttributeError):
+            ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
+            return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
+    return time.process_time()
 
 
 def on_signals(names: Sequence[str], action: Callable[[], None]) -> None:
@@ -118,9 +119,10 @@ class _Interrupt:
 
 def _peak_bytes() -> int:
     """Return the peak of the memory, which is all that is available without /proc."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return 0
-    peak: int = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024
+    if sys.platform != "win32":
+        with suppress(ImportError):
+            import resource
+
+            peak: int = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+            return peak if sys.platform == "darwin" else peak * 1024
+    return 0

@@ -13,6 +13,7 @@ import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
+from importlib import import_module
 from multiprocessing import reduction
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Concatenate, Final, NamedTuple, ParamSpec, Protocol, Self, TypeVar, overload
@@ -23,6 +24,7 @@ from fieldrig.errors import ArgumentError, RigError
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
 from fieldrig.storage.store import MemoryStore, Store
+from fieldrig.system.exits import KILL
 from fieldrig.system.threads import threads
 from fieldrig.virtual.readings import Readings
 from fieldrig.virtual.until import run_until_met
@@ -209,7 +211,7 @@ class Branch:
         self._pipe.close()  # it ends by itself then, also in the middle of its work
         if self._is_child and self._owner == os.getpid():  # in a branch of its rig it is not
             with suppress(ProcessLookupError):
-                os.kill(self.pid, signal.SIGKILL)
+                os.kill(self.pid, KILL)
             _how_it_ended(self.pid)
 
     def __enter__(self) -> Self:
@@ -235,10 +237,11 @@ class Branch:
                 f"{verb} cannot send {shown(arguments)} to a branch",
                 f"expected functions of a module and data: {cause}",
             ) from None
+        pipe: Any = self._pipe
         try:
-            self._pipe.send_bytes(request)
+            pipe.send_bytes(request)
             if given is not None:
-                reduction.send_handle(self._pipe, given.fileno(), self.pid)
+                reduction.send_handle(pipe, given.fileno(), self.pid)
         except GONE:
             pass  # what follows tells how it ended
         return self._received()
@@ -311,7 +314,7 @@ def branch_of(rig: Branchable, seed: int | None = None, first: Callable[[Any], A
     return Branch(ours, pid, rig.now_ns)
 
 
-def _pipe() -> "tuple[Connection[Any, Any], Connection[Any, Any]]":
+def _pipe() -> tuple[Any, Any]:
     from multiprocessing import Pipe
 
     return Pipe()
@@ -320,22 +323,24 @@ def _pipe() -> "tuple[Connection[Any, Any], Connection[Any, Any]]":
 def _start(
     rig: Branchable, pipe: "Connection[Any, Any]", seed: int | None, first: Callable[[Any], Any] | None = None
 ) -> int:
-    from fieldrig.virtual import forked
+    return int(_forked().fork(pipe, partial(_serve, rig, seed, first)))
 
-    return forked.fork(pipe, partial(_serve, rig, seed, first))
+
+def _forked() -> Any:
+    """Return the module that forks, which Windows cannot import."""
+    return import_module("fieldrig.virtual.forked")
 
 
 def _serve(rig: Branchable, seed: int | None, first: Callable[[Any], Any] | None, pipe: "Connection[Any, Any]") -> None:
     """Answer in the branch until the pipe ends."""
-    from fieldrig.virtual import forked  # it needs what Windows has not
-
+    end_if_gone = _forked().end_if_gone
     rig._become_branch(seed)
     with suppress(*GONE):
         if first is not None:
             _reply(rig, pipe, partial(first, rig))
         while True:
             request = pipe.recv_bytes()
-            forked.end_if_gone(pipe.fileno())
+            end_if_gone(pipe.fileno())
             _reply(rig, pipe, partial(_answer, rig, pipe, request))
 
 
@@ -377,10 +382,12 @@ def repeat(rig: Branchable, asked: Sequence[Asked], until_ns: int) -> None:
     rig.run_until(until_ns)
 
 
-def _branch_again(rig: Branchable, pipe: "Connection[Any, Any]", seed: int | None) -> int:
+def _branch_again(rig: Branchable, pipe: Any, seed: int | None) -> int:
     from multiprocessing.connection import Connection
 
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # its branches belong to the process that asks: the system reaps them
+    if hasattr(signal, "SIGCHLD"):
+        # Its branches belong to the process that asks: the system reaps them.
+        signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     with Connection(reduction.recv_handle(pipe)) as given:
         check_may_branch(rig)
         return _start(rig, given, seed)

@@ -19,6 +19,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
+assert sys.platform != "win32", "Windows has no fork"
+
 OUTPUT: Final = 2
 """The highest descriptor that both processes keep: a branch prints where its rig prints."""
 

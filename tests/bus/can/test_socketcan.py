@@ -15,7 +15,8 @@ from pydantic import ValidationError
 from fieldrig.errors import BusError
 from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.socketcan import CanSocketcan, CanSocketcanSettings, from_wire, kernel_filters, to_wire
+from fieldrig_bus.can.socketcan import CanSocketcan, CanSocketcanSettings
+from fieldrig_bus.can.socketcan_wire import from_wire, kernel_filters, to_wire
 
 pytestmark = pytest.mark.skipif(sys.byteorder != "little", reason="the bytes are a little-endian machine's")
 

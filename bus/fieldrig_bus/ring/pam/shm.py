@@ -4,7 +4,7 @@ from typing import ClassVar, Final
 
 from fieldrig_bus.ring.pam.star import PamRingStarSettings
 from fieldrig_bus.ring.pam.star_bus import PamRingStar
-from fieldrig_bus.ring.transport.shm import ShmCarrier
+from fieldrig_bus.ring.transport.shm_carrier import ShmCarrier
 
 MOST_BEHIND: Final = 240
 """Cycles that wait for a process that stands still, as a node must not miss an order; one for each millisecond of

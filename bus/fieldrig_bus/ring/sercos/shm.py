@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from fieldrig_bus.ring.sercos.star import RingStarSettings
 from fieldrig_bus.ring.sercos.star_bus import RingStar
-from fieldrig_bus.ring.transport.shm import ShmCarrier
+from fieldrig_bus.ring.transport.shm_carrier import ShmCarrier
 
 
 class RingShm(RingStar):

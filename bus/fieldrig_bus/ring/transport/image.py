@@ -32,7 +32,9 @@ class Image:
     @classmethod
     def make(cls, name: str, longest: int, slots: int = SLOTS) -> "Image":
         """A new image of `slots` messages of at most `longest` bytes.  OSError where the system has no memfd."""
-        fd = os.memfd_create(name, os.MFD_CLOEXEC)
+        if not hasattr(os, "memfd_create"):
+            raise OSError("this system has no memfd")
+        fd = os.memfd_create(name)  # it is not inherited
         os.ftruncate(fd, _START + slots * (_HEAD.size + longest))
         return cls(fd, slots)
 

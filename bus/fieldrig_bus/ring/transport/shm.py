@@ -11,18 +11,20 @@ import json
 import logging
 import os
 import socket
+import sys
 from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from fieldrig.bus import Attachment
 from fieldrig.errors import BusError
 from fieldrig.outside.untrusted import read_json
 from fieldrig.system.own_files import remove_socket
-from fieldrig_bus.ring.transport.centre import MOST_BEHIND, Centre
+from fieldrig_bus.ring.transport.centre import Centre
 from fieldrig_bus.ring.transport.image import Image
 from fieldrig_bus.ring.transport.rack import Rack
 from fieldrig_bus.ring.transport.wire import Stations
+
+assert sys.platform == "linux", "only Linux has memfd and eventfd"
 
 log = logging.getLogger(__name__)
 
@@ -30,16 +32,8 @@ LONGEST_OUT: Final = 32 * 1024
 LONGEST_BACK: Final = 32 * 1024
 LONGEST_WORD: Final = 64 * 1024
 """Largest announcement of a process's stations, in bytes."""
-EXTRA_SLOTS: Final = 16
-"""Room for messages that come back between two cycles."""
 RETRY_S: Final = 0.02
 _WAKE: Final = (1).to_bytes(8, "little")
-_NEEDS = "it needs Linux; use ring.zenoh elsewhere"
-
-
-def is_available() -> bool:
-    """True if this system has memfd, eventfd and sequenced packets."""
-    return hasattr(os, "memfd_create") and hasattr(os, "eventfd") and hasattr(socket, "SOCK_SEQPACKET")
 
 
 class _Peer:
@@ -250,26 +244,6 @@ class ShmLine:
             for image in self._images:
                 image.close()
             self._images = None
-
-
-class ShmCarrier:
-    """Connects the processes of one ring over shared memory.  BusError where the system has none."""
-
-    def __init__(self, name: str, most_behind: int = MOST_BEHIND) -> None:
-        """`name` is that of the bus."""
-        self.name, self.most_behind = name, most_behind
-        self._slots = most_behind + EXTRA_SLOTS
-        if not is_available():
-            raise BusError(f"{name}: this system has no memfd and eventfd", _NEEDS)
-
-    def reach(self, at: Attachment, rack: Rack[Any]) -> ShmLine:
-        return ShmLine(self._path(at), at.process, rack, self._slots)
-
-    def hold(self, at: Attachment, centre: Centre) -> ShmSpokes:
-        return ShmSpokes(self._path(at), centre, self._slots)
-
-    def _path(self, at: Attachment) -> Path:
-        return at.path(f"{self.name}.ring")
 
 
 def _are(stations: list[Any]) -> bool:

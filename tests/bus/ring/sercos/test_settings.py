@@ -8,9 +8,13 @@ import pytest
 
 from fieldrig.config.rig_file import from_dict
 from fieldrig.errors import ConfigError
-from fieldrig_bus.ring.transport import shm
+from fieldrig_bus.ring.transport.shm_carrier import is_available
 
-KINDS = {"ring.virtual": "virtual", "ring.zenoh": "real", **({"ring.shm": "real"} if shm.is_available() else {})}
+KINDS = {
+    "ring.virtual": "virtual",
+    "ring.zenoh": "real",
+    **({"ring.shm": "real"} if is_available() else {}),
+}
 DRIVES = ("belt", "lift", "knife")
 
 

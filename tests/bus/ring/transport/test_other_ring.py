@@ -16,7 +16,7 @@ from fieldrig_bus.ring.topology import Node, Topology
 from fieldrig_bus.ring.transport.bus import Carrier, StarBus, StarSettings
 from fieldrig_bus.ring.transport.centre import Centre
 from fieldrig_bus.ring.transport.rack import Rack
-from fieldrig_bus.ring.transport.shm import ShmCarrier, is_available
+from fieldrig_bus.ring.transport.shm_carrier import ShmCarrier, is_available
 from fieldrig_bus.ring.transport.wire import HEAD
 from fieldrig_bus.ring.transport.zenoh import ZenohCarrier
 

@@ -16,7 +16,7 @@ from fieldrig.errors import BusError
 from fieldrig_bus.ring.sercos.shm import RingShm
 from fieldrig_bus.ring.sercos.star import RingStarSettings
 from fieldrig_bus.ring.transport.image import SLOTS, Image
-from fieldrig_bus.ring.transport.shm import is_available
+from fieldrig_bus.ring.transport.shm_carrier import is_available
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(not is_available(), reason="needs memfd and eventfd")]
 
