@@ -3,15 +3,13 @@
 from collections import ChainMap
 from collections.abc import Mapping, MutableMapping
 from itertools import chain
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from fieldrig_devices.iec.check.extension import Extension
 from fieldrig_devices.iec.check.project import Entity, PouSource, Project
 from fieldrig_devices.iec.program import Pou, Space, Variable
 from fieldrig_devices.iec.tree import Call, Node, Position, PouKind, Section
 from fieldrig_devices.iec.types import Type
-
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.extension import Extension
 
 _KNOWN_ELSEWHERE: Final[Mapping[str, str]] = {
     "break": "EXIT leaves a loop, and a branch of CASE ends by itself",
@@ -52,7 +50,7 @@ class Context:
         self._hidden = 0
 
     @property
-    def extension(self) -> "Extension | None":
+    def extension(self) -> Extension | None:
         """What adds statements to the code that is checked; None for code that is no test."""
         extension = self.project.extension
         return extension if extension is not None and extension.applies(self.file) else None

@@ -4,30 +4,28 @@ The checker knows only that there may be such a thing: it asks the extension abo
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import Any, Protocol
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.program import AnyStatement, Expression, Program
-
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.project import Project
 
 
 class Extension(Protocol):
+    """`checker` is a `checker.Checker`, whose context has the project that has the extension."""
+
     def units(self, units: Sequence[tree.Unit]) -> Sequence[tree.Unit]:
         """Return the files of a project as the checker is to see them."""
 
-    def begin(self, project: "Project") -> None:
-        """Called when everything is declared and no body has been checked."""
+    def begin(self, project: Any) -> None:
+        """Called with the `project.Project` when everything is declared and no body has been checked."""
 
     def applies(self, file: str) -> bool:
         """True for a file whose code may use its statements, and write variables that belong to other blocks."""
 
-    def statement(self, checker: Checker, node: tree.Call, line: int) -> list[AnyStatement] | None:
+    def statement(self, checker: Any, node: tree.Call, line: int) -> list[AnyStatement] | None:
         """Return the statements of a call; None for one that is not its own."""
 
-    def value(self, checker: Checker, node: tree.Call) -> Expression | None:
+    def value(self, checker: Any, node: tree.Call) -> Expression | None:
         """Return the value of a call for which `has_value` is true; None after a message."""
 
     def has_value(self, node: tree.Call) -> bool:

@@ -2,9 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig_devices.iec import program, tree
+from fieldrig_devices.iec.check.extension import Extension
 from fieldrig_devices.iec.check.reports import Keys, Reports
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.elementary import Elementary
@@ -13,9 +14,6 @@ from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.program import Component, Constant, Element, Pou, Variable
 from fieldrig_devices.iec.tree import Action
 from fieldrig_devices.iec.types import EnumType, Field, InitialValue, StringType, StructType, SubrangeType, Type, Value
-
-if TYPE_CHECKING:
-    from fieldrig_devices.iec.check.extension import Extension
 
 WINDOW: Final = 256
 """Bytes of the addresses with the same leading levels, as much as a Modbus request can have."""
@@ -155,7 +153,7 @@ def start_of(kind: Type) -> Value | None:
 
 
 class Project:
-    def __init__(self, host: Host, dialect: Dialect, limits: Limits, extension: "Extension | None" = None) -> None:
+    def __init__(self, host: Host, dialect: Dialect, limits: Limits, extension: Extension | None = None) -> None:
         self.host, self.dialect, self.limits = host, dialect, limits
         self.extension = extension
         self.reports = Reports()

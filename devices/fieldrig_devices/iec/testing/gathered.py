@@ -20,7 +20,8 @@ from fieldrig_devices.iec.source_texts import files_in, read_text
 from fieldrig_devices.languages.mistakes import Mistake
 from fieldrig_devices.languages.source_file import SourceFile
 
-_HAS_TESTS: Final = re.compile(r"^[ \t]*TEST\s*['\"]", re.IGNORECASE | re.MULTILINE)
+_HAS_TESTS: Final = re.compile(r"(?:^|[\s;)])TEST\s*['\"]", re.IGNORECASE)
+_COMMENT: Final = re.compile(r"\(\*.*?\*\)|//[^\n]*", re.DOTALL)
 _RUNS_TASKS: Final = frozenset({"run_for", "assert_within", "assert_never", "assert_stays", "assert_until"})
 """Words of tests that need the tasks of the program, and so its configuration."""
 
@@ -41,7 +42,8 @@ class Read:
 
 def has_tests(path: Path) -> bool:
     """True if there are TEST blocks in a file; it may have mistakes."""
-    return _HAS_TESTS.search(read_text(path)) is not None
+    text = read_text(path)
+    return _HAS_TESTS.search(text) is not None and _HAS_TESTS.search(_COMMENT.sub(" ", text)) is not None
 
 
 def test_files(paths: Sequence[Path]) -> list[Path]:

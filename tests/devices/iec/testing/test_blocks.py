@@ -1,0 +1,269 @@
+"""TEST blocks: what passes and fails, with which values, at which instant and line."""
+
+from pathlib import Path
+
+import pytest
+from st_tests import MOTOR, one, outcomes, written
+
+from fieldrig import MS, S
+from fieldrig_devices.iec.testing.case import Verdict
+
+
+def said(folder: Path, body: str, others: str = "") -> tuple[str, str, str]:
+    """Return expectation, value and message of the assertion that fails."""
+    outcome = one(folder, body, others)
+    assert outcome.verdict is Verdict.FAILED, outcome
+    (failure,) = outcome.failures
+    return failure.expected, failure.actual, failure.message
+
+
+RIGHT = [
+    "ASSERT_TRUE(TRUE);",
+    "ASSERT(1 < 2);",
+    "ASSERT_FALSE(1 > 2, 'never');",
+    "ASSERT_EQ(INT#2 + INT#2, 4);",
+    "ASSERT_EQ(actual := 4, expected := 4, message := 'named');",
+    "ASSERT_EQUAL(expected := 4, actual := 4);",
+    "ASSERT_NEQ('a', 'b');",
+    "ASSERT_NOT_EQUAL(1, 2);",
+    "ASSERT_GT(2, 1); ASSERT_LT(1, 2); ASSERT_GE(2, 2); ASSERT_LE(2, 2);",
+    "ASSERT_GREATER(2, 1); ASSERT_LESS(1, 2); ASSERT_GREATER_OR_EQUAL(2, 2); ASSERT_LESS_OR_EQUAL(2, 2);",
+    "ASSERT_NEAR(1.0, 1.05, 0.1); ASSERT_NEAR(actual := 1.0, expected := 1.05, delta := 0.1);",
+    "ASSERT_NEAR(100, 98, 2);",
+    "ASSERT_EQ(T#1s, T#1000ms); ASSERT_GT(D#2026-11-29, D#2026-11-28);",
+    "VAR a, b : ARRAY[1..3] OF INT := [1, 2, 3]; END_VAR ASSERT_EQ(a, b);",
+    "VAR x : INT; y : DINT; END_VAR x := 5; y := 5; ASSERT_EQ(x, y);",
+]
+
+
+@pytest.mark.parametrize("body", RIGHT)
+def test_what_holds_passes(tmp_path: Path, body: str) -> None:
+    outcome = one(tmp_path, body)
+    assert (outcome.verdict, outcome.failures) == (Verdict.PASSED, ())
+    assert outcome.asserts == body.count("ASSERT")
+
+
+WRONG = [
+    ("ASSERT_TRUE(FALSE);", "TRUE", "FALSE", ""),
+    ("ASSERT_FALSE(TRUE, 'lamp');", "FALSE", "TRUE", "lamp"),
+    ("ASSERT_EQ(INT#3, 4, 'sum');", "4", "3", "sum"),
+    ("ASSERT_EQUAL(4, INT#3);", "4", "3", ""),
+    ("ASSERT_NEQ(3, 3);", "not 3", "3", ""),
+    ("ASSERT_GT(1, 2);", "more than 2", "1", ""),
+    ("ASSERT_LE(3, 2);", "at most 2", "3", ""),
+    ("ASSERT_NEAR(1.0, 1.5, 0.25);", "1.5 +- 0.25", "1.0", ""),
+    ("ASSERT_EQ(T#1s, T#1s1ms);", "T#1s1ms", "T#1s", ""),
+    ("ASSERT_EQ(BYTE#16#0F, 16#1F);", "16#1F", "16#0F", ""),
+    ("ASSERT_EQ('it$'s', 'its');", "'its'", "'it$'s'", ""),
+    ("ASSERT_FAIL('not here');", "", "", "not here"),
+    ("VAR s : STRING; END_VAR s := 'computed'; ASSERT_TRUE(FALSE, s);", "TRUE", "FALSE", "computed"),
+    (
+        "VAR a, b : ARRAY[1..3] OF INT := [1, 2, 3]; END_VAR b[2] := 9; ASSERT_EQ(a, b);",
+        "[2] = 9",
+        "[2] = 2",
+        "",
+    ),
+]
+
+
+@pytest.mark.parametrize(("body", "expected", "actual", "message"), WRONG)
+def test_what_does_not_hold_fails_with_both_values(
+    tmp_path: Path, body: str, expected: str, actual: str, message: str
+) -> None:
+    assert said(tmp_path, body) == (expected, actual, message)
+
+
+def test_a_structure_shows_its_first_difference(tmp_path: Path) -> None:
+    pair = "TYPE Colour : (red, green); END_TYPE TYPE Pair : STRUCT a : INT; b : Colour; END_STRUCT; END_TYPE"
+    body = "VAR p, q : Pair; END_VAR q.b := green; ASSERT_EQ(p, q, 'pairs');"
+    assert said(tmp_path, body, pair) == ("b = green", "b = red", "pairs")
+
+
+def test_real_values_that_look_alike_are_shown_with_all_digits(tmp_path: Path) -> None:
+    assert said(tmp_path, "ASSERT_EQ(LREAL#1.0, LREAL#1.0000000000000002);")[:2] == ("1.0000000000000002", "1.0")
+
+
+def test_the_first_failure_ends_the_test(tmp_path: Path) -> None:
+    outcome = one(tmp_path, "ASSERT_TRUE(TRUE);\nASSERT_TRUE(FALSE, 'one');\nASSERT_TRUE(FALSE, 'two');")
+    assert [(failure.line, failure.message) for failure in outcome.failures] == [(4, "one")]
+    assert outcome.asserts == 2
+
+
+def test_time_passes_only_as_the_test_says(tmp_path: Path) -> None:
+    body = """VAR m : Motor; END_VAR
+m(start := TRUE);
+ADVANCE_TIME(T#999ms); m(start := FALSE); ASSERT_TRUE(m.run);
+ADVANCE_TIME(1000000); m(); ASSERT_FALSE(m.run, 'a second is over');"""
+    outcome = one(tmp_path, body)
+    assert (outcome.verdict, outcome.duration_ns) == (Verdict.PASSED, 1 * S)
+
+
+def test_each_test_begins_with_fresh_variables_at_time_0(tmp_path: Path) -> None:
+    shared = "VAR_GLOBAL total : INT := 7; END_VAR"
+    twice = (
+        "TEST '{}' VAR m : Motor; n : INT := 3; END_VAR ASSERT_EQ(total, 7); ASSERT_EQ(n, 3); ASSERT_EQ(m.calls, 0);"
+    )
+    twice += " m(start := TRUE); ADVANCE_TIME(T#5s); m(); total := 9; n := 8; END_TEST\n"
+    written(tmp_path, motor=MOTOR, motor_test=shared + "\n" + "".join(twice.format(name) for name in "abc"))
+    done = outcomes(tmp_path / "motor_test.st")
+    assert [one.verdict for one in done.values()] == [Verdict.PASSED] * 3
+    assert {one.duration_ns for one in done.values()} == {5 * S}
+
+
+def test_setup_runs_before_and_teardown_after_each_test(tmp_path: Path) -> None:
+    text = """
+SETUP VAR m : Motor; END_VAR m(start := TRUE); END_SETUP
+TEARDOWN ASSERT_EQ(m.calls, 2, 'teardown'); PRINT('down'); END_TEARDOWN
+TEST 'one call more' m(); ASSERT_TRUE(m.run); END_TEST
+TEST 'no call' ASSERT_TRUE(m.run); END_TEST
+TEST 'fails first' ASSERT_FALSE(m.run, 'test'); END_TEST
+"""
+    written(tmp_path, motor=MOTOR, motor_test=text)
+    done = outcomes(tmp_path / "motor_test.st")
+    assert [one.verdict for one in done.values()] == [Verdict.PASSED, Verdict.FAILED, Verdict.FAILED]
+    assert [failure.message for failure in done["fails first"].failures] == ["test", "teardown"]
+    assert done["one call more"].output == ("down",)
+
+
+def test_a_skipped_test_says_why(tmp_path: Path) -> None:
+    written(tmp_path, motor_test="TEST 'later' SKIP 'no sensor yet'\nASSERT_FAIL('x');\nEND_TEST")
+    (outcome,) = outcomes(tmp_path / "motor_test.st").values()
+    assert (outcome.verdict, outcome.reason) == (Verdict.SKIPPED, "no sensor yet")
+
+
+def test_a_helper_of_the_test_file_may_assert(tmp_path: Path) -> None:
+    helper = """FUNCTION Check : BOOL
+VAR_INPUT wanted : INT; END_VAR
+ASSERT_EQ(wanted, 5, 'in the helper');
+END_FUNCTION"""
+    outcome = one(tmp_path, "Check(5); Check(6);", helper, dialect="codesys")
+    assert [(failure.line, failure.actual) for failure in outcome.failures] == [(3, "6")]
+
+
+# ---- mocks
+
+
+def test_a_mocked_function_returns_what_the_test_says(tmp_path: Path) -> None:
+    body = """VAR m : Motor; END_VAR
+MOCK_FUNCTION Step RETURNS 40;
+m(); m();
+ASSERT_EQ(m.calls, 80); ASSERT_EQ(MOCK_CALLS(Step), 2);
+MOCK_VERIFY_CALLED(Step); MOCK_VERIFY_CALL_COUNT(Step, 3);"""
+    assert said(tmp_path, body)[:2] == ("3 calls", "2")
+
+
+def test_a_mocked_instance_does_nothing_and_the_test_sets_its_outputs(tmp_path: Path) -> None:
+    body = """VAR m, other : Motor; END_VAR
+MOCK m.longest;
+m(start := TRUE); ADVANCE_TIME(T#5s); m(start := FALSE); ASSERT_TRUE(m.run);
+m.longest.Q := TRUE; m(); ASSERT_FALSE(m.run);
+MOCK_VERIFY_CALL_COUNT(m.longest, 3);
+other(start := TRUE); ADVANCE_TIME(T#2s); other(start := FALSE); ASSERT_FALSE(other.run, 'a real one');"""
+    assert one(tmp_path, body).verdict is Verdict.PASSED
+
+
+def test_mocks_of_one_test_are_gone_in_the_next(tmp_path: Path) -> None:
+    text = """
+TEST 'first' MOCK_FUNCTION Step RETURNS 9; ASSERT_EQ(Step(1), 9); END_TEST
+TEST 'second' ASSERT_EQ(Step(1), 1); ASSERT_EQ(MOCK_CALLS(Step), 1); END_TEST
+"""
+    written(tmp_path, motor=MOTOR, motor_test=text)
+    assert {one.verdict for one in outcomes(tmp_path / "motor_test.st").values()} == {Verdict.PASSED}
+
+
+# ---- faults and limits
+
+
+def test_a_fault_of_the_program_is_an_error_at_its_line(tmp_path: Path) -> None:
+    outcome = one(tmp_path, "VAR zero : INT; END_VAR\nzero := 1 / zero;")
+    assert outcome.verdict is Verdict.ERROR
+    assert [(one.kind, one.line, one.actual) for one in outcome.failures] == [("fault", 4, "a division by zero")]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "WHILE TRUE DO n := n + 1; END_WHILE",
+        "REPEAT n := 0; UNTIL n > 1 END_REPEAT",
+        "WHILE TRUE DO ADVANCE_TIME(T#1ms); END_WHILE",
+        "ASSERT_WITHIN(n > 1, T#20d);",
+        "RUN_FOR(T#20d);",
+    ],
+)
+def test_a_test_without_an_end_is_ended(tmp_path: Path, body: str) -> None:
+    outcome = one(tmp_path, f"VAR n : DINT; END_VAR\n{body}", timeout_s=0.02)
+    assert outcome.verdict is Verdict.ERROR
+    (failure,) = outcome.failures
+    assert (failure.kind, failure.line, failure.actual) == ("timeout", 4, "the test took more than 0.02 s")
+
+
+# ---- over time
+
+
+TASKS = """
+PROGRAM Lamp
+VAR clock : TON; on : BOOL; cycles : DINT; END_VAR
+clock(IN := NOT clock.Q, PT := T#50ms);
+on := clock.Q;
+cycles := cycles + 1;
+END_PROGRAM
+CONFIGURATION c
+RESOURCE r ON cpu
+TASK t(INTERVAL := T#10ms, PRIORITY := 1);
+PROGRAM p WITH t : Lamp;
+END_RESOURCE
+END_CONFIGURATION
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "at_ms"),
+    [
+        ("ASSERT_WITHIN(Lamp.on, T#60ms);", None),
+        ("ASSERT_WITHIN(Lamp.on, T#40ms);", 40),
+        ("ASSERT_NEVER(Lamp.on, T#40ms);", None),
+        ("ASSERT_NEVER(Lamp.on, T#500ms);", 50),
+        ("ASSERT_STAYS(NOT Lamp.on, T#40ms);", None),
+        ("ASSERT_STAYS(NOT Lamp.on, T#1s);", 50),
+        ("ASSERT_UNTIL(NOT Lamp.on, Lamp.cycles = 3, T#1s);", None),
+        ("ASSERT_UNTIL(NOT Lamp.on, Lamp.cycles = 300, T#1s);", 50),
+        ("ASSERT_UNTIL(Lamp.cycles >= 0, Lamp.cycles = 300, T#1s);", 1000),
+    ],
+)
+def test_an_expectation_over_time_is_judged_at_each_cycle(tmp_path: Path, body: str, at_ms: int | None) -> None:
+    written(tmp_path, lamp=TASKS, lamp_test=f"TEST 'it' {body} END_TEST")
+    outcome = outcomes(tmp_path / "lamp_test.st")["it"]
+    assert [failure.at_ns // MS for failure in outcome.failures] == ([] if at_ms is None else [at_ms])
+
+
+def test_tasks_run_only_while_the_test_says_so(tmp_path: Path) -> None:
+    body = "ADVANCE_TIME(T#1s); ASSERT_EQ(Lamp.cycles, 0); RUN_FOR(T#95ms); ASSERT_EQ(Lamp.cycles, 10);"
+    written(tmp_path, lamp=TASKS, lamp_test=f"TEST 'a' {body} END_TEST TEST 'b' {body} END_TEST")
+    assert [one.failures for one in outcomes(tmp_path / "lamp_test.st").values()] == [(), ()]
+
+
+# ---- the code of the tests
+
+
+def test_only_what_the_tests_reach_is_compiled(tmp_path: Path) -> None:
+    broken = "FUNCTION_BLOCK Broken\nVAR x : Nowhere; END_VAR\nEND_FUNCTION_BLOCK"
+    written(tmp_path, broken=broken, other="PROGRAM PLC_PRG END_PROGRAM", second="PROGRAM PLC_PRG END_PROGRAM")
+    assert one(tmp_path, "VAR m : Motor; END_VAR m();").verdict is Verdict.PASSED
+
+
+def test_uses_names_the_code(tmp_path: Path) -> None:
+    (tmp_path / "src").mkdir()
+    written(tmp_path / "src", motor=MOTOR)
+    written(tmp_path, checks="USES 'src/motor.st';\nTEST 'it' VAR m : Motor; END_VAR m(); END_TEST")
+    assert outcomes(tmp_path / "checks.st")["it"].verdict is Verdict.PASSED
+
+
+def test_of_two_files_with_one_name_the_test_takes_the_one_that_it_is_named_after(tmp_path: Path) -> None:
+    other = "FUNCTION Step : INT VAR_INPUT size : INT; END_VAR Step := 2; END_FUNCTION"
+    written(tmp_path, other=other)
+    assert one(tmp_path, "ASSERT_EQ(Step(1), 1);").verdict is Verdict.PASSED
+
+
+def test_tests_may_stand_in_the_file_of_the_code(tmp_path: Path) -> None:
+    written(tmp_path, motor=MOTOR + "TEST 'it' ASSERT_EQ(Step(4), 4); END_TEST")
+    assert outcomes(tmp_path / "motor.st")["it"].verdict is Verdict.PASSED

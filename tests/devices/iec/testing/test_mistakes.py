@@ -1,0 +1,96 @@
+"""Test files with mistakes: all are listed, each with its line, and none ends in a traceback."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from st_tests import MOTOR, as_json, iec_test, written
+
+from fieldrig_devices.iec.dialect import EDITION_3
+from fieldrig_devices.iec.parser import parse
+from fieldrig_devices.iec.printer import print_unit
+
+MISTAKES = [
+    ("TEST 'a' ASSERT_EQ(1); END_TEST", 1, "ASSERT_EQ without expected"),
+    ("TEST 'a' ASSERT_EQ(1, 2, 'm', 4); END_TEST", 1, "one argument too many for ASSERT_EQ"),
+    ("TEST 'a' ASSERT_EQ(got := 1, expected := 2); END_TEST", 1, "ASSERT_EQ has no argument got"),
+    ("TEST 'a' ASSERT_TRUE(5); END_TEST", 1, "5 is"),
+    ("TEST 'a' ASSERT_EQ(TRUE, 'x'); END_TEST", 1, "="),
+    ("TEST 'a'\nASSERT_EQ(nowhere, 1);\nEND_TEST", 2, "nowhere is not declared"),
+    ("TEST 'a' ADVANCE_TIME('now'); END_TEST", 1, "the time 'now' is"),
+    ("TEST 'a' MOCK Nothing; END_TEST", 1, "Nothing is not declared"),
+    ("TEST 'a' VAR n : INT; END_VAR MOCK n; END_TEST", 1, "n cannot be mocked"),
+    ("TEST 'a' MOCK Motor; END_TEST", 1, "Motor is a type"),
+    ("TEST 'a' MOCK_FUNCTION Step RETURNS 'x'; END_TEST", 1, "'x' is"),
+    ("TEST 'a' VAR m : Motor; END_VAR ASSERT_EQ(m, m); END_TEST", 1, "m is an instance of Motor"),
+    ("TEST 'a' VAR x, y : ARRAY[1..2] OF INT; END_VAR ASSERT_GT(x, y); END_TEST", 1, "x is an ARRAY"),
+    ("TEST 'a'\nASSERT_TRUE(TRUE);", 2, "got the end of the text"),
+    ("TEST 'a' END_TEST\n\nTEST 'a' END_TEST", 3, "the test 'a' exists already in line 1"),
+    ("SETUP END_SETUP\nSETUP END_SETUP TEST 'a' END_TEST", 2, "a second SETUP"),
+    ("TEST ' ' END_TEST TEST 'a' END_TEST", 1, "a test without a name"),
+    ("USES 'gone.st';\nTEST 'a' END_TEST", 1, "there is no 'gone.st' beside this file"),
+    ("TEST 'a' VAR x AT 'tank/level' : REAL; END_VAR END_TEST", 1, "x is at a place of a rig"),
+    ("TEST 'a' RIG 'gone.yaml' END_TEST", 1, "there is no gone.yaml"),
+    ("TEST 'a' IF TRUE THEN END_TEST", 1, "END_IF"),
+    ("TEST 'a' END_SETUP END_TEST", 1, "END_SETUP"),
+]
+
+
+@pytest.mark.parametrize(("text", "line", "what"), MISTAKES)
+def test_a_mistake_is_named_with_its_line(tmp_path: Path, text: str, line: int, what: str) -> None:
+    written(tmp_path, motor=MOTOR, motor_test=text)
+    done = iec_test(tmp_path)
+    assert done.exit_code == 2, done.output
+    assert f"motor_test.st:{line}: " in done.output
+    assert what in done.output
+
+
+def test_all_mistakes_of_a_file_are_listed_once(tmp_path: Path) -> None:
+    text = "TEST 'a'\nASSERT_EQ(x, 1);\nASSERT_EQ(1);\nEND_TEST\nTEST 'b'\nASSERT_TRUE(y);\nEND_TEST"
+    written(tmp_path, bad_test=text, good_test="TEST 'c' ASSERT_TRUE(TRUE); END_TEST")
+    lines = iec_test(tmp_path).stdout.splitlines()
+    assert [line.split(":")[1] for line in lines if line.startswith(f"{tmp_path}/bad_test.st:")] == ["2", "3", "6"]
+    assert "  ok      c" in lines
+
+
+def test_a_folder_without_tests_is_said_to_have_none(tmp_path: Path) -> None:
+    done = iec_test(written(tmp_path, motor=MOTOR))
+    assert (done.exit_code, type(done.exception).__name__) == (1, "UsageError")
+
+
+NAMES = """PROGRAM PLC_PRG
+VAR test, setup, teardown, rig, uses, skip, mock, returns, after, end_test, run_for, assert_true : INT; END_VAR
+test := setup + teardown; rig := uses + skip; mock := returns + after; end_test := run_for + assert_true;
+END_PROGRAM"""
+
+
+@pytest.mark.parametrize("dialect", ["epas-4", "edition-3", "codesys"])
+def test_the_words_of_tests_are_names_in_programs(tmp_path: Path, dialect: str) -> None:
+    body = "TEST 'it' PLC_PRG.test := 5; ASSERT_EQ(PLC_PRG.test, 5); END_TEST"
+    written(tmp_path, prg=NAMES, prg_test=body)
+    done = iec_test(tmp_path, dialect=dialect)
+    assert done.exit_code == 0, done.output
+
+
+def test_a_function_of_the_program_hides_a_word_of_tests(tmp_path: Path) -> None:
+    own = "FUNCTION ASSERT_TRUE : BOOL VAR_INPUT x : INT; END_VAR ASSERT_TRUE := x = 5; END_FUNCTION"
+    written(tmp_path, own=own, own_test="TEST 'it' VAR b : BOOL; END_VAR b := ASSERT_TRUE(5); ASSERT(b); END_TEST")
+    assert [one["verdict"] for one in as_json(tmp_path)] == ["passed"]
+
+
+PARTS = [
+    "TEST 'a'", "TEST", "END_TEST", "SETUP", "END_SETUP", "TEARDOWN", "END_TEARDOWN", "VAR", "END_VAR", "x : INT;",
+    "ASSERT_EQ(x, 1);", "MOCK x;", "MOCK", "MOCK_FUNCTION F RETURNS", "RIG 'r'", "AFTER T#1s", "SKIP 's';", "USES 'u'",
+    "IF x THEN", "END_IF", "AT 'p/q'", ";", "PROGRAM p", "END_PROGRAM", "'", "(*",
+]  # fmt: skip
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(st.sampled_from(PARTS), max_size=12))
+def test_any_text_of_tests_is_parsed_without_an_exception(parts: list[str]) -> None:
+    unit, mistakes = parse("\n".join(parts), "any.st", EDITION_3)
+    if not mistakes:
+        printed = print_unit(unit)
+        again, wrong = parse(printed, "any.st", EDITION_3)
+        assert (again, wrong, print_unit(again)) == (unit, [], printed)
