@@ -30,6 +30,7 @@ HEADINGS: Final[Mapping[str, Sequence[str]]] = {
     "unit": ("unit", "units", "einheit", "uom", "engineering unit"),
     "scale": ("scale", "scaling", "factor", "scale factor", "multiplier", "gain", "resolution", "faktor"),
     "divisor": ("divisor", "divider", "div"),
+    "offset": ("offset",),
     "access": ("access", "r/w", "rw", "read/write", "r w", "mode", "zugriff"),
     "min": ("min", "minimum", "low", "lower limit"),
     "max": ("max", "maximum", "high", "upper limit"),
@@ -46,6 +47,8 @@ SPACE_WORDS: Final = {
 }  # fmt: skip
 FAMILIES: Final = {"0": "coils", "1": "discrete_inputs", "3": "input_registers", "4": "holding_registers"}
 """The first digit of numbers such as 40001, which name the space and count from 1."""
+KEPT_NAME: Final = re.compile(r"[a-z_][a-z0-9_.-]{0,59}")
+"""A name that is one in a register table too."""
 NUMBERED: Final = re.compile(r"([0134])(\d{4,5})(?!\d)")
 ORDERS: Final = {"abcd": {}, "cdab": {"word_order": "little"}, "badc": {"byte_order": "little"},
                  "dcba": {"word_order": "little", "byte_order": "little"}}  # fmt: skip
@@ -154,8 +157,7 @@ class _Reader:
         if space in SPACES[2:]:
             entry |= _type(row)
             entry |= {"unit": row["unit"]} if row.get("unit") else {}
-            if entry["type"] != "bool" and not entry["type"].startswith("string"):
-                entry |= self._numbers(row, entry["type"])
+        entry |= self._values(row, entry.get("type", "bool"))
         access = _access(row.get("access", ""))
         if access is not None and space in ("coils", "holding_registers"):
             entry["access"] = access
@@ -186,16 +188,29 @@ class _Reader:
         name = name if not name[0].isdigit() else f"r_{name}"
         return name if name not in self._names else f"{name}_{address}"
 
-    def _numbers(self, row: Mapping[str, str], type: str) -> dict[str, Any]:
+    def _values(self, row: Mapping[str, str], type: str) -> dict[str, Any]:
+        """Return what a row says of its values: scale, limits and start value, as far as the type has them."""
+        if type == "bool":
+            initial = self._sheet.number(row.get("initial", ""))
+            return {"initial": True} if initial == 1 else {}
+        if not type.startswith("string"):
+            return self._numbers(row)
+        return {"initial": row["initial"]} if row.get("initial") else {}
+
+    def _numbers(self, row: Mapping[str, str]) -> dict[str, Any]:
         scale, divisor = factor(row.get("scale", ""), self._sheet.number), self._sheet.number(row.get("divisor", ""))
         if divisor:
             scale = 1 / divisor
         numbers: dict[str, Any] = {} if scale in (None, 0, 1) else {"scale": _short(scale or 1)}
+        offset = self._sheet.number(row.get("offset", ""))
+        numbers |= {"offset": _short(offset)} if offset else {}
         limits = {key: self._sheet.number(row.get(key, "")) for key in ONES}
         return numbers | {key: _short(value) for key, value in limits.items() if value is not None}
 
 
 def _as_name(text: str) -> str:
+    if KEPT_NAME.fullmatch(text):
+        return text
     return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower()[:60].strip("_")
 
 
