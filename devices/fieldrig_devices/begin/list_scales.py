@@ -5,6 +5,8 @@ from collections.abc import Callable, Iterable
 from typing import Any, Final
 
 POWER: Final = re.compile(r"10\s*(?:\^|\*\*)\s*\(?([-+]?\d)\)?")
+PRODUCT: Final = re.compile(r"(?P<factor>[-+\d.,e]+)\s*[x*×]\s*(?P<name>[A-Za-z_]\S*)")
+"""A number, and the name of a register that multiplies it."""
 NOTHING: Final = frozenset(("", "-", "–", "/", "none", "n/a", "na", "n.a.", "keine"))
 
 

@@ -6,14 +6,14 @@ assumed, and what cannot be read is left out; the notes say both, with the lines
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from pydantic import ValidationError
 
-from fieldrig_devices.begin.list_scales import NOTHING, factor, name_registers
+from fieldrig_devices.begin.list_scales import NOTHING, PRODUCT, factor, name_registers
 from fieldrig_devices.registers.entries import Bit, Register, words_of
 from fieldrig_devices.registers.table import SPACES
 from fieldrig_devices.registers.type_names import meant
@@ -47,8 +47,10 @@ SPACE_WORDS: Final = {
 }  # fmt: skip
 FAMILIES: Final = {"0": "coils", "1": "discrete_inputs", "3": "input_registers", "4": "holding_registers"}
 """The first digit of numbers such as 40001, which name the space and count from 1."""
-KEPT_NAME: Final = re.compile(r"[a-z_][a-z0-9_.-]{0,59}")
-"""A name that is one in a register table too."""
+OWN_COLUMNS: Final = (
+    "address", "name", "type", "space", "unit", "scale", "offset", "access", "min", "max", "initial", "about",
+)  # fmt: skip
+"""The first line of a list that `fieldrig export` has written; its names are those of a register table as they are."""
 NUMBERED: Final = re.compile(r"([0134])(\d{4,5})(?!\d)")
 ORDERS: Final = {"abcd": {}, "cdab": {"word_order": "little"}, "badc": {"byte_order": "little"},
                  "dcba": {"word_order": "little", "byte_order": "little"}}  # fmt: skip
@@ -100,6 +102,7 @@ class _Reader:
 
     def __init__(self, sheet: Sheet, is_numbered: bool, made: RegisterList) -> None:
         self._sheet, self._is_numbered, self._made = sheet, is_numbered, made
+        self._as_name: Callable[[str], str] = str if tuple(sheet.names) == OWN_COLUMNS else _as_name
         self._names: set[str] = set()
         self._taken: dict[str, dict[int, str]] = {space: {} for space in SPACES}
         self._lines: dict[str, int] = {}
@@ -137,11 +140,14 @@ class _Reader:
         name, scale, length = entry["name"], row.get("scale", ""), _address(row.get("length", ""))
         self._names.add(name)
         self._lines[name] = line
-        if meant(row.get("type", "")) == "s16" and "sunssf" in row["type"].casefold():
+        if entry.get("type") == "s16" and "sunssf" in row.get("type", "").casefold():
             self._exponents.add(name)
         is_open = space in SPACES[2:] and "scale" not in entry and scale.casefold() not in NOTHING
-        if is_open and factor(scale, self._sheet.number) is None:
-            self._scaled_by[name] = _as_name(scale)
+        product = PRODUCT.fullmatch(scale)
+        if product is not None and space in SPACES[2:]:
+            self._scaled_by[name] = self._as_name(product["name"])
+        elif is_open and factor(scale, self._sheet.number) is None:
+            self._scaled_by[name] = self._as_name(scale)
         if row.get("space") and _space(row["space"]) is None:
             self._made.notes.append(f"Line {line}: {row['space']!r} is no table; {space.replace('_', ' ')} was taken.")
         words *= entry.get("count", 1)
@@ -182,7 +188,7 @@ class _Reader:
 
     def _name(self, row: Mapping[str, str], space: str, address: int) -> str:
         text = row.get("name") or row.get("about") or ""
-        name = _as_name(text)
+        name = self._as_name(text)
         if not name:
             name = f"{space.removesuffix('s')}_{address}"
         name = name if not name[0].isdigit() else f"r_{name}"
@@ -198,7 +204,9 @@ class _Reader:
         return {"initial": row["initial"]} if row.get("initial") else {}
 
     def _numbers(self, row: Mapping[str, str]) -> dict[str, Any]:
-        scale, divisor = factor(row.get("scale", ""), self._sheet.number), self._sheet.number(row.get("divisor", ""))
+        product = PRODUCT.fullmatch(row.get("scale", ""))
+        scale = factor(row.get("scale", "") if product is None else product["factor"], self._sheet.number)
+        divisor = self._sheet.number(row.get("divisor", ""))
         if divisor:
             scale = 1 / divisor
         numbers: dict[str, Any] = {} if scale in (None, 0, 1) else {"scale": _short(scale or 1)}
@@ -209,8 +217,6 @@ class _Reader:
 
 
 def _as_name(text: str) -> str:
-    if KEPT_NAME.fullmatch(text):
-        return text
     return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower()[:60].strip("_")
 
 

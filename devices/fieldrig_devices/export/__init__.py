@@ -1,1 +1,1 @@
-"""What a rig is made of, in the files of other tools: CAN networks as DBC, register tables as CSV and Markdown."""
+"""The parts of a rig in files of other tools: CAN networks as DBC, register tables as CSV and Markdown."""

@@ -33,7 +33,7 @@ class Signal:
     high: float | None = None
     about: str = ""
     selected_by: int | None = None
-    """The number of the message's selector with which these bits are this signal; None: always."""
+    """The number of the message's selector with which these bits are this signal, or None if they always are."""
     is_selector: bool = False
 
 

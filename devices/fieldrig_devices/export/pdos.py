@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 from fieldrig_devices.canopen.cob_id import EXTENDED, is_valid
 from fieldrig_devices.canopen.pdo.mapping import MAX_ENTRIES, Mode
-from fieldrig_devices.canopen.pdo_names import MOST, RPDO, TO_MAPPING, TPDO
+from fieldrig_devices.canopen.pdo_maps import MOST, RPDO, TO_MAPPING, TPDO
 from fieldrig_devices.export.network import MOST_BITS, Message, Signal, with_unique_names
 from fieldrig_devices.export.objects import Objects
 

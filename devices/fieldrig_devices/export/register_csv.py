@@ -9,12 +9,10 @@ import io
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from fieldrig_devices.begin.register_list import OWN_COLUMNS
 from fieldrig_devices.registers.entries import Bit, Register, each_value, fields_of, number_of
 from fieldrig_devices.registers.table import SPACES, Table, access_of
 
-COLUMNS: Final = (
-    "address", "name", "type", "space", "unit", "scale", "offset", "access", "min", "max", "initial", "about",
-)  # fmt: skip
 ORDERS: Final = {("big", "big"): "", ("little", "big"): "cdab", ("big", "little"): "badc", ("little", "little"): "dcba"}
 """The order of the bytes ABCD of a number, by the orders of words and bytes."""
 LOOKS_NUMBERED: Final = range(10_000, 50_000)
@@ -25,13 +23,13 @@ def csv_of(table: Table) -> str:
     """Return the list."""
     file = io.StringIO(newline="")
     writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    writer.writerow(OWN_COLUMNS)
     writer.writerows(rows_of(table))
     return file.getvalue()
 
 
 def rows_of(table: Table) -> Iterator[Sequence[object]]:
-    """Yield a row of `COLUMNS` for each entry, and for each single one of several bits."""
+    """Yield a row of `OWN_COLUMNS` for each entry, and for each single one of several bits."""
     exponents = {entry.exponent_from for entry in (*table.holding_registers, *table.input_registers)}
     for space in SPACES:
         for entry in table.entries(space):
@@ -46,7 +44,8 @@ def _row(
     word = space.removesuffix("s").replace("_", " ")
     if not isinstance(entry, Register):
         return (place, name, "bool", word, "", "", "", access, "", "", int(entry.initial), about_of(entry))
-    scale = entry.factor_from or entry.exponent_from or _plain(entry.scale, 1)
+    by = entry.factor_from or entry.exponent_from or ""
+    scale = f"{entry.scale} x {by}" if by and entry.scale != 1 else by or _plain(entry.scale, 1)
     type = _type(table, entry, is_exponent)
     limits = (_plain(entry.min, None), _plain(entry.max, None), _initial(entry))
     return (place, name, type, word, entry.unit, scale, _plain(entry.offset, 0), access, *limits, about_of(entry))
@@ -54,12 +53,11 @@ def _row(
 
 def _type(table: Table, entry: Register, is_exponent: bool) -> str:
     """Return the type with the number of values, and with the order of its bytes where that is not ABCD."""
-    if is_exponent and entry.type == "s16":
-        return "sunssf"
+    type = "sunssf" if is_exponent and entry.type == "s16" else entry.type
     form = (entry.word_order or table.word_order, entry.byte_order or table.byte_order)
     order = ORDERS[form] if entry.type != "bool" else ""
     count = f"[{entry.count}]" if entry.count > 1 and not entry.type.startswith("string") else ""
-    return f"{entry.type}{count} {order}".strip()
+    return f"{type}{count} {order}".strip()
 
 
 def _initial(entry: Register) -> object:

@@ -54,7 +54,8 @@ def _table_lines(table: Table) -> Iterator[str]:
 def _row(table: Table, space: str, entry: Bit | Register) -> Sequence[str]:
     last = entry.address + entry.count * words_of(entry) - 1
     place = str(entry.address) if last == entry.address else f"{entry.address} to {last}"
-    name = f"`{entry.name}`" if entry.count == 1 else ", ".join(f"`{name}`" for name, _ in _ends(entry))
+    names = [f"`{name}`" for name, _ in each_value(entry)]
+    name = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
     access = access_of(space, entry)
     if not isinstance(entry, Register):
         return place, name, access, about_of(entry)
@@ -71,11 +72,6 @@ def _limits(entry: Register) -> str:
             return f"at least {least:g}"
         case least, most:
             return f"{least:g} to {most:g}"
-
-
-def _ends(entry: Bit | Register) -> Sequence[tuple[str, int]]:
-    every = [*each_value(entry)]
-    return every if len(every) == 2 else [every[0], ("...", 0), every[-1]]
 
 
 def _type(table: Table, entry: Register) -> str:

@@ -5,7 +5,8 @@ frame of SDO has depends on its command specifier, which is the selector of its 
 number in its place, so they look like other services; no file of this form can tell them apart.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import takewhile
 from typing import Final
 
 from fieldrig_devices.canopen.abort import NAMES
@@ -38,7 +39,7 @@ ABORT: Final = (*OBJECT, Signal("code", 32, 32, choices=ABORTS))
 REST: Final = (Signal("data", 8, 56),)
 OF_REQUESTS: Final = {0: SEGMENT, 1: VALUE, 2: OBJECT, 3: REST, 4: ABORT, 5: OBJECT, 6: VALUE, 7: REST}
 OF_ANSWERS: Final = {0: SEGMENT, 1: REST, 2: VALUE, 3: OBJECT, 4: ABORT, 5: OBJECT, 6: VALUE, 7: REST}
-"""What follows each command specifier."""
+"""The signals behind each command specifier."""
 NAMED_IN: Final = frozenset(("write index", "read index", "value index", "written index"))
 """Signals that name the object: in all of them the names would be most of the file."""
 
@@ -46,7 +47,7 @@ NAMED_IN: Final = frozenset(("write index", "read index", "value index", "writte
 def of_network(names: Mapping[int, str], master: str, sync_by: str, *, counts_sync: bool) -> Iterator[Message]:
     """Yield the messages that concern all nodes; `names` are those of the nodes by node-ID.
 
-    A SYNC has a counter if a node is told so (1019h), and is empty otherwise.
+    A SYNC has a counter if a node is configured for it (1019h), and is empty otherwise.
     """
     everybody = tuple(names.values())
     command = Signal("command", 0, 8, choices=NMT_COMMANDS)
@@ -108,10 +109,16 @@ def _objects(dictionary: Dictionary | None) -> Mapping[int, str]:
     """Return the names of the objects by index, with the index, which a tool shows no more beside a name."""
     if dictionary is None:
         return NO_CHOICES
-    named: dict[int, str] = {}
+    names: dict[int, list[str]] = {}
     for variable in dictionary:
-        named.setdefault(variable.index, f"{variable.index:04X}h {variable.name}")
-    return named
+        names.setdefault(variable.index, []).append(variable.name)
+    return {index: f"{index:04X}h {_common(of)}".rstrip() for index, of in names.items()}
+
+
+def _common(names: Sequence[str]) -> str:
+    """Return the words with which the names of all sub-indices begin; that of sub-index 0 counts if it is alone."""
+    columns = zip(*(name.split() for name in (names[1:] or names)), strict=False)
+    return " ".join(column[0] for column in takewhile(lambda column: len({*column}) == 1, columns))
 
 
 def _number(dictionary: Dictionary | None, index: int, subindex: int, usual: int) -> int:

@@ -1,0 +1,224 @@
+"""CAN networks as DBC, read by cantools, which others wrote; frames are those of CiA 301, CiA 402 and CiA 401."""
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import cantools
+import pytest
+from cantools.database.can import Database
+from shipped import CONFIGS, RIGS
+from typer.testing import CliRunner
+
+from fieldrig.cli.app import app
+from fieldrig.config.rig_file import from_dict, load
+from fieldrig_devices.export.can_networks import networks
+from fieldrig_devices.export.dbc import ENCODING, text_of
+
+C_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+def databases(source: Path | dict[str, Any]) -> dict[str, Database]:
+    """The networks of a rig by the names of their buses, as cantools reads them: overlapping signals are an error."""
+    config = load(source) if isinstance(source, Path) else from_dict(source, CONFIGS)
+    found = {}
+    for network in networks(config):
+        database = cantools.database.load_string(text_of(network).decode(ENCODING), "dbc")
+        assert isinstance(database, Database)
+        found[network.name] = database
+    return found
+
+
+def rig(**devices: dict[str, Any]) -> dict[str, Any]:
+    buses = {"can0": {"kind": "can.virtual"}, "wires": {"kind": "wires.virtual"}}
+    return {"time": "virtual", "buses": buses, "devices": devices}
+
+
+def io(node_id: int, **settings: Any) -> dict[str, Any]:
+    links = {"can": "can0"} | ({"wires": "wires"} if "signals" in settings else {})
+    return {"kind": "canopen.node", "node_id": node_id, "eds": "eds/io32.eds", "links": links, **settings}
+
+
+def drive(node_id: int, **settings: Any) -> dict[str, Any]:
+    return {"kind": "cia402.drive", "node_id": node_id, "links": {"can": "can0"}, **settings}
+
+
+@pytest.fixture(scope="module")
+def lab() -> Database:
+    return databases(CONFIGS / "lab.yaml")["can0"]
+
+
+@pytest.fixture(scope="module")
+def axis() -> Database:
+    return databases(rig(axis=drive(3)))["can0"]
+
+
+def decoded(database: Database, identifier: int, data: str) -> dict[str, Any]:
+    """The name of a message, and its values: a text where the number has a name."""
+    message = database.get_message_by_frame_id(identifier)
+    values = message.decode(bytes.fromhex(data))
+    assert isinstance(values, dict)
+    return {"message": message.name, **{name: str(of) if hasattr(of, "name") else of for name, of in values.items()}}
+
+
+@pytest.mark.parametrize(
+    ("identifier", "data", "expected"),
+    [
+        (0x000, "81 05", {"message": "NMT", "command": "reset node", "node": "io"}),
+        (0x000, "01 00", {"message": "NMT", "command": "start", "node": "all nodes"}),
+        (0x080, "", {"message": "SYNC"}),
+        (0x705, "00", {"message": "io_heartbeat", "state": "boot-up", "toggle": 0}),
+        (0x706, "85", {"message": "sensor_heartbeat", "state": "operational", "toggle": 1}),
+        (0x085, "30 81 11 00 00 00 00 00", {"error_code": "life guard or heartbeat error", "generic": 1, "current": 0}),
+        (0x085, "00 00 00 00 00 00 00 00", {"message": "io_EMCY", "error_code": "error reset or no error"}),
+        (0x605, "40 01 64 02 00 00 00 00", {"service": "SDO read", "read_index": "6401h Analogue input"}),
+        (0x585, "43 18 10 01 78 56 34 12", {"service": "SDO value", "value_index": "1018h", "value_value": 0x12345678}),
+        (0x605, "2b 11 64 03 e8 03 00 00", {"service": "SDO write", "write_subindex": 3, "write_value": 1000}),
+        (0x585, "80 00 20 00 00 00 02 06", {"service": "SDO abort", "abort_code": "no object", "abort_index": 0x2000}),
+        (0x585, "00 41 42 43 44 45 46 47", {"service": "SDO segment", "segment_data": 0x47464544434241}),
+        (0x7E5, "5e 00 00 00 00 00 00 00", {"message": "LSS_request", "service": "inquire node-ID"}),
+    ],
+)
+def test_services_are_messages(lab: Database, identifier: int, data: str, expected: dict[str, Any]) -> None:
+    assert decoded(lab, identifier, data).items() >= expected.items()
+
+
+def test_pdos_have_the_names_of_objects_wires_and_units(lab: Database) -> None:
+    inputs = decoded(lab, 0x185, "02 ff 00 00")
+    assert (inputs["tank_high"], inputs["tank_low"], inputs["Read_inputs_byte_2"]) == (0, 1, 255)
+    level = lab.get_message_by_name("io_TPDO2").get_signal_by_name("Analogue_input_1")
+    assert (level.scale, level.unit, level.is_signed) == (0.0001, "m", True)
+    assert decoded(lab, 0x285, "10 27 00 00 00 00 f0 d8")["Analogue_input_1"] == 1.0
+    assert decoded(lab, 0x285, "10 27 00 00 00 00 f0 d8")["Analogue_input_4"] == -10_000
+    outlet = lab.get_message_by_name("io_RPDO2").get_signal_by_name("Analogue_output_1")
+    assert (outlet.scale, outlet.unit, outlet.receivers) == (0.01, "%", ["io"])
+    assert lab.get_message_by_name("sensor_heartbeat").cycle_time == 1000
+
+
+@pytest.mark.parametrize(
+    ("word", "state", "bits"),
+    [
+        ("40 02", "switch on disabled", {"remote": 1}),
+        ("31 02", "ready to switch on", {"remote": 1, "target_reached": 0}),
+        ("33 02", "switched on", {}),
+        ("37 06", "operation enabled", {"target_reached": 1, "internal_limit_active": 0}),
+        ("17 0a", "quick stop active", {"internal_limit_active": 1}),
+        ("1f 02", "fault reaction active", {}),
+        ("b8 02", "fault", {"warning": 1}),
+        ("00 00", "not ready to switch on", {"remote": 0}),
+    ],
+)
+def test_a_status_word_is_its_state_and_its_bits(axis: Database, word: str, state: str, bits: dict[str, int]) -> None:
+    """CiA 402-2, table of the states: bit 4 is a part of none, bit 5 only of those behind 'ready to switch on'."""
+    values = decoded(axis, 0x183, word)
+    assert values["Statusword_state"] == state
+    assert values.items() >= bits.items()
+
+
+@pytest.mark.parametrize(
+    ("word", "command", "bits"),
+    [
+        ("06 00", "shutdown", {"halt": 0}),
+        ("07 00", "switch on", {}),
+        ("0f 01", "enable operation", {"halt": 1}),
+        ("02 00", "quick stop", {}),
+        ("80 00", "disable voltage", {"fault_reset": 1}),
+    ],
+)
+def test_a_control_word_is_its_command_and_its_bits(
+    axis: Database, word: str, command: str, bits: dict[str, int]
+) -> None:
+    values = decoded(axis, 0x203, word)
+    assert values["Controlword_command"] == command
+    assert values.items() >= bits.items()
+
+
+def test_a_mode_is_named_and_a_torque_is_in_percent() -> None:
+    mapped = {"1A01:00": 3, "1A01:01": 0x60410010, "1A01:02": 0x60610008, "1A01:03": 0x60770010}
+    axis = databases(rig(axis=drive(3, objects=mapped)))["can0"]
+    values = decoded(axis, 0x283, "37 02 08 e7 03")
+    assert values["Modes_of_operation_display"] == "cyclic synchronous position"
+    [torque] = [signal for signal in axis.get_message_by_frame_id(0x283).signals if signal.unit == "%"]
+    assert (torque.start, values[torque.name]) == (24, pytest.approx(99.9))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("file", RIGS)
+def test_networks_of_all_shipped_rigs_are_read(file: str) -> None:
+    for database in databases(CONFIGS / file).values():
+        names = [message.name for message in database.messages]
+        assert len({name.lower() for name in names}) == len(names)
+        every = [*names, *(signal.name for message in database.messages for signal in message.signals)]
+        assert [name for name in every if not C_NAME.fullmatch(name)] == []
+        assert {sender for message in database.messages for sender in message.senders} <= {
+            node.name for node in database.nodes
+        }
+
+
+def test_a_pdo_between_two_nodes_is_one_message_of_its_producer() -> None:
+    inner = databases(rig(first=io(1), second=io(2, objects={"1400:01": 0x181})))["can0"]
+    message = inner.get_message_by_frame_id(0x181)
+    assert (message.name, message.senders, sorted(message.receivers)) == ("first_TPDO1", ["first"], ["second"])
+
+
+def test_a_pdo_that_does_not_exist_and_one_with_29_bits() -> None:
+    objects = {"1800:01": 0x8000_0181, "1801:01": 0x2000_0000 | 0x1234_5678}
+    node = databases(rig(node=io(1, objects=objects)))["can0"]
+    found = {message.name: message for message in node.messages}
+    assert "node_TPDO1" not in found
+    assert (found["node_TPDO2"].frame_id, found["node_TPDO2"].is_extended_frame) == (0x1234_5678, True)
+
+
+def test_names_of_devices_become_names_of_c_that_differ() -> None:
+    database = databases(rig(**{"a-b": io(1), "a_b": io(2), "master": io(3)}))["can0"]
+    assert [node.name for node in database.nodes] == ["master", "a_b", "a_b_2", "master_2"]
+    assert database.get_message_by_frame_id(0x181).senders == ["a_b"]
+    assert database.get_message_by_frame_id(0x183).senders == ["master_2"]
+
+
+def test_a_long_name_is_kept_and_shortened() -> None:
+    """DBC has names of 32 characters, and the attribute SystemSignalLongSymbol for the whole one."""
+    name = "the-transmitter-of-the-third-tank-behind-the-second-pump"
+    [network] = networks(from_dict(rig(**{name: io(1)}), CONFIGS))
+    text = text_of(network).decode(ENCODING)
+    assert all(len(word) <= 32 for word in re.findall(r"^(?:BO_ \d+| SG_) (\w+)", text, re.MULTILINE))
+    read = cantools.database.load_string(text, "dbc")
+    assert read.get_message_by_frame_id(0x181).name == f"{name.replace('-', '_')}_TPDO1"  # type: ignore[union-attr]
+
+
+def test_the_command_writes_a_file_or_one_for_each_bus(tmp_path: Path) -> None:
+    run = CliRunner().invoke
+    one, folder = tmp_path / "lab.dbc", tmp_path / "networks"
+    assert run(app, ["export", str(CONFIGS / "lab.yaml"), "--dbc", str(one)]).output == f"{one}\n"
+    assert "BO_ 389 io_TPDO1: 4 io" in one.read_text(ENCODING)
+    assert run(app, ["export", str(CONFIGS / "machine.yaml"), "--dbc", str(folder)]).exit_code == 0
+    assert sorted(file.name for file in folder.iterdir()) == ["can0.dbc", "can1.dbc", "can2.dbc", "can3.dbc"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["machine.yaml", "--dbc", "one.dbc"], "is one file, but there are can0, can3, can1, can2"),
+        (["modems.yaml", "--dbc", "none.dbc"], "has no CAN bus"),
+        (["modems.yaml", "--csv", "none.csv"], "has no register table"),
+        (["modems.yaml", "--markdown", "none.md"], "has no register table"),
+        (["lab.yaml"], "nothing is to be written"),
+        (["lab.yaml", "--dbc", "/dev/null/x.dbc"], "cannot be written"),
+    ],
+)
+def test_what_cannot_be_written_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], message: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["export", str(CONFIGS / arguments[0]), *arguments[1:]])
+    assert result.exit_code != 0
+    assert message in str(result.exception)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_cantools_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cantools.database", None)
+    monkeypatch.delitem(sys.modules, "fieldrig_devices.export.dbc", raising=False)
+    result = CliRunner().invoke(app, ["export", str(CONFIGS / "lab.yaml"), "--dbc", str(tmp_path / "x.dbc")])
+    assert "fieldrig[dbc]" in str(result.exception)
