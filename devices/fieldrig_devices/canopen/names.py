@@ -59,8 +59,10 @@ class CanopenNames:
         """`nodes` are those that the rig knows, by node-ID; others are named by their number."""
         self._nodes = nodes
         dictionaries = {node_id: node.dictionary for node_id, node in nodes.items() if node.dictionary is not None}
-        self._pdos = PdoNames(dictionaries)
-        self._sdo = SdoNames(dictionaries, self._pdos.note)
+        self._known = dict(dictionaries)
+        """The names of objects, by node-ID."""
+        self._pdos = PdoNames(dictionaries, self._known)
+        self._sdo = SdoNames(self._known, self._pdos.note)
 
     def __call__(self, message: Any, sender: str = "") -> Named:
         if not isinstance(message, CanFrame):
@@ -68,7 +70,7 @@ class CanopenNames:
         found = self._pdos.named(message)
         if found is not None:
             node_id, kind, text = found
-            return Named(kind, self._name(node_id), text)
+            return Named(kind, self.name(node_id), text)
         return Named("", "", show(message)) if message.is_extended else self._by_identifier(message)
 
     def take(self, transfer: Accessed) -> None:
@@ -82,9 +84,9 @@ class CanopenNames:
         pdo = self._pdos.values(message)
         if pdo is not None:
             node_id, kind, mapped = pdo
-            dictionary = self._dictionary(node_id)
+            dictionary = self.dictionary(node_id)
             values = [object_part(dictionary, *each) for each in mapped if _is_object(dictionary, *each[:2])]
-            return Parts(self._name(node_id), kind, values or frame_parts(message))
+            return Parts(self.name(node_id), kind, values or frame_parts(message))
         if message.is_extended:
             return None
         named = self._by_identifier(message)
@@ -101,6 +103,10 @@ class CanopenNames:
             return None if is_master or frame.identifier in (LSS_MASTER, LSS_SLAVE) else node_id
         return None
 
+    def node_of_pdo(self, frame: CanFrame) -> int | None:
+        """Return the node-ID of the node that sends or receives this PDO; None for a frame that is no PDO."""
+        return self._pdos.node_of(frame)
+
     @property
     def nodes(self) -> Mapping[int, KnownNode]:
         """The nodes that are known, by node-ID."""
@@ -115,22 +121,28 @@ class CanopenNames:
                 state = data[0] & 0x7F
                 return (Part("state", "", data[0], NMT_STATES.get(state, f"state {state}")),)
             if base in (SDO_REQUEST, SDO_RESPONSE):
-                return sdo_parts(self._dictionary(node_id), data, is_request=base == SDO_REQUEST)
+                return sdo_parts(self.dictionary(node_id), data, is_request=base == SDO_REQUEST)
         return frame_parts(frame)
 
-    def _dictionary(self, node_id: int) -> Dictionary | None:
-        node = self._nodes.get(node_id)
-        return None if node is None else node.dictionary
+    def dictionary(self, node_id: int) -> Dictionary | None:
+        """Return the dictionary that names the objects of a node; None if there is none."""
+        return self._known.get(node_id)
+
+    def describe(self, node_id: int, dictionary: Dictionary) -> None:
+        """Name the objects of a node without an EDS as this dictionary does, from now on."""
+        self._known[node_id] = dictionary
+        self._pdos.forget_texts()
 
     def wants(self) -> Mapping[str, Sequence[str]]:
-        return {self._name(node_id): keys for node_id, keys in self._pdos.parameters().items()}
+        return {self.name(node_id): keys for node_id, keys in self._pdos.parameters().items()}
 
     def learn(self, device: str, values: Mapping[str, Any]) -> None:
         for node_id, node in self._nodes.items():
             if node.name == device:
                 self._pdos.learn(node_id, values)
 
-    def _name(self, node_id: int) -> str:
+    def name(self, node_id: int) -> str:
+        """Return the name of a node in the rig, or `node 5`."""
         node = self._nodes.get(node_id)
         return f"node {node_id}" if node is None else node.name
 
@@ -153,19 +165,19 @@ class CanopenNames:
         if node_id in NODES:
             match base:
                 case 0x080:
-                    return Named("EMCY", self._name(node_id), emcy_words(data))
+                    return Named("EMCY", self.name(node_id), emcy_words(data))
                 case 0x700:
-                    return Named(*_error_control(frame, self._name(node_id)))
+                    return Named(*_error_control(frame, self.name(node_id)))
                 case 0x600 | 0x580 if not frame.is_remote:
                     kind, text = self._sdo.named(node_id, data, is_request=base == SDO_REQUEST)
-                    return Named(kind, self._name(node_id), text)
+                    return Named(kind, self.name(node_id), text)
         return Named("", "", show(frame))
 
     def _nmt(self, data: bytes) -> Named:
         if len(data) != 2:
             return Named("NMT", "", f"{data.hex(' ').upper()} (expected two bytes)")
         command = NMT_COMMANDS.get(data[0], f"command {data[0]}")
-        return Named("NMT", self._name(data[1]) if data[1] else "", f"{command}{'' if data[1] else ' all nodes'}")
+        return Named("NMT", self.name(data[1]) if data[1] else "", f"{command}{'' if data[1] else ' all nodes'}")
 
 
 def _is_object(dictionary: Dictionary | None, index: int, subindex: int) -> bool:

@@ -17,8 +17,10 @@ LAST_TYPE: Final = 0x0FFF
 class PdoNames:
     """Names the PDOs of a bus."""
 
-    def __init__(self, dictionaries: Mapping[int, Dictionary]) -> None:
+    def __init__(self, dictionaries: Mapping[int, Dictionary], known: Mapping[int, Dictionary] | None = None) -> None:
+        """`dictionaries` have the parameters of the nodes, and `known` the names of their objects if it has more."""
         self._dictionaries = dictionaries
+        self._known = dictionaries if known is None else known
         self._maps = PdoMaps(dictionaries)
         self._texts: dict[tuple[int, bytes], str] = {}
         """Contents that were named before, as most PDOs repeat theirs, by identifier and data."""
@@ -32,6 +34,10 @@ class PdoNames:
         """Learn from a completed SDO transfer."""
         if self._maps.take(transfer):
             self._texts.clear()
+
+    def forget_texts(self) -> None:
+        """Name the contents anew, because objects have other names now."""
+        self._texts.clear()
 
     def parameters(self) -> dict[int, list[str]]:
         """Return the keys of all parameters of PDOs, by node-ID."""
@@ -74,6 +80,11 @@ class PdoNames:
         pdo = self._maps.pdo_of(_key(frame))
         return pdo.node_id if pdo is not None and pdo.kind.startswith("TPDO") else None
 
+    def node_of(self, frame: CanFrame) -> int | None:
+        """Return the node-ID of the node whose PDO this is; None for any other frame."""
+        pdo = self._maps.pdo_of(_key(frame))
+        return None if pdo is None else pdo.node_id
+
     def _content(self, pdo: Pdo, data: bytes) -> str:
         layout = self._maps.layout(pdo)
         words = [self._object(pdo.node_id, *found) for found in _objects(layout, data)]
@@ -83,7 +94,7 @@ class PdoNames:
 
     def _object(self, node_id: int, index: int, subindex: int, data: bytes) -> str:
         """Return name and value of an object; nothing for a dummy, which nothing means."""
-        dictionary = self._dictionaries.get(node_id)
+        dictionary = self._known.get(node_id)
         variable = None if dictionary is None else dictionary.get(index, subindex)
         if variable is not None:
             return f"{variable.name} {value_words(dictionary, index, subindex, data)}"

@@ -101,7 +101,13 @@ def value_words(dictionary: Dictionary | None, index: int, subindex: int, data: 
     """Return the value by the type of the object, or as bytes if the type is not known or does not fit."""
     variable = None if dictionary is None else dictionary.get(index, subindex)
     if variable is None or variable.type.size not in (None, len(data)):
-        return data.hex(" ").upper()
+        return raw_words(data)
     value = variable.type.decode(data)
     is_word = isinstance(variable.type, Integer) and not variable.type.is_signed and not isinstance(value, str)
     return f"{value} ({int(value):X}h)" if is_word and int(value) > 9 else str(value)
+
+
+def raw_words(data: bytes) -> str:
+    """Return bytes whose type is not known, with the number that they are if they are the size of one."""
+    number = f" ({int.from_bytes(data, 'little')})" if len(data) in (1, 2, 4) else ""
+    return f"{data.hex(' ').upper()}{number}"

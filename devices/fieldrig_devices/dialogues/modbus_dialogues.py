@@ -3,11 +3,13 @@
 Source: Modbus messaging on TCP/IP implementation guide V1.0b, 4.2.1.7 (a response has the transaction of its request),
 and Modbus over serial line V1.02, 2.4 (one exchange at a time; unit 0 is a broadcast).  A log names the client of a
 request, but not that of a response.  So where several clients use the same unit and transaction, the response belongs
-to the oldest of their requests that it can answer.
+to the oldest of their requests that it can answer.  In a trace of a rig, request and response may be numbered
+differently, as the bus numbers requests anew for their servers; then the unit alone decides.
 """
 
 from collections import OrderedDict
 from collections.abc import Sequence
+from itertools import islice
 from typing import Final
 
 from fieldrig.traces.trace import TraceEntry
@@ -22,6 +24,9 @@ EXCEPTION: Final = 0x80
 BITS, REGISTERS, READ_WRITE = (1, 2), (3, 4), 23
 ECHOED: Final = {5: 5, 6: 5, 15: 5, 16: 5, 22: 7}
 """Bytes of a request that its response repeats, by function."""
+
+MOST_TRIED: Final = 16
+"""The oldest requests of a unit among which that of a response is looked for."""
 
 Key = tuple[str, int, int]
 """Bus, unit, and exchange."""
@@ -60,6 +65,7 @@ class ModbusDialogues:
         self._open: OrderedDict[int, _Open] = OrderedDict()
         """By the number of the request."""
         self._by_key: dict[Key, list[_Open]] = {}
+        self._by_unit: dict[tuple[str, int], OrderedDict[int, _Open]] = {}
         self._on_line: dict[str, _Open] = {}
         """The request of each serial line."""
 
@@ -77,10 +83,19 @@ class ModbusDialogues:
             return self._answered(number, entry, message)
         return self._damaged(number, entry, message) if isinstance(message, DamagedAnswer) else ()
 
+    def concerns(self, entry: TraceEntry) -> bool:
+        """Return whether a message is a request or an answer, so that it belongs to an exchange or is a `Stray`."""
+        if entry.family != "modbus":
+            return False
+        try:
+            return isinstance(decode(entry.data), ModbusRequest | ModbusResponse | DamagedAnswer)
+        except ValueError:
+            return False
+
     def unfinished(self) -> Sequence[Dialogue]:
         """Return the requests that have no response, the oldest first, and forget them."""
         left = [open_.ended("the log ends before the answer") for open_ in self._open.values()]
-        for waiting in (self._open, self._by_key, self._on_line):
+        for waiting in (self._open, self._by_key, self._by_unit, self._on_line):
             waiting.clear()
         return left
 
@@ -91,6 +106,7 @@ class ModbusDialogues:
             return [*ended, open_.ended("")]
         self._open[number] = open_
         self._by_key.setdefault(open_.key, []).append(open_)
+        self._by_unit.setdefault(open_.key[:2], OrderedDict())[number] = open_
         if request.line is not None:
             self._on_line[entry.bus] = open_
         if len(self._open) > MOST_OPEN:
@@ -109,7 +125,7 @@ class ModbusDialogues:
         return [open_.ended("no answer") for open_ in before]
 
     def _answered(self, number: int, entry: TraceEntry, response: ModbusResponse) -> Sequence[Dialogue]:
-        waiting = self._by_key.get((entry.bus, response.unit, response.exchange), ())
+        waiting = self._waiting(entry, response)
         fitting = next((open_ for open_ in waiting if is_answer(open_.request.pdu, response.pdu)), None)
         if fitting is None:
             why = "an answer that does not fit its request" if waiting else "an answer without its request"
@@ -119,12 +135,19 @@ class ModbusDialogues:
 
     def _damaged(self, number: int, entry: TraceEntry, answer: DamagedAnswer) -> Sequence[Dialogue]:
         """End the exchange whose answer a fault has damaged, so that its client has not got it."""
-        waiting = self._by_key.get((entry.bus, answer.unit, answer.exchange), ())
+        waiting = self._waiting(entry, answer)
         if not waiting:
             return (Stray(entry.time_ns, entry.time_ns, entry.bus, (number,), "a damaged answer without its request"),)
         open_ = waiting[0]
         self._close(open_)
         return (open_.ended("the answer was damaged", number),)
+
+    def _waiting(self, entry: TraceEntry, response: ModbusResponse | DamagedAnswer) -> Sequence[_Open]:
+        """Return the requests that a response may answer, the oldest first."""
+        same = self._by_key.get((entry.bus, response.unit, response.exchange))
+        if same is not None or is_address(entry.sender):
+            return same or ()
+        return list(islice(self._by_unit.get((entry.bus, response.unit), {}).values(), MOST_TRIED))
 
     def _close(self, open_: _Open) -> None:
         del self._open[open_.number]
@@ -132,8 +155,18 @@ class ModbusDialogues:
         waiting.remove(open_)
         if not waiting:
             del self._by_key[open_.key]
+        of_unit = self._by_unit[open_.key[:2]]
+        del of_unit[open_.number]
+        if not of_unit:
+            del self._by_unit[open_.key[:2]]
         if self._on_line.get(open_.key[0]) is open_:
             del self._on_line[open_.key[0]]
+
+
+def is_address(sender: str) -> bool:
+    """Return whether a sender is an IP address with a port, as in a capture of a network, and no member of a rig."""
+    host, _, port = sender.rpartition(":")
+    return port.isdigit() and ("." in host or ":" in host)
 
 
 def is_answer(request: bytes, response: bytes) -> bool:

@@ -80,6 +80,8 @@ class SdoDialogues:
         self._channels: OrderedDict[str, SdoChannels] = OrderedDict()
         self._last: OrderedDict[Key, int] = OrderedDict()
         """The first byte of the client's last message, while no answer followed."""
+        self.went_on = False
+        """True if the last message belongs to a transfer that had begun before."""
 
     def channels(self, bus: str) -> SdoChannels:
         """Return the channels of a bus, so that what is known besides the log can be put there."""
@@ -96,6 +98,7 @@ class SdoDialogues:
         A message of a channel that fits to no transfer comes back as a `Stray`.  Other messages end nothing, except
         the boot-up of a node, which ends its transfers.
         """
+        self.went_on = False
         data = entry.data
         if entry.family != "can" or len(data) < _HEAD:
             return ()
@@ -108,6 +111,12 @@ class SdoDialogues:
         if len(message) != LENGTH:
             return (_stray(number, entry, "expected eight bytes"),)
         return (self._client if end.is_client else self._server)(number, entry, end, message)
+
+    def concerns(self, entry: TraceEntry) -> bool:
+        """Return whether a message is of a channel, so that it belongs to a transfer or is a `Stray`."""
+        if entry.family != "can" or len(entry.data) < _HEAD:
+            return False
+        return _WORD(entry.data)[0] in self.channels(entry.bus).ends
 
     def unfinished(self) -> Sequence[Dialogue]:
         """Return the transfers that are open, the oldest first, and forget them."""
@@ -168,6 +177,7 @@ class SdoDialogues:
 
     def _went_on(self, key: Key, open_: _Open, number: int, entry: TraceEntry, is_ended: bool) -> Sequence[Dialogue]:
         open_.entries.append(number)
+        self.went_on = True
         if is_ended:
             return (self._end(key, open_, entry.time_ns),)
         if len(open_.entries) >= MOST_MESSAGES:

@@ -26,7 +26,7 @@ EXCEPTION: Final = 0x80
 MOST_OPEN: Final = 256
 """Requests without a response that are remembered."""
 _RANGE: Final = struct.Struct(">HH")
-_EMPTY: Final = NamedRegisters(Table())
+EMPTY: Final = NamedRegisters(Table())
 
 
 class KnownUnit(NamedTuple):
@@ -48,22 +48,31 @@ class ModbusNames:
     def __call__(self, message: Any, sender: str = "") -> Named:
         if not isinstance(message, ModbusRequest | ModbusResponse):
             return Named("", "", show(message))
-        unit = self._units.get(message.unit, KnownUnit(f"unit {message.unit}", _EMPTY))
+        unit = self.unit(message.unit)
         function = FUNCTIONS.get(message.pdu[0] & ~EXCEPTION, f"function {message.pdu[0] & ~EXCEPTION}")
         if isinstance(message, ModbusRequest):
             self._remember(message)
-            return Named(function, unit.name, _request(unit.registers, message.pdu))
+            return Named(function, unit.name, request_words(unit.registers, message.pdu))
         request = self._open.pop((message.unit, message.exchange), None)
         if message.pdu[0] & EXCEPTION:
             code = message.pdu[1] if len(message.pdu) > 1 else 0
             return Named(f"{function}: exception", unit.name, f"{code:02X}h {EXCEPTIONS.get(code, '')}".rstrip())
-        return Named(f"{function}: response", unit.name, _response(unit.registers, message.pdu, request))
+        return Named(f"{function}: response", unit.name, response_words(unit.registers, message.pdu, request))
+
+    def unit(self, unit_id: int) -> KnownUnit:
+        """Return what is known of a unit; one that is not known has a name too, and no registers."""
+        return self._units.get(unit_id) or KnownUnit(f"unit {unit_id}", EMPTY)
+
+    @property
+    def units(self) -> Mapping[int, KnownUnit]:
+        """The units that are known, by unit id."""
+        return self._units
 
     def parts(self, message: Any, request: bytes = b"") -> Parts | None:
         """Return the registers and bits of a message; those of a response are found by its request."""
         if not isinstance(message, ModbusRequest | ModbusResponse):
             return None
-        unit = self._units.get(message.unit, KnownUnit(f"unit {message.unit}", _EMPTY))
+        unit = self.unit(message.unit)
         function = FUNCTIONS.get(message.pdu[0] & ~EXCEPTION, f"function {message.pdu[0] & ~EXCEPTION}")
         if isinstance(message, ModbusRequest):
             return Parts(unit.name, function, request_parts(unit.registers, message.pdu))
@@ -75,7 +84,8 @@ class ModbusNames:
             self._open.popitem(last=False)
 
 
-def _request(registers: RegisterNames, pdu: bytes) -> str:
+def request_words(registers: RegisterNames, pdu: bytes) -> str:
+    """Return what a request reads, or what it writes with the values."""
     function, data = pdu[0], pdu[1:]
     try:
         if function in READ_SPACES:
@@ -103,7 +113,8 @@ def _request(registers: RegisterNames, pdu: bytes) -> str:
     return data.hex(" ").upper()
 
 
-def _response(registers: RegisterNames, pdu: bytes, request: bytes | None) -> str:
+def response_words(registers: RegisterNames, pdu: bytes, request: bytes | None) -> str:
+    """Return the values of a response that is no exception, by its request."""
     function, data = pdu[0], pdu[1:]
     if request is None or request[0] != function or len(request) < 1 + _RANGE.size:
         return data.hex(" ").upper()
@@ -129,5 +140,5 @@ def namer(bus: Bus[Any], members: Sequence[Member]) -> Namer:
             units[named.unit_id] = KnownUnit(name, named.names)
         for claim in member.claims("unit"):
             if isinstance(claim.value, int):
-                units.setdefault(claim.value, KnownUnit(name, _EMPTY))
+                units.setdefault(claim.value, KnownUnit(name, EMPTY))
     return ModbusNames(units)

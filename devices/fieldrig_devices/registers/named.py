@@ -30,6 +30,14 @@ class NamedRegisters:
             for space in SPACES
         }
 
+    def addresses(self) -> dict[str, tuple[str, int, int]]:
+        """Return space, first address and number of registers or bits of each value, by its name."""
+        return {
+            place.name: (space, address, place.entry.words if isinstance(place.entry, Register) else 1)
+            for space, places in self._places.items()
+            for address, place in places.items()
+        }
+
     def names(self, space: str, address: int, count: int) -> str:
         """Return the names of `count` registers or bits from `address` on."""
         return listed(self._label(space, at) for at, _ in self._starts(space, address, count))

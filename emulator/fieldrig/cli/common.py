@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
+from typer.core import TyperGroup
 
 from fieldrig.cli import completion
 from fieldrig.errors import UsageError
@@ -47,10 +48,10 @@ Count = Annotated[
 ]
 
 
-def command_group() -> typer.Typer:
-    """Return an empty group of commands that looks like all others."""
+def command_group(cls: type[TyperGroup] | None = None) -> typer.Typer:
+    """Return an empty group of commands that looks like all others; `cls` may add commands to it."""
     return typer.Typer(
-        no_args_is_help=True, add_completion=False, rich_markup_mode=None, context_settings=dict(CONTEXT)
+        cls=cls, no_args_is_help=True, add_completion=False, rich_markup_mode=None, context_settings=dict(CONTEXT)
     )
 
 

@@ -1,5 +1,7 @@
 """Commands that installed packages bring along: entry points of the group "fieldrig.commands".
 
+Those of `fieldrig trace` are in the group "fieldrig.trace_commands".
+
 An entry point names a function, as typer takes it for a command, or a `typer.Typer` with commands of its own.  It is
 imported when it is called, and when all commands are listed; so its module should import little by itself.
 """
@@ -8,7 +10,7 @@ import inspect
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Final, get_args, get_type_hints
+from typing import Any, ClassVar, Final, get_args, get_type_hints
 
 import typer
 from typer.core import TyperGroup
@@ -61,15 +63,38 @@ The module of an installed command names its group by the constant `SECTION`; wi
 """
 
 
-class Commands(TyperGroup):
-    """Our own commands first, then the installed ones; in the help they are in groups.
+class Extended(TyperGroup):
+    """A group of our own commands first, then of the installed ones.
 
     What click calls a command is Any here: some versions of typer have a click of their own.
     """
 
+    entry_points: ClassVar[str]
+    """The group of the entry points of the installed commands."""
+
     def list_commands(self, ctx: Any) -> list[str]:
         own = super().list_commands(ctx)
-        return [*own, *(name for name in installed(COMMANDS) if name not in own)]
+        return [*own, *(name for name in installed(self.entry_points) if name not in own)]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        command = super().get_command(ctx, cmd_name)
+        if command is None and cmd_name in installed(self.entry_points):
+            command = _loaded(self.entry_points, cmd_name)
+        if command is not None:
+            refuse_empty_paths(command)
+        return command
+
+
+class TraceCommands(Extended):
+    """The commands of `fieldrig trace`."""
+
+    entry_points = "fieldrig.trace_commands"
+
+
+class Commands(Extended):
+    """The commands of `fieldrig`, which are in groups in the help."""
+
+    entry_points = COMMANDS
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write a list of commands for each group."""
@@ -82,14 +107,6 @@ class Commands(TyperGroup):
                 limit = formatter.width - 6 - width
                 formatter.write_dl([(name, command.get_short_help_str(limit)) for name, command in shown])
 
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        command = super().get_command(ctx, cmd_name)
-        if command is None and cmd_name in installed(COMMANDS):
-            command = _loaded(cmd_name)
-        if command is not None:
-            refuse_empty_paths(command)
-        return command
-
 
 def _section_of(name: str) -> str:
     for section, own in SECTIONS.items():
@@ -100,8 +117,8 @@ def _section_of(name: str) -> str:
     return section if section in SECTIONS else "Devices"
 
 
-def _loaded(name: str) -> Any:
-    command = installed(COMMANDS)[name].load()
+def _loaded(group: str, name: str) -> Any:
+    command = installed(group)[name].load()
     if not isinstance(command, typer.Typer):
         function = command
         command = command_group()

@@ -15,13 +15,13 @@ from fieldrig.cli.common import (
     command_group,
     duration_ns,
 )
+from fieldrig.cli.installed import TraceCommands
 from fieldrig.cli.names import Parts
 from fieldrig.cli.trace_reading import Buses, During, From, Messages, TraceFile
-from fieldrig.cli.trace_show import show
 from fieldrig.clock import S
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 
-app = command_group()
+app = command_group(TraceCommands)
 
 
 @app.callback()
@@ -77,9 +77,6 @@ def record(
     if not recorder.is_whole:
         raise UsageError(said, "" if recorder.taken else "no message came meanwhile; `fieldrig watch` shows them")
     typer.echo(said, err=True)
-
-
-app.command()(show)
 
 
 @app.command()

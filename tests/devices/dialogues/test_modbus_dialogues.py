@@ -103,13 +103,20 @@ def test_unit_0_on_tcp_is_answered() -> None:
         answer(bytes.fromhex("04 06 02 2B 00 00 00 64")),  # another function
         answer(bytes.fromhex("03 04 02 2B 00 00")),  # another number of registers
         answer(unit=2),
-        answer(exchange=1),
+        ("10.0.0.5:502", ModbusResponse(1, VALUES, 1)),  # another transaction, in a capture of a network
     ],
 )
 def test_an_answer_that_fits_to_no_request_is_a_stray(stray: tuple[str, OnModbus]) -> None:
     first, second = of(ask(), stray, answer())
     assert isinstance(first, Stray)
     assert (first.entries, second.entries) == ((1,), (0, 2))
+
+
+def test_a_rig_may_number_requests_and_responses_differently() -> None:
+    found = exchanges(
+        ask(exchange=7), ask(exchange=8, unit=2), answer(exchange=0x2_0001, unit=2), answer(exchange=0x1_0001)
+    )
+    assert [entries for entries, _, _ in found] == [(1, 2), (0, 3)]
 
 
 def test_an_answer_that_a_fault_has_damaged_ends_its_exchange() -> None:

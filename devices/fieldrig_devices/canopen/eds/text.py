@@ -31,6 +31,7 @@ class EdsError(ValueError):
 
     def __init__(self, path: Path, findings: list[Finding]) -> None:
         super().__init__("\n".join(f"{path.name}:{finding}" for finding in findings))
+        self.findings = findings
 
 
 class Described(NamedTuple):

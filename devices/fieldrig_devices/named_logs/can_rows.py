@@ -1,0 +1,128 @@
+"""The messages of one CAN bus as rows: CANopen by name, and any other frame as it is."""
+
+from collections.abc import Iterator
+from functools import cache
+from typing import Final
+
+from fieldrig.traces.instants import instant, span
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.can.codec import decode
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.names import NODES, CanopenNames
+from fieldrig_devices.canopen.standard_names import StandardDictionary
+from fieldrig_devices.dialogues import SdoTransfer
+from fieldrig_devices.named_logs.heartbeats import PRODUCER_TIME, Heartbeats, Loss
+from fieldrig_devices.named_logs.row import Row, row_of
+
+SERVICES: Final = {
+    "NMT": ("nmt",), "SYNC": ("sync",), "TIME": ("time",), "EMCY": ("emcy",), "SDO": ("sdo",),
+    "boot-up": ("heartbeat", "boot-up"), "heartbeat": ("heartbeat",), "guarding request": ("guarding",),
+    "LSS request": ("lss",), "LSS answer": ("lss",),
+}  # fmt: skip
+DEVICE_TYPE: Final = 0x1000
+DRIVES: Final = 402
+"""The device profile of drives, in the low word of the device type (CiA 402-2)."""
+STANDARD: Final = StandardDictionary()
+ERROR_CONTROL: Final = 0x700
+
+
+class CanRows:
+    """Makes the rows of one bus."""
+
+    def __init__(self, names: CanopenNames) -> None:
+        self.names = names
+        self._heartbeats = Heartbeats()
+        self._described: set[int] = set(names.nodes)
+        self._last: tuple[str, str] = ("", "can")
+
+    def row(self, number: int, entry: TraceEntry) -> Row:
+        """Return the row of a single frame."""
+        try:
+            message = decode(entry.data)
+        except ValueError:
+            return row_of(number, entry, ("other",), "", "", entry.data.hex(" "))
+        named = self.names(message, entry.sender)
+        row = row_of(number, entry, _services(named.kind), named.kind, named.node, named.text)
+        if isinstance(message, CanFrame):
+            row.identifiers = (message.identifier | EXTENDED_KEY if message.is_extended else message.identifier,)
+            row.node_ids = self._nodes_of(message, named.kind)
+        else:
+            row.services = ("error",)
+        return row
+
+    def before(self, entry: TraceEntry) -> Iterator[Row]:
+        """Yield what a message shows to have stayed out before it."""
+        self._last = entry.bus, entry.family
+        if entry.time_ns >= self._heartbeats.next_ns:
+            yield from map(self._loss, self._heartbeats.missing(entry.time_ns))
+
+    def after(self, row: Row) -> Iterator[Row]:
+        """Yield what follows from a frame, such as the end of a loss."""
+        if "heartbeat" in row.services and row.data is not None and row.node_ids:
+            state = row.data[-1] & 0x7F if row.kind == "heartbeat" else 0
+            back = self._heartbeats.heard(row.node_ids[0], row.time_ns, state)
+            if back is not None:
+                yield self._loss(back)
+        elif row.kind == "guarding request":
+            self._heartbeats.guarded(row.node_ids[0])
+
+    def take(self, transfer: SdoTransfer) -> None:
+        """Learn from a completed transfer."""
+        self.meet(transfer.node_id)
+        self.names.take(transfer)
+        if not transfer.is_done or transfer.data is None or transfer.subindex:
+            return
+        number = int.from_bytes(transfer.data[:4], "little")
+        if transfer.index == PRODUCER_TIME:
+            self._heartbeats.configured(transfer.node_id, number & 0xFFFF, transfer.end_ns or 0)
+        elif transfer.index == DEVICE_TYPE and number & 0xFFFF == DRIVES and self._is_standard(transfer.node_id):
+            self.names.describe(transfer.node_id, _drive())
+
+    def meet(self, node_id: int) -> None:
+        """Give a node without an EDS the names that every node has."""
+        if node_id not in self._described:
+            self._described.add(node_id)
+            if self.names.dictionary(node_id) is None:
+                self.names.describe(node_id, STANDARD)
+
+    def _is_standard(self, node_id: int) -> bool:
+        return self.names.dictionary(node_id) is STANDARD
+
+    def _loss(self, loss: Loss) -> Row:
+        if loss.is_back:
+            kind, text = "heartbeat back", f"after {span(loss.time_ns - loss.last_ns)}"
+        else:
+            kind, text = "heartbeat missing", f"since {instant(loss.last_ns)}, expected every {span(loss.period_ns)}"
+        details = {"since_ns": loss.last_ns, "period_ns": loss.period_ns}
+        return Row(
+            loss.time_ns, *self._last, "", ("heartbeat", "loss"), kind, self.names.name(loss.node_id), text,
+            node_ids=(loss.node_id,), identifiers=(ERROR_CONTROL + loss.node_id,), details=lambda: details,
+        )  # fmt: skip
+
+    def _nodes_of(self, frame: CanFrame, kind: str) -> tuple[int, ...]:
+        if kind.startswith(("TPDO", "RPDO")):
+            node_id = self.names.node_of_pdo(frame)
+            return () if node_id is None else (node_id,)
+        if kind == "NMT":
+            return (frame.data[1],) if len(frame.data) == 2 and frame.data[1] else ()
+        node_id = frame.identifier & 0x7F
+        return (node_id,) if kind in ("EMCY", "boot-up", "heartbeat", "guarding request") and node_id in NODES else ()
+
+
+def _services(kind: str) -> tuple[str, ...]:
+    if kind.startswith("TPDO"):
+        return "pdo", "tpdo"
+    if kind.startswith("RPDO"):
+        return "pdo", "rpdo"
+    return SERVICES.get(kind) or (("sdo",) if kind.startswith("SDO") else ("other",))
+
+
+@cache
+def _drive() -> Dictionary:
+    """Return the names of the objects of CiA 402, as our drive has them."""
+    from fieldrig_devices.canopen.eds.reader import load
+    from fieldrig_devices.cia402.single.own_objects import EDS
+
+    return StandardDictionary(load(EDS, 1))

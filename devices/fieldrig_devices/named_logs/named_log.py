@@ -1,0 +1,84 @@
+"""The names for a log: of a rig file, or of the EDS files and register tables of single nodes and units."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fieldrig.cli.message_words import bus_of
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.traces.names import Named, Namer, namer_of
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.names import CanopenNames, KnownNode
+from fieldrig_devices.modbus.names import KnownUnit, ModbusNames
+from fieldrig_devices.named_logs.descriptions import read_eds, read_registers
+from fieldrig_devices.registers.named import NamedRegisters
+
+
+class NamedLog:
+    """Makes the namer of each bus of a log.
+
+    A bus of the log is that of the rig with its name, or the only one of its family.  The files describe nodes and
+    units of all buses that the rig does not have.
+    """
+
+    def __init__(
+        self,
+        eds: Mapping[int, Path] | None = None,
+        registers: Mapping[int, Path] | None = None,
+        config: RigConfig | None = None,
+    ) -> None:
+        """`eds` has EDS or DCF files by node-ID, `registers` register tables by unit.  ConfigError with all mistakes.
+
+        UsageError for a file that cannot be read.
+        """
+        self._eds = dict(eds or {})
+        self.tables: Mapping[int, NamedRegisters] = {
+            unit: NamedRegisters(table) for unit, table in read_registers(registers or {}).items()
+        }
+        """The register tables, by unit."""
+        self._config = config
+        read_eds(self._eds)  # so that all mistakes are told before the log is read
+
+    def namer(self, bus: str, family: str) -> Namer:
+        """Return a new namer for a bus of the log."""
+        known = self._bus_in_rig(bus, family)
+        if known is not None and self._config is not None:
+            return namer_of(self._config, known)
+        if family == "can":
+            return CanopenNames(
+                {node_id: KnownNode(f"node {node_id}", found) for node_id, found in self._nodes().items()}
+            )
+        if family == "modbus":
+            return ModbusNames({unit: KnownUnit(f"unit {unit}", table) for unit, table in self.tables.items()})
+        return _Plain(family)
+
+    def _nodes(self) -> dict[int, Dictionary]:
+        return read_eds(self._eds)
+
+    def _bus_in_rig(self, bus: str, family: str) -> str | None:
+        if self._config is None:
+            return None
+        known = self._config.buses.get(bus)
+        if known is not None and known.bus.family == family:
+            return bus
+        fitting = [name for name, entry in self._config.buses.items() if entry.bus.family == family]
+        return fitting[0] if len(fitting) == 1 else None
+
+
+class _Plain:
+    """Names nothing; messages are shown as their bus does."""
+
+    def __init__(self, family: str) -> None:
+        self._bus = bus_of(family)
+
+    def __call__(self, message: Any, sender: str = "") -> Named:
+        return Named("", "", repr(message) if self._bus is None else self._bus.show(message))
+
+
+def decoded(entry: TraceEntry) -> Any:
+    """Return the message of an entry; ValueError if its bytes are none, or if no bus of its family is known."""
+    bus = bus_of(entry.family)
+    if bus is None:
+        raise ValueError(f"no bus of the family {entry.family} is known")
+    return bus.decode(entry.data)

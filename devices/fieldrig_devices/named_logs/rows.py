@@ -1,0 +1,170 @@
+"""The rows of a log in the order of time, in constant memory.
+
+The row of a dialogue is complete when its last message came, and is shown at its first.  So later rows wait for it, up
+to a bound: beyond that, a dialogue that is still open is told when it ends.
+"""
+
+from collections import OrderedDict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from fieldrig.clock import S
+from fieldrig.traces.names import Namer
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_devices.canopen.names import CanopenNames
+from fieldrig_devices.dialogues import Dialogue, ModbusDialogues, ModbusExchange, SdoDialogues, SdoTransfer, Stray
+from fieldrig_devices.modbus.names import ModbusNames
+from fieldrig_devices.named_logs.can_rows import CanRows
+from fieldrig_devices.named_logs.modbus_rows import ModbusRows
+from fieldrig_devices.named_logs.named_log import NamedLog, decoded
+from fieldrig_devices.named_logs.row import Row, row_of
+from fieldrig_devices.named_logs.sdo_rows import sdo_row
+
+MOST_HELD: Final = 20_000
+"""Rows that wait for a dialogue."""
+PATIENCE_NS: Final = 10 * S
+"""How long they wait, in the time of the log."""
+MOST_BUSES: Final = 256
+"""Buses whose names are remembered."""
+
+
+@dataclass(slots=True)
+class _Place:
+    """The place of a message among the rows."""
+
+    entry: TraceEntry
+    row: Row | None = None
+    """The row, as soon as it is known."""
+    is_part: bool = False
+    """True if the message belongs to the row of another one."""
+
+
+class _PlainRows:
+    """Makes the rows of a bus of any other family."""
+
+    def __init__(self, namer: Namer) -> None:
+        self._namer = namer
+
+    def row(self, number: int, entry: TraceEntry) -> Row:
+        try:
+            named = self._namer(decoded(entry), entry.sender)
+        except ValueError:
+            return row_of(number, entry, (entry.family,), "", "", entry.data.hex(" "))
+        return row_of(number, entry, (entry.family,), named.kind, named.node, named.text)
+
+
+BusRows = CanRows | ModbusRows | _PlainRows
+
+
+class Rows:
+    """Makes the rows of a log.  With `every_frame`, each message has a row of its own."""
+
+    def __init__(self, names: NamedLog, *, every_frame: bool = False) -> None:
+        self._names, self._every_frame = names, every_frame
+        self._buses: OrderedDict[tuple[str, str], BusRows] = OrderedDict()
+        self._sdo, self._modbus = SdoDialogues(), ModbusDialogues()
+        self._places: OrderedDict[int, _Place] = OrderedDict()
+        self._extra = 0
+        self._late: dict[int, TraceEntry] = {}
+        """The first messages of dialogues that later rows wait for no longer."""
+
+    def of(self, entries: Iterable[TraceEntry]) -> Iterator[Row]:
+        """Yield the rows of these messages."""
+        for number, entry in enumerate(entries):
+            yield from self._take(number, entry)
+        for dialogue in (*self._sdo.unfinished(), *self._modbus.unfinished()):
+            yield from self._end(dialogue)
+        yield from self._ready(None)
+
+    def _take(self, number: int, entry: TraceEntry) -> Iterator[Row]:
+        rows, is_part = self._rows(entry), False
+        if isinstance(rows, CanRows):
+            for row in rows.before(entry):
+                self._add(row, entry)
+            ended: Sequence[Dialogue] = self._sdo.take(number, entry)
+            is_dialogue, is_part = self._sdo.concerns(entry), self._sdo.went_on
+        elif isinstance(rows, ModbusRows):
+            ended = self._modbus.take(number, entry)
+            is_dialogue = self._modbus.concerns(entry)
+        else:
+            ended, is_dialogue = (), False
+        place = self._places[number] = _Place(entry, is_part=is_part and not self._every_frame)
+        if self._every_frame or not is_dialogue:
+            place.row = rows.row(number, entry)
+        for dialogue in ended:
+            yield from self._end(dialogue)
+        if isinstance(rows, CanRows) and place.row is not None:
+            for row in rows.after(place.row):
+                self._add(row, entry)
+        yield from self._ready(entry)
+
+    def _add(self, row: Row, entry: TraceEntry) -> None:
+        """Add a row that is no message."""
+        self._extra -= 1
+        self._places[self._extra] = _Place(entry, row)
+
+    def _rows(self, entry: TraceEntry) -> BusRows:
+        bus = entry.bus, entry.family
+        rows = self._buses.get(bus)
+        if rows is None:
+            rows = self._buses[bus] = _rows_of(self._names.namer(entry.bus, entry.family))
+            if len(self._buses) > MOST_BUSES:
+                self._buses.popitem(last=False)
+        return rows
+
+    def _end(self, dialogue: Dialogue) -> Iterator[Row]:
+        """Put the row of a dialogue at its first message; yield it if that place has been left."""
+        first = dialogue.entries[0]
+        place = self._places.get(first)
+        entry = self._late.pop(first, None) if place is None else place.entry
+        row = None if entry is None else self._row(dialogue, entry)
+        if row is None or self._every_frame:
+            return
+        for number in dialogue.entries:
+            part = self._places.get(number)
+            if part is not None:
+                part.is_part = True
+        if place is None:
+            yield row
+        else:
+            place.row, place.is_part = row, False
+
+    def _row(self, dialogue: Dialogue, entry: TraceEntry) -> Row | None:
+        rows = self._rows(entry)
+        if isinstance(dialogue, SdoTransfer) and isinstance(rows, CanRows):
+            rows.take(dialogue)
+            return sdo_row(dialogue, entry, rows.names)
+        if isinstance(dialogue, ModbusExchange) and isinstance(rows, ModbusRows):
+            return rows.exchange(dialogue, entry)
+        if isinstance(dialogue, Stray):
+            return self._stray(dialogue, entry, rows)
+        return None
+
+    def _stray(self, stray: Stray, entry: TraceEntry, rows: BusRows) -> Row:
+        row = rows.row(stray.entries[0], entry)
+        row.text += f" ({stray.why})"
+        row.services += ("stray",)
+        return row
+
+    def _ready(self, entry: TraceEntry | None) -> Iterator[Row]:
+        """Yield the rows that wait for nothing; all of them if there is no next message."""
+        places = self._places
+        while places:
+            number, place = next(iter(places.items()))
+            if place.row is None and not place.is_part:
+                if entry is None or not self._is_too_long(place, entry):
+                    return
+                self._late[number] = place.entry
+            del places[number]
+            if place.row is not None and not place.is_part:
+                yield place.row
+
+    def _is_too_long(self, place: _Place, entry: TraceEntry) -> bool:
+        return len(self._places) > MOST_HELD or entry.time_ns > place.entry.time_ns + PATIENCE_NS
+
+
+def _rows_of(namer: Namer) -> BusRows:
+    if isinstance(namer, CanopenNames):
+        return CanRows(namer)
+    return ModbusRows(namer) if isinstance(namer, ModbusNames) else _PlainRows(namer)

@@ -1,0 +1,31 @@
+"""Instants and spans of a trace in words, for people."""
+
+import time
+
+from fieldrig.clock import MS, US, S
+from fieldrig.traces.trace import is_time_of_day
+
+
+def instant(time_ns: int) -> str:
+    """Return the time of day, or seconds for virtual time, which starts at 0."""
+    return instant_in_column(time_ns).strip() + ("" if is_time_of_day(time_ns) else " s")
+
+
+def instant_in_column(time_ns: int) -> str:
+    """Return the same without the unit, and of one width."""
+    seconds, fraction_ns = divmod(time_ns, S)
+    if not is_time_of_day(time_ns):
+        return f"{seconds:8}.{fraction_ns // 1000:06}"
+    try:
+        clock = time.strftime("%H:%M:%S", time.localtime(seconds))
+    except (ValueError, OverflowError, OSError):  # a damaged log has years beyond every calendar
+        clock = f"{seconds:8}"
+    return f"{clock}.{fraction_ns // 1000:06}"
+
+
+def span(duration_ns: int) -> str:
+    """Return `850 us`, `12.3 ms` or `1.25 s`: three digits in the unit that suits the span."""
+    for unit_ns, unit in ((S, "s"), (MS, "ms"), (US, "us")):
+        if abs(duration_ns) >= unit_ns:
+            return f"{duration_ns / unit_ns:.3g} {unit}" if unit != "s" else f"{duration_ns / S:.6g} s"
+    return f"{duration_ns} ns"

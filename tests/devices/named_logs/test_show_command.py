@@ -1,0 +1,169 @@
+"""`fieldrig trace show` with the files of nodes and units, and with filters."""
+
+import json
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from canopen_bench import EDS, IO32
+from hypothesis import given
+from hypothesis import strategies as st
+from logs import can_log, modbus_log
+from typer.testing import CliRunner
+
+from fieldrig.cli.trace import app
+from fieldrig.clock import S
+from fieldrig.errors import ConfigError, UsageError
+from fieldrig.traces.trace_files import write
+from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_devices.named_logs.filters import identifiers_of, register_range
+
+TABLE = EDS.parent / "registers" / "pump-drive.yaml"
+LEVEL, VALUE = bytes.fromhex("04 00 00 00 01"), bytes.fromhex("04 02 01 F4")
+COIL, ILLEGAL = bytes.fromhex("05 00 00 FF 00"), b"\x85\x01"
+FRAMES = (
+    "000#01 00", "080#", "705#05", "706#05", "185#01 02 03 04", "186#01", "085#00 10 01 00 00 00 00 00",
+    "605#40 00 10 00 00 00 00 00", "585#43 00 10 00 91 01 0F 00", "1ABCDEF0#01",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("log") / "machine.jsonl"
+    modbus = modbus_log(
+        [
+            ("a", ModbusRequest(1, LEVEL)),
+            ("drive", ModbusResponse(1, VALUE)),
+            ("a", ModbusRequest(2, COIL)),
+            ("drive", ModbusResponse(2, ILLEGAL)),
+        ]
+    )
+    later = [entry._replace(time_ns=entry.time_ns + S) for entry in modbus]
+    write([*can_log(*FRAMES), *later], path)
+    return path
+
+
+def shown(log: Path, *arguments: str) -> list[str]:
+    result = CliRunner().invoke(app, ["show", str(log), *arguments], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return [line.split("  ", 3)[-1].strip() for line in result.output.splitlines()]
+
+
+def kinds(log: Path, *arguments: str) -> list[str]:
+    return [json.loads(line)["kind"] for line in _json(log, *arguments)]
+
+
+def _json(log: Path, *arguments: str) -> list[str]:
+    return CliRunner().invoke(app, ["show", str(log), "--json", *arguments], catch_exceptions=False).output.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (("--node", "5"), ["heartbeat", "TPDO 1", "EMCY", "SDO read"]),
+        (("--node", "5", "--node", "6", "--service", "heartbeat"), ["heartbeat", "heartbeat"]),
+        (("--node", "node 6"), ["heartbeat", "TPDO 1"]),
+        (("--id", "0x185"), ["TPDO 1"]),
+        (("--id", "389"), ["TPDO 1"]),
+        (("--id", "0x180-0x1FF"), ["TPDO 1", "TPDO 1"]),
+        (("--id", "0x700/0x780"), ["heartbeat", "heartbeat"]),
+        (("--id", "0x1ABCDEF0"), [""]),
+        (("--id", "0x605"), ["SDO read"]),
+        (("--id", "0x585"), ["SDO read"]),
+        (("--unit", "1"), ["read input registers"]),
+        (("--unit", "2", "--node", "6"), ["heartbeat", "TPDO 1", "write coil"]),
+        (("--register", "30001"), ["read input registers"]),
+        (("--register", "input:0-9"), ["read input registers"]),
+        (("--register", "40001-40100"), []),
+        (("--register", "1"), ["write coil"]),
+        (("--registers", f"1={TABLE}", "--register", "level"), ["read input registers"]),
+        (("--registers", f"1={TABLE}", "--register", "ru*"), []),
+        (("--service", "sdo"), ["SDO read"]),
+        (("--service", "pdo"), ["TPDO 1", "TPDO 1"]),
+        (("--service", "nmt", "--service", "sync"), ["NMT", "SYNC"]),
+        (("--service", "read"), ["SDO read", "read input registers"]),
+        (("--service", "exception"), ["write coil"]),
+        (("can0", "--service", "write"), []),
+    ],
+)
+def test_filters_choose_rows(log: Path, arguments: tuple[str, ...], expected: list[str]) -> None:
+    assert kinds(log, *arguments) == expected
+
+
+def test_files_give_names_without_a_rig(log: Path) -> None:
+    found = shown(log, "--eds", f"5={IO32}", "--registers", f"1={TABLE}", "--service", "pdo", "--service", "read")
+    assert any("Read inputs byte 1 1, Read inputs byte 2 2" in line for line in found)
+    assert any("level 0.5 m" in line for line in found)
+
+
+def test_json_has_the_numbers_of_a_dialogue(log: Path) -> None:
+    (sdo,) = map(json.loads, _json(log, "--service", "sdo"))
+    assert (sdo["index"], sdo["subindex"], sdo["data"], sdo["abort"]) == (0x1000, 0, "91010f00", None)
+    assert (sdo["entries"], sdo["duration_ns"], sdo["node_ids"]) == ([7, 8], 1_000_000, [5])
+    level, coil = map(json.loads, _json(log, "--service", "modbus", "--registers", f"1={TABLE}"))
+    assert level["values"] == [{"name": "level", "value": 0.5, "text": "0.5 m"}]
+    assert (coil["exception"], coil["unit"], coil["is_done"]) == (1, 2, True)
+
+
+def test_every_frame_has_a_line_if_wanted(log: Path) -> None:
+    assert len(shown(log, "--frames")) == len(FRAMES) + 4 == len(shown(log)) + 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--service", "hearbeat"), "did you mean heartbeat?"),
+        (("--node", "200"), "expected a number up to 127"),
+        (("--unit", "one"), "expected a number up to 255"),
+        (("--id", "18Z"), "expected such as 0x181"),
+        (("--id", "0x3FFFFFFFF"), "at most 1FFFFFFFh"),
+        (("--id", "0x200-0x100"), "the last identifier is below the first"),
+        (("--register", "90001"), "expected such as 40001"),
+        (("--register", "holdin:1"), "did you mean holding?"),
+        (("--register", "level"), "a name needs --registers"),
+        (("--registers", f"1={TABLE}", "--register", "levl"), "did you mean level"),
+        (("--eds", "io32.eds"), "not NUMBER=FILE"),
+        (("--eds", f"0={IO32}"), "expected 1 to 127"),
+        (("--eds", f"5={IO32}", "--eds", f"5={IO32}"), "already has the file"),
+        (("--registers", f"256={TABLE}"), "expected 0 to 255"),
+    ],
+)
+def test_a_wrong_option_is_refused_with_what_was_expected(log: Path, arguments: tuple[str, ...], said: str) -> None:
+    result = CliRunner().invoke(app, ["show", str(log), *arguments])
+    assert result.exit_code == 2
+    assert said in " ".join(result.output.replace("│", " ").split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--node", "9"), "the log has no messages of node 9\n  there are: 5, node 5, 6, node 6"),
+        (("--node", "nod 5"), "did you mean node 5?"),
+        (("--unit", "3"), "the log has no messages of unit 3\n  there are: 1, 2"),
+    ],
+)
+def test_what_the_log_does_not_have_is_told_with_what_it_has(log: Path, arguments: tuple[str, ...], said: str) -> None:
+    with pytest.raises(UsageError, match="the log has no messages") as caught:
+        CliRunner().invoke(app, ["show", str(log), *arguments], catch_exceptions=False)
+    assert said in str(caught.value)
+
+
+def test_a_wrong_file_is_told_with_its_line(log: Path, tmp_path: Path) -> None:
+    eds, table = tmp_path / "no.eds", tmp_path / "no.yaml"
+    eds.write_text("[DeviceInfo]\n[2000]\nParameterName=x\n")
+    table.write_text("holding_registers:\n  - {address: 0, name: level, tpe: u16}\n")
+    with pytest.raises(ConfigError) as caught:
+        shown(log, "--eds", f"5={eds}")
+    assert str(eds) in str(caught.value)
+    with pytest.raises(ConfigError, match=r"no\.yaml:2"):
+        shown(log, "--registers", f"1={table}")
+    with pytest.raises(UsageError, match="cannot be read") as missing:
+        shown(log, "--eds", f"5={IO32.with_name('io23.eds')}")
+    assert "did you mean" in str(missing.value)
+
+
+@given(st.text(max_size=12))
+def test_any_word_is_an_identifier_or_a_register_or_refused(word: str) -> None:
+    for read in (identifiers_of, register_range):
+        with suppress(ValueError):
+            read(word)
