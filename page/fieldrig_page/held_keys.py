@@ -107,7 +107,7 @@ class HeldKeys:
 
     def _keep(self) -> None:
         try:
-            self._file.write_text(json.dumps(list(self._holders)))
+            self._file.write_text(json.dumps(list(self._holders)), encoding="utf-8")
         except OSError as cause:  # a full disk takes only the release after a kill
             log.info("what is held cannot be kept: %s", cause.strerror)
 

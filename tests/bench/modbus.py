@@ -115,7 +115,7 @@ def measure(load: list[str], port: int, pid: int, clients: int) -> Measured:
 def cpu_ns(pid: int) -> int:
     """CPU time of a process with one thread, user and system."""
     try:
-        return int(Path(f"/proc/{pid}/schedstat").read_text().split()[0])
+        return int(Path(f"/proc/{pid}/schedstat").read_text(encoding="utf-8").split()[0])
     except OSError:  # Linux only
         return 0
 

@@ -41,7 +41,7 @@ LOST = """() => import('/static/live.js').then(({ live }) => new Promise(done =>
 
 
 def cpu_s(pid: int) -> float:
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
@@ -61,7 +61,11 @@ def children(pid: int) -> list[int]:
 
 def server_of(rig: ServedRig) -> int:
     """The process of the page."""
-    return next(pid for pid in children(rig.process.pid) if Path(f"/proc/{pid}/comm").read_text().strip() == "rig:ui")
+    return next(
+        pid
+        for pid in children(rig.process.pid)
+        if Path(f"/proc/{pid}/comm").read_text(encoding="utf-8").strip() == "rig:ui"
+    )
 
 
 def show(page: Page, setup: dict[str, Any]) -> None:
@@ -134,7 +138,11 @@ def run() -> Report:
                 f"{memory_mb(server):.0f} MB",
             )
             with chromium() as browser, opened(browser, rig, path="/scope") as page:
-                pid = next(pid for pid in children(os.getpid()) if "chrom" in Path(f"/proc/{pid}/comm").read_text())
+                pid = next(
+                    pid
+                    for pid in children(os.getpid())
+                    if "chrom" in Path(f"/proc/{pid}/comm").read_text(encoding="utf-8")
+                )
                 for window_s in (10, 1):
                     progress(f"window of {window_s} s")
                     setup = {"signals": names[:DRAWN], "recorded": names[DRAWN:], "window_ns": window_s * 10**9}

@@ -171,7 +171,7 @@ def hour() -> tuple[tuple[int, float], tuple[int, float]]:
 def held() -> tuple[int, float]:
     """Objects, and MB of resident memory."""
     gc.collect()
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1])
     return len(gc.get_objects()), pages * resource.getpagesize() / 2**20
 
 

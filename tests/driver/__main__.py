@@ -69,7 +69,7 @@ def run_side_by_side(stages: Sequence[Stage]) -> list[Outcome]:
     """Run stages at the same time, and show what each has to say when it is done."""
 
     def run(stage: Stage) -> tuple[Outcome, str]:
-        with TemporaryFile("w+", errors="replace") as output:
+        with TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
             outcome = run_stage(stage, output)
             output.seek(0)
             return outcome, output.read()

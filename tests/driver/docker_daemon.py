@@ -95,7 +95,7 @@ def _wait_for(daemon: subprocess.Popen[bytes], environment: Mapping[str, str], l
     give_up = time.monotonic() + START_LIMIT_S
     while not _answers(environment):
         if daemon.poll() is not None or time.monotonic() > give_up:
-            raise RuntimeError(f"dockerd doesn't start:\n{log.read_text()[-2000:]}")
+            raise RuntimeError(f"dockerd doesn't start:\n{log.read_text(encoding='utf-8')[-2000:]}")
         time.sleep(0.1)
 
 

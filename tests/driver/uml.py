@@ -55,7 +55,7 @@ def is_there() -> bool:
 
 def has_wide_registers() -> bool:
     """True if the processor has AMX, whose registers are wider than the guest's kernel expects."""
-    return " amx_tile" in Path("/proc/cpuinfo").read_text()
+    return " amx_tile" in Path("/proc/cpuinfo").read_text(encoding="utf-8")
 
 
 def run(command: Sequence[str], guest: Guest) -> int:

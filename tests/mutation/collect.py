@@ -14,4 +14,4 @@ def pytest_collection_finish(session: pytest.Session) -> None:
         for mark in item.iter_markers("manual"):
             for row in mark.args:
                 tests.setdefault(row, []).append(item.nodeid)
-    Path(os.environ[VARIABLE]).write_text(json.dumps(tests))
+    Path(os.environ[VARIABLE]).write_text(json.dumps(tests), encoding="utf-8")

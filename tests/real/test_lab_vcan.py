@@ -50,7 +50,7 @@ def run(*command: str, limit_s: float = 60) -> str:
 
 def listeners(channel: str) -> int:
     """Sockets that hear every frame; the lab's nodes hear only what is theirs."""
-    lists = Path("/proc/net/can/rcvlist_all").read_text()
+    lists = Path("/proc/net/can/rcvlist_all").read_text(encoding="utf-8")
     return len(re.findall(rf"^\s+{channel}\s", lists, re.MULTILINE))
 
 

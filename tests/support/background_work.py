@@ -21,7 +21,7 @@ def squares(upto: int, report: Report) -> list[int]:
 def wait_for(gate: str, report: Report) -> str:
     """Report once, then wait until something is written to the pipe `gate`."""
     report("waiting", 1, 2)
-    return Path(gate).read_text()
+    return Path(gate).read_text(encoding="utf-8")
 
 
 def large(size: int, report: Report) -> tuple[str, Bulk]:

@@ -52,7 +52,7 @@ class RowList:
     @classmethod
     def load(cls, path: Path) -> Self:
         """Load the rows.  ValueError, with the reason, for a file that contradicts itself."""
-        content = tomllib.loads(path.read_text())
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
         spans = content["rows"].items()
         rows = frozenset(Row(manual, n) for manual, texts in spans for text in texts for n in _numbers(text))
         aside = {Row.parse(text): reason for text, reason in content.get("aside", {}).items()}

@@ -90,7 +90,7 @@ def listening() -> set[str]:
     """The addresses at which programs in the calling thread's network listen for TCP."""
     found: set[str] = set()
     for table in ("tcp", "tcp6"):
-        rows = Path(f"/proc/thread-self/net/{table}").read_text().splitlines()[1:]
+        rows = Path(f"/proc/thread-self/net/{table}").read_text(encoding="utf-8").splitlines()[1:]
         places = [row.split()[1].partition(":")[0] for row in rows if row.split()[3] == _LISTEN]
         found |= {_shown(bytes.fromhex(place)) for place in places}
     return found

@@ -27,7 +27,7 @@ ICMP = 1
 
 def is_in_guest() -> bool:
     processors = Path("/proc/cpuinfo")
-    return processors.exists() and "User Mode Linux" in processors.read_text()
+    return processors.exists() and "User Mode Linux" in processors.read_text(encoding="utf-8")
 
 
 def internet_checksum(data: bytes) -> int:

@@ -142,7 +142,7 @@ def until(condition: Callable[[], bool]) -> None:
 def is_running(pid: int) -> bool:
     """Return whether the process runs; a zombie does not."""
     try:
-        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+        state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0]
     except FileNotFoundError:
         return False
     return state != "Z"

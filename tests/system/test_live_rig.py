@@ -105,7 +105,8 @@ def test_a_rig_does_not_start_with_a_fault_that_waits_for_another_process(file: 
     file.write_text(
         RIG.replace("{kind: wires.hub}", "{kind: wires.hub, process: hub, faults: [FAULT]}").replace(
             "FAULT", "{what: drop_out, wire: tank.level, when: tank/level > 1}"
-        )
+        ),
+        encoding="utf-8",
     )
     with pytest.raises(RigError, match="wires: fault 1: tank is no device of the process hub"):
         LiveRig(file)

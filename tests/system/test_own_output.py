@@ -75,7 +75,7 @@ def test_a_rig_goes_on_wherever_its_output_leads(redirections: str, options: tup
     [("--help",), ("devices",), ("devices", "mc4"), ("schema",), ("check", "lab.yaml"), ("status",), ("get", "lamp")],
 )
 def test_a_command_whose_output_is_lost_says_so_and_fails(command: tuple[str, ...]) -> None:
-    with RunningRig(lamp_rig(), KINDS) as rig, Path("/dev/full").open("w") as full:
+    with RunningRig(lamp_rig(), KINDS) as rig, Path("/dev/full").open("w", encoding="utf-8") as full:
         rig.until_ready()
         done = subprocess.run(
             [*FIELDRIG, *command],

@@ -53,7 +53,7 @@ def rig(request: pytest.FixtureRequest) -> RunningRig:
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="") as file:
+    with path.open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
 
 

@@ -78,8 +78,8 @@ def test_ctrl_c_while_it_starts_leaves_nothing_either() -> None:
 def test_a_signal_as_soon_as_there_is_a_process_leaves_none(number: signal.Signals) -> None:
     with RunningRig(LAMP, KINDS) as rig:
         children = Path(f"/proc/{rig.process.pid}/task/{rig.process.pid}/children")
-        until(lambda: bool(children.read_text()) or rig.process.poll() is not None)
-        born = [int(pid) for pid in children.read_text().split()]
+        until(lambda: bool(children.read_text(encoding="utf-8")) or rig.process.poll() is not None)
+        born = [int(pid) for pid in children.read_text(encoding="utf-8").split()]
         rig.end(number)
         assert born
         assert not [pid for pid in born if Path(f"/proc/{pid}").exists()]

@@ -96,7 +96,7 @@ def _check_device(sock: socket.socket, channel: str, fd: bool) -> None:
     if sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) == errno.ENETDOWN:
         raise BusError(f"{channel} is down", f"sudo ip link set {channel} up")
     mtu = Path("/sys/class/net", channel, "mtu")
-    if fd and mtu.is_file() and int(mtu.read_text()) < FD.size:
+    if fd and mtu.is_file() and int(mtu.read_text(encoding="ascii")) < FD.size:
         remedy = f"sudo ip link set {channel} down && sudo ip link set {channel} mtu 72 up, or leave out fd: true"
         raise BusError(f"{channel} is not set up for CAN FD", remedy)
 

@@ -6,6 +6,7 @@ are `typer.BadParameter`, so that the command's usage is shown with the message.
 """
 
 import json
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -121,7 +122,13 @@ def _access(failure: str, remedy: str) -> Iterator[None]:
 
 def echo_json(value: Any) -> None:
     """Print a value as one line of JSON."""
-    typer.echo(json.dumps(value, ensure_ascii=False))
+    typer.echo(json_text(value))
+
+
+def json_text(value: Any, indent: int | None = None) -> str:
+    """Return a value as JSON, in ASCII if the output has not all characters."""
+    has_all = (sys.stdout.encoding or "").lower().replace("-", "") == "utf8"
+    return json.dumps(value, ensure_ascii=not has_all, indent=indent)
 
 
 def echo_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> None:

@@ -3,6 +3,7 @@
 Completion is silent.  If no rig answers at once, nothing is offered, and the shell falls back to file names.
 """
 
+import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -205,7 +206,7 @@ def _fault_models(kind: str) -> Mapping[str, Any]:
 
 
 def _in_folder(incomplete: str) -> list[str]:
-    folder, slash, start = incomplete.rpartition("/")
+    folder, slash, start = incomplete.replace(os.sep, "/").rpartition("/")
     paths = []
     with suppress(OSError):
         for path in sorted(Path(f"{folder}{slash}" or ".").expanduser().iterdir()):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import AsJson, Overrides, argument, echo_json, echo_table
+from fieldrig.cli.common import AsJson, Overrides, argument, echo_json, echo_table, json_text
 
 if TYPE_CHECKING:
     from fieldrig.config.entries import DeviceEntry
@@ -105,13 +105,11 @@ def schema(
     Editors with the YAML language server read it if this is the first line of a rig file:
         # yaml-language-server: $schema=fieldrig.schema.json
     """
-    import json
-
     from fieldrig.config.schema import schema_of
     from fieldrig.errors import RigError
 
     try:
-        text = json.dumps(schema_of(name), indent=2, ensure_ascii=False)
+        text = json_text(schema_of(name), indent=2)
     except RigError as wrong:
         raise typer.BadParameter(f"{wrong.what}; {wrong.remedy}") from wrong
     typer.echo(text)

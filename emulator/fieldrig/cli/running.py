@@ -24,6 +24,7 @@ from fieldrig.real.page_process import NAME, PageProcess, page_of
 from fieldrig.real.placement import is_modelled, placement
 from fieldrig.real.started_outside import AttendedRig
 from fieldrig.real.supervisor import Supervisor
+from fieldrig.real.this_system import check_system
 from fieldrig.system.descriptors import ensure_for
 from fieldrig.system.exits import Exit
 from fieldrig.system.ready_file import ALL, ready_file
@@ -81,6 +82,7 @@ def _page(config: RigConfig, options: UpOptions, log: Path | None) -> AbstractCo
 
 def _run_processes(config: RigConfig, options: UpOptions, display: Display) -> Exit:
     """Check everything that may refuse the start, then start the processes."""
+    check_system()
     interrupt_on_signals(ENDING)
     plans = placement(config)
     ensure_for(len(plans))

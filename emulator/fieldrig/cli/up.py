@@ -123,8 +123,10 @@ def _is_from_environment(context: typer.Context, parameter: str) -> bool:
 def _run_only(config: "RigConfig", name: str, is_realtime: bool) -> Exit:
     from fieldrig.real.host import run_process, start_log
     from fieldrig.real.placement import placement
+    from fieldrig.real.this_system import check_system
     from fieldrig.text.nearest import closest
 
+    check_system()
     plans = placement(config)
     plan = next((plan for plan in plans.values() if name in (plan.name, *plan.buses, *plan.devices)), None)
     if plan is None:

@@ -1,6 +1,5 @@
 """The command `watch`: see what happens in a running rig."""
 
-import json
 import math
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fieldrig.cli import completion
-from fieldrig.cli.common import AsJson, Count, Endpoint, For, argument, duration_ns
+from fieldrig.cli.common import AsJson, Count, Endpoint, For, argument, duration_ns, json_text
 from fieldrig.cli.message_words import OfRig, Shower, shower_of
 from fieldrig.cli.names import Parts, check_patterns
 from fieldrig.cli.thinning import Line, thinned
@@ -74,7 +73,7 @@ def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | N
             if give_up_s is not None and time.monotonic() > give_up_s:
                 return
             if line is not None:
-                typer.echo(json.dumps(line[1], ensure_ascii=False) if as_json else line[0])
+                typer.echo(json_text(line[1]) if as_json else line[0])
                 count = None if count is None else count - 1
                 if count == 0:
                     return

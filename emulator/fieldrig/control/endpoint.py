@@ -83,7 +83,7 @@ def open_session(settings: Mapping[str, Any]) -> zenoh.Session:
         return _open(dict(settings))
     with tempfile.TemporaryDirectory() as folder:  # Zenoh reads the passwords it accepts from a file, once
         dictionary = Path(folder) / "users"
-        dictionary.write_text(f"{_USER}:{password}\n")
+        dictionary.write_text(f"{_USER}:{password}\n", encoding="ascii", newline="\n")
         return _open({**settings, "transport/auth/usrpwd/dictionary_file": str(dictionary)})
 
 

@@ -39,12 +39,13 @@ def _of_port(port: int) -> int:
     """Return how many connections to this port are there: sl, local address, remote address, state."""
     count = 0
     for file in (_FILES / "tcp", _FILES / "tcp6"):
-        rows = (line.split() for line in file.read_text().splitlines()[1:])
+        rows = (line.split() for line in file.read_text(encoding="ascii").splitlines()[1:])
         count += sum(row[1].endswith(f":{port:04X}") and row[3] == _ESTABLISHED for row in rows)
     return count
 
 
 def _of_path(path: str) -> int:
     """Return how many connections to this socket are there: the sixth word is the state, the last one the path."""
-    rows = (line.split(maxsplit=7) for line in (_FILES / "unix").read_text().splitlines()[1:])
+    lines = (_FILES / "unix").read_text(encoding="utf-8", errors="surrogateescape").splitlines()
+    rows = (line.split(maxsplit=7) for line in lines[1:])
     return sum(len(row) == 8 and row[7] == path and row[5] == _CONNECTED for row in rows)

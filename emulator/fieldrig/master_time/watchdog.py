@@ -116,7 +116,7 @@ class _RealEvent:
 def _state(native: int) -> tuple[bool, int]:
     """Return whether the system shows a thread asleep, and its processor time in ticks."""
     try:
-        fields = Path(f"/proc/self/task/{native}/stat").read_text().rpartition(")")[2].split()
+        fields = Path(f"/proc/self/task/{native}/stat").read_bytes().rpartition(b")")[2].split()
     except OSError:
         return False, 0
-    return fields[0] == "S", int(fields[11]) + int(fields[12])
+    return fields[0] == b"S", int(fields[11]) + int(fields[12])

@@ -62,7 +62,7 @@ def make_token() -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, aside = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")  # mode 0600
         try:
-            with os.fdopen(handle, "w") as file:
+            with os.fdopen(handle, "w", encoding="ascii", newline="\n") as file:
                 file.write(secrets.token_urlsafe(_MADE_BYTES) + "\n")
                 file.flush()
                 os.fsync(file.fileno())

@@ -145,7 +145,8 @@ class Child:
         """Add a line of the supervisor to the child's log."""
         if self._log is None:
             return
-        with suppress(OSError), open_file(self._log, "a") as log:  # a full disk is no reason to end a rig
+        # A full disk is no reason to end a rig.
+        with suppress(OSError), open_file(self._log, "a", encoding="utf-8") as log:
             log.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} supervisor: {text}\n")
 
     def _begin_log(self) -> None:

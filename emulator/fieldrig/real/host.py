@@ -299,7 +299,7 @@ def loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
 def name_process(name: str) -> None:
     """Set the name that `ps` and `top` show."""
     with contextlib.suppress(OSError):  # only Linux has it
-        Path("/proc/self/comm").write_text(f"rig:{name}")
+        Path("/proc/self/comm").write_text(f"rig:{name}", encoding="utf-8")
 
 
 def _ask_for_realtime() -> None:

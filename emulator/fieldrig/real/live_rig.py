@@ -21,6 +21,7 @@ from fieldrig.outside.addresses import ENDPOINT_VARIABLE
 from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
+from fieldrig.real.this_system import check_system
 from fieldrig.recording.signals import Rhythm, wish_of
 from fieldrig.testing import free_port
 from fieldrig.text.nearest import closest
@@ -115,6 +116,7 @@ class LiveRig(UpProcess):
         if not isinstance(file, str | Path) or not all(isinstance(setting, str) for setting in overrides):
             given = ", ".join(map(shown, (file, *overrides)))
             raise ArgumentError(f"a rig cannot be started from {given}", "expected a path, and overrides as texts")
+        check_system()
         super().__init__()
         self.run = self.folder / "run"
         """The run folder, with ptys and log/."""

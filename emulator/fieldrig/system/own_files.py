@@ -99,9 +99,9 @@ def open_own(path: Path, flags: int) -> int:
     return fd
 
 
-def open_file(path: Path, mode: str) -> IO[Any]:
-    """Do as `Path.open` does, for a file of this user."""
-    return open(path, mode, opener=lambda name, flags: open_own(Path(name), flags))
+def open_file(path: Path, mode: str, encoding: str | None = None) -> IO[Any]:
+    """Do as `Path.open` does, for a file of this user.  A text needs an encoding."""
+    return open(path, mode, encoding=encoding, opener=lambda name, flags: open_own(Path(name), flags))
 
 
 def remove_socket(path: Path) -> None:

@@ -46,7 +46,7 @@ class RunFolder:
             for part in ("log", "state"):
                 part_of(self.folder, f"{part}/any")
                 (self.folder / part).chmod(FOLDER_MODE)  # earlier versions made them for all to read
-            lock = open_file(self.folder / RIG_LOCK, "a+")
+            lock = open_file(self.folder / RIG_LOCK, "a+", encoding="ascii")
         except OSError as cause:
             raise RigError(f"the run folder cannot be made: {cause}", "name another: --set run=FOLDER") from cause
         if not _locked(lock, wait_s=0):
@@ -76,7 +76,7 @@ class RunFolder:
     def wait_for_the_last(self) -> None:
         """Wait for the processes of a killed rig.  RigError if they are still there after `LINGER_S`."""
         try:
-            lock = open_file(self.folder / PROCESSES_LOCK, "a")
+            lock = open_file(self.folder / PROCESSES_LOCK, "ab")
         except OSError as cause:
             raise RigError(
                 f"{self.folder} cannot be written: {cause.strerror}", "make room, or --set run=FOLDER"
@@ -106,14 +106,14 @@ def join_run(folder: Path) -> IO[Any]:
     """Return the lock of a process of the rig; keep it open.  RigError if the folder is not ours."""
     try:
         own_folder(folder)
-        lock = open_file(folder / PROCESSES_LOCK, "a")
+        lock = open_file(folder / PROCESSES_LOCK, "ab")
     except OSError as cause:
         raise RigError(f"the run folder cannot be used: {cause}", "name another: --set run=FOLDER") from cause
     lock_file(lock, is_shared=True)
     return lock
 
 
-def _locked(file: IO[str], wait_s: float) -> bool:
+def _locked(file: IO[Any], wait_s: float) -> bool:
     """Return whether the lock was free."""
     give_up_s = time.monotonic() + wait_s
     while not lock_file(file):

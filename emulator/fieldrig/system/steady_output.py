@@ -78,8 +78,12 @@ class OutputError(UsageError):
 
 
 def strict(stream: TextIO) -> TextIO:
-    """Return a text stream like `stream` that raises OutputError; itself if it has no descriptor."""
-    return _like(stream, StrictFile, stream.errors or "strict")
+    """Return a text stream like `stream` that raises OutputError; itself if it has no descriptor.
+
+    What its encoding has not, as the code page of a pipe on Windows, is written as an escape, and is no error.
+    """
+    is_lossless = (stream.errors or "strict") == "strict"
+    return _like(stream, StrictFile, "backslashreplace" if is_lossless else stream.errors or "strict")
 
 
 def steady(stream: TextIO, on_trouble: Callable[[str], None] = lambda _why: None) -> TextIO:
@@ -88,6 +92,9 @@ def steady(stream: TextIO, on_trouble: Callable[[str], None] = lambda _why: None
 
 
 def _like(stream: TextIO, opened: Callable[[int], io.FileIO], errors: str) -> TextIO:
+    buffer = getattr(stream, "buffer", None)
+    if not isinstance(getattr(buffer, "raw", buffer), io.FileIO):  # the console of Windows, which is never full
+        return stream
     try:
         raw = opened(stream.fileno())
     except (OSError, ValueError):  # in memory

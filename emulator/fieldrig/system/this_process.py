@@ -37,7 +37,7 @@ def brief_facts() -> dict[str, float | None]:
 def resident_bytes() -> int:
     """Return the memory in RAM, including shared pages; 0 where the system does not provide it."""
     try:
-        return int(Path("/proc/self/statm").read_text().split()[1]) * _PAGE
+        return int(Path("/proc/self/statm").read_bytes().split()[1]) * _PAGE
     except OSError:
         return _peak_bytes()
 
@@ -45,10 +45,10 @@ def resident_bytes() -> int:
 def own_bytes(process: int | None = None) -> int | None:
     """Return the memory that would be free without a process, or without this one; None if the system does not say."""
     try:
-        lines = Path(f"/proc/{process or 'self'}/smaps_rollup").read_text().splitlines()
+        lines = Path(f"/proc/{process or 'self'}/smaps_rollup").read_bytes().splitlines()
     except OSError:
         return None
-    return 1024 * sum(int(line.split()[1]) for line in lines if line.startswith("Private_"))
+    return 1024 * sum(int(line.split()[1]) for line in lines if line.startswith(b"Private_"))
 
 
 def usable_cores() -> int:
@@ -62,7 +62,7 @@ def age_s() -> float:
     """Return the time since the process was started, or its CPU time where the system does not provide that."""
     if sys.platform == "linux":
         with suppress(OSError, AttributeError):
-            ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
+            ticks = int(Path("/proc/self/stat").read_bytes().rpartition(b")")[2].split()[19])
             return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
     return time.process_time()
 

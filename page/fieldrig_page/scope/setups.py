@@ -44,7 +44,7 @@ class Setups:
             raise ControlError(f"there are {MOST_SETUPS} set-ups already", "delete one of them")
         aside = path.with_suffix(".new")
         try:
-            with open_file(aside, "w") as file:
+            with open_file(aside, "w", encoding="utf-8") as file:
                 json.dump(setup.as_data(), file, indent=1)
                 file.flush()
                 os.fsync(file.fileno())

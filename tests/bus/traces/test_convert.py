@@ -52,7 +52,7 @@ def test_chosen_wires_are_alone_in_every_format(source: Path) -> None:
 
 @pytest.mark.parametrize("ending", ["jsonl", "log", "pcapng", "vcd"])
 def test_a_conversion_that_fails_leaves_the_target_as_it_was(source: Path, ending: str) -> None:
-    source.write_text(source.read_text() + "{}\n")
+    source.write_text(source.read_text(encoding="utf-8") + "{}\n", encoding="utf-8")
     for before in (None, b"of yesterday"):
         target = source.parent / f"x.{ending}"
         if before is not None:
@@ -68,11 +68,11 @@ def test_a_target_may_be_a_pipe_or_a_link(source: Path) -> None:
     (source.parent / "link.jsonl").symlink_to("there.jsonl")
     assert convert(source, "link.jsonl").exit_code == 0
     assert (source.parent / "link.jsonl").is_symlink()
-    assert (source.parent / "there.jsonl").read_text() == source.read_text()
+    assert (source.parent / "there.jsonl").read_text() == source.read_text(encoding="utf-8")
 
 
 def test_a_damaged_trace_is_refused_as_by_show(source: Path) -> None:
-    source.write_text(source.read_text() + "{}\n")
+    source.write_text(source.read_text(encoding="utf-8") + "{}\n", encoding="utf-8")
     shown = CliRunner().invoke(app, ["show", str(source)])
     done = convert(source, "x.vcd")
     assert isinstance(done.exception, UsageError)

@@ -150,9 +150,9 @@ def test_draw_refuses_what_it_cannot_draw(source: Path) -> None:
         run(source, begin="6s")
     with pytest.raises(UsageError, match=r"expected a name that ends in \.svg"):
         run(source, target="x.png")
-    source.write_text(source.read_text().splitlines()[-1])
+    source.write_text(source.read_text(encoding="utf-8").splitlines()[-1], encoding="utf-8")
     with pytest.raises(UsageError, match="there is no message of a bus of wires"):
         run(source)
-    source.write_text("{}")
+    source.write_text("{}", encoding="utf-8")
     with pytest.raises(UsageError, match="line 1 is not a message of a trace"):
         run(source)

@@ -302,7 +302,7 @@ def test_wrong_settings_are_refused(plate: Path, settings: dict[str, Any], wrong
 
 
 def test_mistakes_in_a_plate_file_are_found_by_check(plate: Path) -> None:
-    plate.write_text(plate.read_text().replace("pole_pairs: 4", "pole_pairs: 0"))
+    plate.write_text(plate.read_text(encoding="utf-8").replace("pole_pairs: 4", "pole_pairs: 0"), encoding="utf-8")
     buses = {"line": {"kind": "serial.virtual"}}
     encoder = {"kind": "sm.encoder", "name_plate": plate.name, "links": {"line": "line"}}
     config = from_dict({"time": "virtual", "buses": buses, "devices": {"encoder": encoder}}, plate.parent)

@@ -39,7 +39,7 @@ def tank(tmp_path: Path) -> Path:
 
 
 def saved(file: Path, text: str) -> Path:
-    file.write_text(text)
+    file.write_text(text, encoding="utf-8")
     return file
 
 

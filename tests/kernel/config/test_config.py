@@ -31,7 +31,7 @@ def loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Loaded:
     monkeypatch.chdir(tmp_path)
 
     def load_text(text: str, *overrides: str, only: set[str] | None = None) -> RigConfig:
-        Path("rig.yaml").write_text(dedent(text))
+        Path("rig.yaml").write_text(dedent(text), encoding="utf-8")
         return load(Path("rig.yaml"), overrides, only)
 
     return load_text
@@ -123,7 +123,7 @@ five.yaml:11: devices.press.kind: there is no kind "canopen.nod"
 
 def test_five_mistakes_give_five_messages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("five.yaml").write_text(FIVE_MISTAKES)
+    Path("five.yaml").write_text(FIVE_MISTAKES, encoding="utf-8")
     with pytest.raises(ConfigError) as caught:
         load(Path("five.yaml"))
     assert str(caught.value) == FIVE_MESSAGES
@@ -499,7 +499,7 @@ def test_an_entry_that_names_its_kind_starts_anew_and_null_takes_one_away(loaded
 
 
 def test_a_mistake_names_the_file_that_it_stands_in(refused: Refused, base: Path) -> None:
-    base.write_text(base.read_text().replace("node_id: 5", "node_id: 500"))
+    base.write_text(base.read_text(encoding="utf-8").replace("node_id: 5", "node_id: 500"), encoding="utf-8")
     first, second = refused(f"extends: {base}\nseed: x\n")
     assert first.startswith(f"{base}:6: devices.io.node_id: 500 doesn't fit")
     assert second.startswith("rig.yaml:2: seed:")
@@ -603,7 +603,7 @@ def test_a_file_between_settles_it_for_those_that_extend_it(loaded: Loaded, tmp_
 
 @pytest.mark.long
 def test_a_file_that_is_extended_on_two_ways_is_read_once(refused: Refused, base: Path) -> None:
-    base.write_text(base.read_text().replace("node_id: 5", "node_id: 500"))
+    base.write_text(base.read_text(encoding="utf-8").replace("node_id: 5", "node_id: 500"), encoding="utf-8")
     last = base
     for name in range(64):  # 2**64 ways to the base
         (base.parent / f"{name}.yaml").write_text(f"extends: [{last.name}, {last.name}]\n")
@@ -715,7 +715,7 @@ def test_a_right_file_with_a_slip_is_right_or_a_mistake(garbage_file: Path, data
     position = data.draw(st.integers(0, len(text)))
     length = data.draw(st.integers(0, 10))
     slip = data.draw(st.text(alphabet='[]{}:,- \n"ab01~', max_size=4))
-    garbage_file.write_text(text[:position] + slip + text[position + length :])
+    garbage_file.write_text(text[:position] + slip + text[position + length :], encoding="utf-8")
     only_mistakes(lambda: load(garbage_file))
 
 

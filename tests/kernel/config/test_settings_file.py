@@ -57,18 +57,18 @@ def file(tmp_path: Path) -> Path:
 
 def test_a_file_becomes_settings_and_its_paths_are_relative_to_it(file: Path) -> None:
     file.with_name("t.yaml").write_text("")
-    file.write_text("mode: fast\ntable: t.yaml\nchannels:\n  - {name: a, gain: 2}\n")
+    file.write_text("mode: fast\ntable: t.yaml\nchannels:\n  - {name: a, gain: 2}\n", encoding="utf-8")
     card = load_settings(file, Card, twice)
     assert card == Card(mode="fast", channels=(Channel(name="a", gain=2.0),), table=file.with_name("t.yaml").resolve())
 
 
 def test_an_empty_file_has_no_keys(file: Path) -> None:
-    file.write_text("# nothing yet\n")
+    file.write_text("# nothing yet\n", encoding="utf-8")
     assert load_settings(file, Card) == Card()
 
 
 def test_every_mistake_is_reported_with_its_line(file: Path) -> None:
-    file.write_text("mode: quick\nchannels:\n  - name: a\n    gain: 0\n  - gain: 1\ncolour: red\n")
+    file.write_text("mode: quick\nchannels:\n  - name: a\n    gain: 0\n  - gain: 1\ncolour: red\n", encoding="utf-8")
     found = mistakes(file)
     assert [(item.file, item.line, item.key) for item in found] == [
         (str(file), 1, "mode"),
@@ -80,7 +80,7 @@ def test_every_mistake_is_reported_with_its_line(file: Path) -> None:
 
 
 def test_conflicts_are_reported_once_the_entries_are_right(file: Path) -> None:
-    file.write_text("channels:\n  - {name: a}\n  - name: a\n")
+    file.write_text("channels:\n  - {name: a}\n  - name: a\n", encoding="utf-8")
     assert mistakes(file) == [
         Mistake(str(file), 3, "channels[1].name", "a is used twice", "expected a name of its own")
     ]

@@ -41,7 +41,7 @@ def checked(of_bus: str, of_device: str, time: str = "virtual", more: str = "") 
     """Return the mistakes that `fieldrig check` finds."""
     text = RIG.replace("EDS", str(ROOT / "configs/eds/io32.eds")).replace("virtual", time, 1) % (of_bus, of_device)
     text = more + text
-    Path("rig.yaml").write_text(text.replace("can.virtual", "can.hub") if time == "real" else text)
+    Path("rig.yaml").write_text(text.replace("can.virtual", "can.hub") if time == "real" else text, encoding="utf-8")
     wrong = CliRunner().invoke(app, ["check", "rig.yaml"]).exception
     return [str(mistake) for mistake in wrong.mistakes] if isinstance(wrong, ConfigError) else []
 
@@ -101,7 +101,7 @@ devices:
   sensor: {{kind: canopen.node, node_id: 6, eds: EDS, links: {{can: can0}}}}
   tank: {{kind: canopen.node, node_id: 7, eds: EDS, links: {{can: can0}}}}
 """
-    Path("rig.yaml").write_text(text.replace("EDS", str(ROOT / "configs/eds/io32.eds")))
+    Path("rig.yaml").write_text(text.replace("EDS", str(ROOT / "configs/eds/io32.eds")), encoding="utf-8")
     wrong = CliRunner().invoke(app, ["check", "rig.yaml"]).exception
     found = [mistake.what for mistake in wrong.mistakes] if isinstance(wrong, ConfigError) else []
     others = where.removeprefix("sensor, ")

@@ -146,4 +146,4 @@ def test_no_token_is_published_for_containers() -> None:
 
 
 def _yaml(path: Path) -> Any:
-    return yaml_source.read(path.read_text(), path.name).data
+    return yaml_source.read(path.read_text(encoding="utf-8"), path.name).data

@@ -72,7 +72,7 @@ def test_a_folder_with_other_files_is_no_run_folder(tmp_path: Path, precious: Pa
     tmp_path.chmod(0o700)
     with pytest.raises(RigError, match="is no run folder: it has other files, such as precious"):
         RunFolder(tmp_path).claim([])
-    assert precious.read_text() == "keep me"
+    assert precious.read_text(encoding="utf-8") == "keep me"
 
 
 @pytest.mark.parametrize("name", ["log", "state"])
@@ -157,7 +157,7 @@ def test_a_lock_that_is_a_link_is_not_followed(name: str, tmp_path: Path, precio
     if name == "processes.lock":
         with pytest.raises(RigError):
             join_run(folder)
-    assert precious.read_text() == "keep me"
+    assert precious.read_text(encoding="utf-8") == "keep me"
 
 
 @pytest.mark.parametrize("part", ["log", "state", "serial"])
@@ -184,7 +184,7 @@ def test_a_store_follows_no_link_and_is_readable_by_its_user_only(tmp_path: Path
     (tmp_path / "state/max4.bin").unlink()
     (tmp_path / "state/max4.bin").symlink_to(precious)
     assert store.load() is None
-    assert precious.read_text() == "keep me"
+    assert precious.read_text(encoding="utf-8") == "keep me"
 
 
 def test_a_file_of_an_earlier_version_is_no_longer_readable_by_all(tmp_path: Path) -> None:
@@ -215,7 +215,7 @@ def test_only_a_socket_is_deleted_as_one(tmp_path: Path, precious: Path) -> None
     link.symlink_to(precious)
     with pytest.raises(FileExistsError):
         remove_socket(link)
-    assert precious.read_text() == "keep me"
+    assert precious.read_text(encoding="utf-8") == "keep me"
 
 
 class Keys(Settings):

@@ -66,7 +66,7 @@ def test_a_log_on_a_full_disk_takes_prints_and_log_records(disk: Disk, tmp_path:
 
 
 def test_a_command_says_once_that_its_output_is_lost_and_drops_the_rest() -> None:
-    with FULL.open("w") as stream:
+    with FULL.open("w", encoding="utf-8") as stream:
         output = strict(stream)
         with pytest.raises(OutputError, match=f"the output cannot be written: {NO_SPACE}"):
             print("lost", file=output, flush=True)

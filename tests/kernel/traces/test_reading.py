@@ -55,7 +55,7 @@ def test_what_is_no_log_is_named_with_the_formats_that_are_known(tmp_path: Path)
 
 
 def test_a_mistake_is_named_with_its_file_and_line(log: Path) -> None:
-    log.write_text(f"{LINES[0]}hello\n{LINES[1]}")
+    log.write_text(f"{LINES[0]}hello\n{LINES[1]}", encoding="utf-8")
     with pytest.raises(UsageError, match=r"machine\.log: line 2 is not a line of candump"):
         list(read(log))
 
@@ -77,7 +77,7 @@ def test_show_and_convert_take_a_part_of_the_time(log: Path) -> None:
 
 
 def test_what_is_odd_is_said_once_on_the_error_output(log: Path) -> None:
-    log.write_text("".join(LINES[:3] + LINES[1:2] + LINES[:1] + LINES[3:]) + "(17000000")
+    log.write_text("".join(LINES[:3] + LINES[1:2] + LINES[:1] + LINES[3:]) + "(17000000", encoding="utf-8")
     shown = CliRunner().invoke(app, ["trace", "show", str(log)])
     assert len(shown.stdout.splitlines()) == 12
     assert shown.stderr.splitlines() == [

@@ -256,7 +256,7 @@ def test_branches_end_with_the_process_of_their_rig_whatever_they_do() -> None:
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == -signal.SIGKILL, done.stderr
     for pid in map(int, done.stdout.split()):
-        while is_there(pid) and "State:\tZ" not in Path(f"/proc/{pid}/status").read_text():
+        while is_there(pid) and "State:\tZ" not in Path(f"/proc/{pid}/status").read_text(encoding="utf-8"):
             time.sleep(0.01)
 
 

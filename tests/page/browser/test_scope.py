@@ -171,8 +171,10 @@ def test_a_set_up_is_saved_and_opened_again(browser: Browser, pulses: ServedRig)
 
 def server_of(rig: ServedRig) -> int | None:
     """The process of the page; None while there is none."""
-    children = Path(f"/proc/{rig.process.pid}/task/{rig.process.pid}/children").read_text().split()
-    return next((int(pid) for pid in children if Path(f"/proc/{pid}/comm").read_text() == "rig:ui\n"), None)
+    children = Path(f"/proc/{rig.process.pid}/task/{rig.process.pid}/children").read_text(encoding="utf-8").split()
+    return next(
+        (int(pid) for pid in children if Path(f"/proc/{pid}/comm").read_text(encoding="utf-8") == "rig:ui\n"), None
+    )
 
 
 def test_the_scope_goes_on_after_its_server_was_killed(browser: Browser, pulses: ServedRig) -> None:

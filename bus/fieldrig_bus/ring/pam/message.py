@@ -239,4 +239,5 @@ def _shown_reports(message: Reports) -> str:
 
 def span_bytes(frames: Sequence[Frame]) -> int:
     """Number of bytes that frames or reports take on the fibre: target, length, contents, and 16 bits of CRC."""
-    return sum([len(contents) for _, contents in frames]) + len(frames) * (_FRAME.size + CRC_BYTES)
+    lengths = [len(contents) for _, contents in frames]
+    return sum(lengths) + len(frames) * (_FRAME.size + CRC_BYTES)

@@ -142,4 +142,4 @@ def eds_text() -> str:
 
 
 if __name__ == "__main__":
-    EDS.write_text(eds_text())
+    EDS.write_text(eds_text(), encoding="utf-8", newline="\n")

@@ -26,7 +26,7 @@ FARTHEST = 700
 @pytest.mark.long
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.name)
 def test_a_program_may_end_behind_every_token(path: Path) -> None:
-    text = path.read_text()[:FARTHEST]
+    text = path.read_text(encoding="utf-8")[:FARTHEST]
     for number, token in enumerate(_TOKEN.finditer(text)):
         with suppress(CompileError):
             source = SourceFile(path.name, text[: token.end()])
