@@ -19,6 +19,7 @@ from tests.driver.needs import Need
 
 REPORTS = Path("build") / "tests"
 BYTECODE = Path("build") / "bytecode"
+PRODUCT = ("emulator", "bus", "devices", "page", "configs")
 NODE = Path("tests") / "real" / "node"
 GUEST_LIMIT_S = 1200
 FOREIGN = "tests/real"
@@ -70,6 +71,12 @@ def marked(mark: str, folder: str = "tests") -> list[str]:
 
 def check_stage(name: str, about: str, command: Callable[[], list[str]]) -> Stage:
     return Stage(name, about, command, is_apart=True)
+
+
+def types_elsewhere(platform: str) -> Stage:
+    """The types of the product on a system that is not this one; the tests need Linux."""
+    options = (f"--platform={platform}", f"--cache-dir=.mypy_cache/{platform}")
+    return check_stage(f"types-{platform}", f"mypy --strict for {platform}", module("mypy", *options, *PRODUCT))
 
 
 def pytest_stage(
@@ -159,6 +166,7 @@ CHECKS = (
     check_stage("format", "the code is formatted", module("ruff", "format", "--check")),
     check_stage("lint", "ruff has nothing to say", module("ruff", "check", "--quiet")),
     check_stage("types", "mypy --strict", module("mypy")),
+    *(types_elsewhere(platform) for platform in ("win32", "darwin")),
     check_stage("prose", "docs and messages use the project's English", module("tests.driver.prose")),
     check_stage(
         "imports",
