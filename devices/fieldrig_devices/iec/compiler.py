@@ -23,6 +23,7 @@ from fieldrig_devices.iec.lower.routines import Lowered, lower
 from fieldrig_devices.iec.open_inputs import open_inputs
 from fieldrig_devices.iec.program import Program, Task
 from fieldrig_devices.iec.symbols import Symbols
+from fieldrig_devices.iec.tree import Unit
 from fieldrig_devices.iec.written import NOTHING, Written, surveyed, written_by
 from fieldrig_devices.languages.garbage import collection
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
@@ -111,7 +112,39 @@ def _compiled(
     libraries = needed(libraries, units, (file.text for file in files))
     if extension is not None:
         units = list(extension.units(units))
-    program, of_program = check(
+    program, of_program = _checked(libraries, units, host, dialect, limits, resource, extension, on_progress)
+    mistakes += of_program
+    if any(not mistake.is_note for mistake in mistakes):
+        raise CompileError(sorted(mistakes, key=lambda mistake: (mistake.file, mistake.line, mistake.column)))
+    return build(program, host, costs, limits, previous, tuple(files), tuple(mistakes), on_progress)
+
+
+def compile_units(
+    libraries: Sequence[Unit], units: Sequence[Unit], host: Host, dialect: Dialect, limits: Limits
+) -> Compiled:
+    """Compile units that have been read already, with those parts of the libraries that are needed.
+
+    CompileError with all mistakes if there are any.
+    """
+    with collection.paused():
+        program, mistakes = _checked(libraries, units, host, dialect, limits)
+        if any(not mistake.is_note for mistake in mistakes):
+            raise CompileError(mistakes)
+        files = tuple(SourceFile(unit.file, "") for unit in units)
+        return build(program, host, Costs(), limits, None, files, tuple(mistakes))
+
+
+def _checked(
+    libraries: Sequence[Unit],
+    units: Sequence[Unit],
+    host: Host,
+    dialect: Dialect,
+    limits: Limits,
+    resource: str = "",
+    extension: Extension | None = None,
+    on_progress: Progress = lambda stage, done, total: None,
+) -> tuple[Program, list[Mistake]]:
+    return check(
         [*libraries, *units],
         host,
         dialect,
@@ -121,10 +154,6 @@ def _compiled(
         extension=extension,
         on_progress=lambda done, total: on_progress("check", done, total),
     )
-    mistakes += of_program
-    if any(not mistake.is_note for mistake in mistakes):
-        raise CompileError(sorted(mistakes, key=lambda mistake: (mistake.file, mistake.line, mistake.column)))
-    return build(program, host, costs, limits, previous, tuple(files), tuple(mistakes), on_progress)
 
 
 def _nothing_in(file: SourceFile) -> Mistake:

@@ -47,6 +47,8 @@ class Dialect:
     """(* (* *) *) is one comment (PD-362)."""
     leaves_comments_open: bool = _rule(Origin.TOOLS)
     """A file whose comments do not nest up to its end is one of CoDeSys V2.3, where the first *) ends a comment."""
+    has_signed_long_times: bool = _rule(Origin.STANDARD)
+    """LTIME#-5s; the LTIME of CODESYS and TwinCAT has no sign, and reaches twice as far."""
     has_jumps_in_st: bool = _rule(Origin.TODAY)
     """Labels and JMP in Structured Text.  No edition has them; today's tools do."""
     has_set_assignments: bool = _rule(Origin.TODAY)
@@ -122,6 +124,16 @@ class Dialect:
     has_constant_arguments: bool = _rule(Origin.TOOLS)
     """VAR_IN_OUT CONSTANT, to which constants and texts of any length may be passed, and which is only read; and
     VAR_INPUT CONSTANT, which is an input."""
+    has_any_inputs: bool = _rule(Origin.TOOLS)
+    """`VAR_INPUT value : ANY`, which describes the variable that is passed; also ANY_NUM and so on."""
+    has_system_names: bool = _rule(Origin.TOOLS)
+    """Names that begin with two underscores, `__SYSTEM.TYPE_CLASS`, and two underscores between digits."""
+    has_heap: bool = _rule(Origin.TOOLS)
+    """`__NEW` and `__DELETE`."""
+    has_bits: bool = _rule(Origin.TOOLS)
+    """BIT: a component of a structure that has one bit of a byte; eight in a row have the same byte."""
+    copies_blocks: bool = _rule(Origin.TOOLS)
+    """`a := b` for instances of function blocks copies all variables; inputs and results may be instances too."""
     has_constructors: bool = _rule(Origin.TOOLS)
     """`motor : Motor(3);`: FB_init runs for each instance before the first cycle, with these arguments."""
     computes_starts: bool = _rule(Origin.TODAY)
@@ -172,6 +184,16 @@ class Dialect:
     def time(self) -> Elementary:
         """The TIME of the programs."""
         return Elementary.SIGNED_TIME if self.allows_negative_times else Elementary.TIME
+
+    @property
+    def long_time(self) -> Elementary:
+        """The LTIME of the programs."""
+        return Elementary.LTIME if self.has_signed_long_times else Elementary.UNSIGNED_LTIME
+
+    @property
+    def durations(self) -> Mapping[Elementary, Elementary]:
+        """The forms of TIME and LTIME in the programs."""
+        return {Elementary.TIME: self.time, Elementary.LTIME: self.long_time}
 
     def key(self, name: str) -> str:
         """Return what two spellings of the same name have in common."""

@@ -18,6 +18,8 @@ class Family(Enum):
     CHARACTER = "character"
 
 
+_TWINS: Final = {"SIGNED_TIME": "TIME", "UNSIGNED_LTIME": "LTIME"}
+"""The types that have the name of another one in their dialects."""
 _DAY_NS: Final = 86_400_000_000_000
 _FACTS: Final = {
     "BOOL": (1, Family.BOOL, 0, 1),
@@ -46,6 +48,7 @@ _FACTS: Final = {
     "CHAR": (1, Family.CHARACTER, 0, 2**8 - 1),
     "WCHAR": (2, Family.CHARACTER, 0, 2**16 - 1),
     "SIGNED_TIME": (4, Family.TIME, -(2**31), 2**31 - 1),
+    "UNSIGNED_LTIME": (8, Family.TIME, 0, 2**64 - 1),
 }
 """Size in bytes, family, and the smallest and the largest value."""
 
@@ -90,6 +93,8 @@ class Elementary(Enum):
     """The code of a character of a WSTRING."""
     SIGNED_TIME = "SIGNED_TIME"
     """The TIME of a dialect in which times may be negative, in milliseconds."""
+    UNSIGNED_LTIME = "UNSIGNED_LTIME"
+    """The LTIME of CODESYS and TwinCAT, in nanoseconds."""
 
     def __init__(self, _: str) -> None:
         self.size, self.family, self.low, self.high = _FACTS[self.value]
@@ -130,7 +135,7 @@ class Elementary(Enum):
         return False if self.family is Family.BOOL else 0.0 if self.is_real else 0
 
     def __str__(self) -> str:
-        return "TIME" if self is Elementary.SIGNED_TIME else self.name
+        return _TWINS.get(self.name, self.name)
 
 
 ALIASES: Final = {"TIME_OF_DAY": Elementary.TOD, "DATE_AND_TIME": Elementary.DT}
@@ -145,8 +150,17 @@ LONGER: Final = {
 """The types of edition 3 that have the same times and dates in nanoseconds."""
 SHORT_TIMES: Final = (Elementary.TIME, Elementary.SIGNED_TIME)
 """The two forms of TIME, of which a dialect has one in its programs; functions of the libraries may have the other."""
-OF_EDITION_3: Final = frozenset({*LONGER.values(), Elementary.CHAR, Elementary.WCHAR})
+LONG_TIMES: Final = (Elementary.LTIME, Elementary.UNSIGNED_LTIME)
+"""The two forms of LTIME."""
+OF_EDITION_3: Final = frozenset({*LONGER.values(), Elementary.UNSIGNED_LTIME, Elementary.CHAR, Elementary.WCHAR})
 """Types whose names are free for others before edition 3."""
+
+
+def is_longer(kind: Elementary, other: Elementary) -> bool:
+    """True if `other` has the same times or dates as `kind`, in nanoseconds."""
+    return LONGER.get(kind) is (Elementary.LTIME if other in LONG_TIMES else other)
+
+
 UNITS_NS: Final = {
     Elementary.TIME: 1_000_000,
     Elementary.SIGNED_TIME: 1_000_000,
@@ -154,5 +168,6 @@ UNITS_NS: Final = {
     Elementary.DATE: 1_000_000_000,
     Elementary.DT: 1_000_000_000,
     **dict.fromkeys(LONGER.values(), 1),
+    Elementary.UNSIGNED_LTIME: 1,
 }
 """Duration of one count of each type of times and dates, in nanoseconds."""

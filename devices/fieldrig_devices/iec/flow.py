@@ -91,6 +91,8 @@ class Flow:
 
     def _statement(self, statement: ir.AnyStatement) -> None:
         match statement:
+            case ir.Free():
+                self._read(statement.address)
             case ir.Assign():
                 self._evaluated(statement.value)
                 self._write(statement.place)
@@ -208,10 +210,12 @@ class Flow:
             match node:
                 case list() | tuple():
                     waiting.extend(node)
-                case ir.Load(place) | ir.AddressOf(place):
+                case ir.Load(place) | ir.AddressOf(place) | ir.Description(place):
                     waiting.append(place)
-                    if isinstance(node, ir.AddressOf) and (where := where_is(self._pou, place)) is not None:
+                    if not isinstance(node, ir.Load) and (where := where_is(self._pou, place)) is not None:
                         self._mentioned.pointed.add(where.span)
+                case ir.Allocate():
+                    waiting.append(node.count)
                 case ir.CallFunction():
                     waiting.extend(argument for _, argument in node.inputs)
                     waiting.extend(_indices(node.instance) if node.instance is not None else ())
@@ -248,6 +252,8 @@ def _indices(place: ir.Place) -> list[object]:
                 return [*indices, place.pointer]
             case ir.Result():
                 return [*indices, place.call]
+            case ir.Kept():
+                return [*indices, place.value]
             case ir.Parameter():
                 return [*indices, place.object]
             case _:

@@ -12,7 +12,7 @@ from typing import Final
 
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.dialect import Dialect
-from fieldrig_devices.iec.literal_texts import EPOCH, MS_NS, S_NS, UNITS_NS, time_text
+from fieldrig_devices.iec.literal_texts import EPOCH, MS_NS, S_NS, UNITS_NS, long_time_text, time_text
 
 
 class LiteralError(Exception):
@@ -133,9 +133,10 @@ def time(text: str, dialect: Dialect) -> int:
 def long_time(text: str, dialect: Dialect) -> int:
     """Return the nanoseconds of the part behind LTIME#."""
     sign, nanoseconds = _signed(text, dialect)
-    if not -MOST_NANOSECONDS - 1 <= sign * nanoseconds <= MOST_NANOSECONDS:
-        expected = "LTIME#-106751d23h47m16s854ms775us808ns to LTIME#106751d23h47m16s854ms775us807ns"
-        raise LiteralError(f"LTIME#{text} is too long", expected)
+    kind = dialect.long_time
+    if not kind.low <= sign * nanoseconds <= kind.high:
+        least = f"{long_time_text(int(kind.low))} to " if kind.is_signed else "at most "
+        raise LiteralError(f"LTIME#{text} is too long", f"{least}{long_time_text(int(kind.high))}")
     return sign * nanoseconds
 
 

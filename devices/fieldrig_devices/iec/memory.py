@@ -37,6 +37,10 @@ _SINGLE: Final = struct.Struct("<f")
 BY_NUMBER: Final = {kind_number(kind): kind for kind in Elementary}
 _INSIDE: Final = INSIDE[0]
 _UNKNOWN: Final = bytes(STACK_SIZE)
+MOST_ALLOCATED: Final = 64 << 20
+"""Bytes that a program may have from __NEW."""
+ROOM_TO_GROW: Final = 65_536
+"""Bytes between the variables of a program and what __NEW gives."""
 _LONGEST_VALUE: Final = 65_536
 """Bytes of the largest value, a WSTRING(32767)."""
 
@@ -110,17 +114,63 @@ class Memory:
         self.cells: list[Value] = [0] * end
         self.kinds = bytearray(end)
         """The kind of the value that begins at a cell (`layout.KINDS`), INSIDE within a value, and 0 if unknown."""
+        self._program_end = end
+        self._allocated: dict[int, int] = {}
+        """The sizes of what __NEW has given, by address."""
+        self._free: dict[int, list[int]] = {}
+        """Addresses of memory that was given back, by size."""
         self._written: dict[int, tuple[Value, bytes]] = {}
         """All bytes of strings that have some behind their closing zero, by the address, with the text in front of it.
 
         A program that fills a string from its end through a pointer, as OSCAT does, finds them when it closes the gap.
         """
 
-    def grow(self, end: int) -> None:
+    # ---- the heap
+
+    def allocate(self, form: int, count: int) -> int:
+        """Return the address of new variables of a type, with their start values; 0 if there is no room for them."""
+        kind = self._forms[form]
+        size = kind.size * count
+        if not size or len(self.cells) + size > self._program_end + MOST_ALLOCATED:
+            return 0
+        free = self._free.get(size)
+        address = free.pop() if free else max(len(self.cells), self._program_end + ROOM_TO_GROW)
+        self._allocated[address] = size
+        self._extend(address + size)
+        self.put_image(address, self._images.cells(kind) * count, self._images.kinds(kind) * count)
+        return address
+
+    def free(self, address: int) -> None:
+        """Take the memory of variables back; an address that nothing was given at is left alone."""
+        size = self._allocated.pop(address, 0)
+        if size:
+            self._free.setdefault(size, []).append(address)
+            self.put_image(address, [0] * size, bytes(size))
+
+    def free_all(self) -> None:
+        """Take all such memory back."""
+        self._allocated.clear()
+        self._free.clear()
+        start = self._program_end + ROOM_TO_GROW
+        del self.cells[start:], self.kinds[start:]
+
+    def _extend(self, end: int) -> None:
         missing = end - len(self.cells)
         if missing > 0:
             self.cells += [0] * missing
             self.kinds += bytes(missing)
+
+    def grow(self, end: int) -> None:
+        """Make room for a program up to `end`.
+
+        What a program has made with __NEW lies behind it, with some room for larger programs between them; of an even
+        larger one it is in the way, and is taken back.
+        """
+        if self._allocated and end > self._program_end + ROOM_TO_GROW:
+            self.free_all()
+        if not self._allocated:
+            self._program_end = end
+        self._extend(end)
 
     def put_image(self, address: int, cells: Sequence[Value], kinds: bytes) -> None:
         self.cells[address : address + len(cells)] = cells
@@ -160,6 +210,18 @@ class Memory:
             self.cells[address] = value
         else:
             self.poke(address, number, value)
+
+    def value_of(self, address: int, kind: Elementary) -> Value:
+        """Return the value of an elementary type at an address."""
+        return self.value(address, kind_number(kind))
+
+    def text_of(self, address: int, *, is_wide: bool) -> str:
+        """Return the text at an address."""
+        return str(self.peek(address, WIDE_STRING_KIND if is_wide else STRING_KIND))
+
+    def bytes_at(self, address: int, size: int) -> bytes:
+        """Return the bytes that a program has in its memory; RunError if there are none."""
+        return self._bytes(address, size)
 
     def peek(self, address: int, number: int) -> Value:
         """Read a value through a pointer whose target begins otherwise."""
@@ -335,6 +397,8 @@ class Memory:
             "poke_cells": self.poke_cells,
             "of_form": self.of_form,
             "mark": self.mark,
+            "allocate": self.allocate,
+            "free": self.free,
             "fetch": self.peek,
             "put": self.poke,
             "on_output": self._host.on_output,

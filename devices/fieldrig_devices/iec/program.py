@@ -4,11 +4,11 @@
 are statements here already, so the rest knows one form only.  A program, function block, function or action is a `Pou`.
 
     expressions, each with its `type`        Constant, Load, Unary, Binary, Convert, Intrinsic, CallFunction, Enabled,
-                                             AddressOf
-    places, which are read and written       Cell, Element, OpenElement, Component, Target, This, Result, Located,
+                                             AddressOf, Description, Allocate
+    places, which are read and written       Cell, Element, OpenElement, Component, Target, This, Result, Kept, Located,
                                              Parameter, Bit
     statements, each with its source line    Assign, Evaluate, CallBlock, CallAction, If, Case, For, Loop, Exit,
-                                             Continue, Return, Label, Jump
+                                             Continue, Return, Label, Jump, Free
 
 It is one file because all of these are made of each other: an index is an expression in a place, a load is a place in
 an expression, and a call has a `Pou`, which has statements.
@@ -151,6 +151,18 @@ class Result:
 
 
 @dataclass(slots=True)
+class Kept:
+    """A value that is stored in a hidden variable first, so that it has an address."""
+
+    value: "Expression"
+    variable: Variable
+
+    @property
+    def type(self) -> Type:
+        return self.variable.type
+
+
+@dataclass(slots=True)
 class Located:
     """A directly represented variable, as in PD-364: `byte` counts bytes of the area, `bit` is -1 without X."""
 
@@ -182,7 +194,7 @@ class Bit:
     type: Type = Elementary.BOOL
 
 
-Place = Cell | Element | OpenElement | Component | Target | This | Result | Located | Parameter | Bit
+Place = Cell | Element | OpenElement | Component | Target | This | Result | Kept | Located | Parameter | Bit
 
 
 # ---- expressions
@@ -319,7 +331,27 @@ class AddressOf:
     type: Type
 
 
-Expression = Constant | Load | Unary | Binary | Convert | Intrinsic | CallFunction | Enabled | AddressOf
+@dataclass(slots=True)
+class Description:
+    """The argument for an input of type ANY: class, address and size of what is at a place (`any_types.py`)."""
+
+    place: Place
+    type_class: int
+    type: Type
+
+
+@dataclass(slots=True)
+class Allocate:
+    """The address of new memory for variables of type `of`, with their start values; 0 if there is none."""
+
+    of: Type
+    count: "Expression"
+    type: Type
+
+
+Expression = (
+    Constant | Load | Unary | Binary | Convert | Intrinsic | CallFunction | Enabled | AddressOf | Description | Allocate
+)
 
 
 # ---- statements
@@ -436,8 +468,15 @@ class Jump(Statement):
     condition: Expression | None = None
 
 
+@dataclass(slots=True)
+class Free(Statement):
+    """Give the memory at an address back."""
+
+    address: Expression
+
+
 AnyStatement = (
-    Assign | Evaluate | CallBlock | CallAction | If | Case | For | Loop | Exit | Continue | Return | Label | Jump
+    Assign | Evaluate | CallBlock | CallAction | If | Case | For | Loop | Exit | Continue | Return | Label | Jump | Free
 )
 
 

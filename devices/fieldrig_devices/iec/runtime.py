@@ -40,8 +40,9 @@ _WRONG_KIND: Final = (TypeError, AttributeError)
 
 
 class Runtime:
-    def __init__(self, compiled: Compiled, host: Host) -> None:
-        self._host = host
+    def __init__(self, compiled: Compiled, host: Host, stack_size: int = STACK_SIZE) -> None:
+        """`stack_size` is the size of the stack of each thread, in bytes."""
+        self._host, self._stack_size = host, stack_size
         self._images = Images()
         self.markers = bytearray(AREA_SIZE)
         """The area %M."""
@@ -76,9 +77,14 @@ class Runtime:
             "now_ms": self._host.now_ms,
         }
         faults = _WRONG_KIND if lowered.keeps_stack_addresses else ()
-        self.code = Code(lowered.routines, names, STACK_SIZE, rules_of(len(lowered.constants)), faults)
+        self.code = Code(lowered.routines, names, self._stack_size, rules_of(len(lowered.constants)), faults)
         self._links = [linked for link in compiled.program.links for linked in self._linked(link)]
         self.routines: Mapping[str, int] = self.code.numbers
+
+    @property
+    def contents(self) -> Memory:
+        """The memory with the kinds of its cells, for native functions that follow addresses."""
+        return self._memory
 
     # ---- starting
 
@@ -86,6 +92,7 @@ class Runtime:
         """Give variables their start values; a warm start leaves retained ones as they are."""
         kept = self._retained() if kind is Start.WARM else []
         values = [self.read(symbol) for symbol in kept]
+        self._memory.free_all()
         for variable in self.compiled.program.globals.values():
             if variable.location is None:
                 self._initialise(variable)

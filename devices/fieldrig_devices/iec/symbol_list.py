@@ -34,7 +34,8 @@ _CLASSES: Final = {
     "DINT": "DInt", "LINT": "LInt", "USINT": "USInt", "UINT": "UInt", "UDINT": "UDInt", "ULINT": "ULInt",
     "REAL": "Real", "LREAL": "LReal", "TIME": "Time", "SIGNED_TIME": "Time",
     "DATE": "Date", "TOD": "TimeOfDay", "DT": "DateAndTime",
-    "LTIME": "LTime", "LDATE": "LDate", "LTOD": "LTimeOfDay", "LDT": "LDateAndTime", "CHAR": "Char", "WCHAR": "WChar",
+    "LTIME": "LTime", "UNSIGNED_LTIME": "LTime",
+    "LDATE": "LDate", "LTOD": "LTimeOfDay", "LDT": "LDateAndTime", "CHAR": "Char", "WCHAR": "WChar",
 }  # fmt: skip
 """`typeclass` of the elementary types."""
 _LONG_NAMES: Final = {"TOD": "TIME_OF_DAY", "DT": "DATE_AND_TIME"}

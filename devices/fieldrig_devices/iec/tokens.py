@@ -305,9 +305,15 @@ class _Scanner:
         self._add(NAME, text, offset)
         if not text.isascii():
             self._say(offset, f"the name {text} has letters that are not allowed", "A to Z, digits and underscores")
-        elif "__" in text and not (upper in _OPERATORS and self._dialect.has_references):
+        elif "__" in text and not self._may_have_underscores(text):
             hint = f"Write {re.sub('_+', '_', text)}."
             self._say(offset, f"the name {text} has several underscores in a row", "single underscores", hint)
+
+    def _may_have_underscores(self, text: str) -> bool:
+        """True for a name of the tool itself."""
+        if self._dialect.has_system_names and "__" not in text[2:]:
+            return True
+        return text.upper() in _OPERATORS and self._dialect.has_references
 
     # ---- comments
 

@@ -36,6 +36,18 @@ def places(code: Code, build: Build, fault: BaseException) -> tuple[list[Activat
     return calls, budget
 
 
+def running(code: Code, build: Build, frame: FrameType | None) -> list[Activation]:
+    """Return the routines that are running, outermost first, for a function that they have called with this frame."""
+    files = {file_name(number): number for number in range(len(code.routines))}
+    calls: list[Activation] = []
+    while frame is not None:
+        number = files.get(frame.f_code.co_filename)
+        if number is not None:
+            calls[:0] = _places(code, build, number, frame.f_lineno, frame)
+        frame = frame.f_back
+    return calls
+
+
 def _places(code: Code, build: Build, number: int, line: int, frame: FrameType) -> list[Activation]:
     """Return the place in a routine, and those in the routines that are inlined there."""
     at = code.lines(number, build)[line - 1]

@@ -10,7 +10,7 @@ from typing import Final, overload
 
 from fieldrig.device import Value
 from fieldrig_bus.opcua.message import LONGEST_PATH, MOST_ELEMENTS, AnyValue, Kind, Node
-from fieldrig_devices.iec.elementary import LONGER, SHORT_TIMES, Elementary
+from fieldrig_devices.iec.elementary import LONG_TIMES, LONGER, SHORT_TIMES, Elementary
 from fieldrig_devices.iec.runtime import MOST_FORCED, Runtime
 from fieldrig_devices.iec.symbols import Symbol, Symbols
 from fieldrig_devices.iec.types import ArrayType, EnumType, ObjectType, PointerType, StringType, SubrangeType, Type
@@ -18,7 +18,7 @@ from fieldrig_devices.iec.values import checked
 from fieldrig_devices.opcua.tree import UnknownNodeError
 
 _LONGEST_INDEX: Final = len("[-2147483648]")
-_UNITS: Final = {**dict.fromkeys(SHORT_TIMES, "ms"), **dict.fromkeys(LONGER.values(), "ns")}
+_UNITS: Final = {**dict.fromkeys(SHORT_TIMES, "ms"), **dict.fromkeys((*LONGER.values(), *LONG_TIMES), "ns")}
 
 
 class SymbolsTree:

@@ -4,7 +4,8 @@ This is the rule for assignments, arguments, start values and everything else th
 """
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import check_functions, constants, dispatch, implicit
+from fieldrig_devices.iec.any_types import DESCRIPTION
+from fieldrig_devices.iec.check import any_inputs, check_functions, constants, dispatch, implicit
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -30,11 +31,14 @@ def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> E
     """Return the value as one of type `kind`; None after a message."""
     if kind is UNKNOWN or value.type is UNKNOWN:
         return None
+    if kind is DESCRIPTION and value.type is not DESCRIPTION:
+        return any_inputs.described(context, value, at)
     if type(value) is Untyped:
         return _literal(context, value, kind, at)
     source = value.type
     if source is kind:
-        return _no_instance(context, value, at) if type(kind) is BlockType else value
+        is_refused = type(kind) is BlockType and not context.project.dialect.copies_blocks
+        return _no_instance(context, value, at) if is_refused else value
     if isinstance(kind, StringType) and isinstance(source, StringType) and kind.is_wide is source.is_wide:
         return value
     if source == kind:

@@ -8,6 +8,7 @@ from fieldrig_devices.iec.check import (
     calls,
     dispatch,
     enable,
+    heap,
     inheritance,
     methods,
     open_arrays,
@@ -43,6 +44,9 @@ Resolved = tuple[Place | None, Pou]
 
 def call_statement(checker: Checker, node: tree.Call, line: int) -> list[AnyStatement]:
     """Return the statements of a call: usually one; none after a message."""
+    called, context = node.called, checker.context
+    if isinstance(called, tree.Name) and called.text.upper() == heap.DELETE and context.project.dialect.has_heap:
+        return heap.deleted(checker, node, line, call_statement)
     resolved = _resolve(checker, node)
     if resolved is None:
         return []
@@ -82,6 +86,9 @@ def _resolve(checker: Checker, node: tree.Call) -> Resolved | None:
             function = calls.called_function(context, called.text)
         if function is not None:
             return None, function
+        known = context.find(called.text)
+        if isinstance(known, Pou) and known.kind is PouKind.FUNCTION:
+            return None, known
     if isinstance(called, tree.Member):
         member = _member_action(checker, called)
         if member is not None:

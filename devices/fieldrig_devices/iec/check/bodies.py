@@ -12,6 +12,7 @@ from fieldrig_devices.iec.program import AnyStatement, Pou
 
 def check_pou(project: Project, source: PouSource, startup: Startup) -> None:
     source.pou.body = _body(project, source, source.pou, source.tree.body)
+    source.pou.body[:0] = project.preludes.get(source.pou, [])
     first = startup.in_calls(source)
     if first:
         source.pou.body[:0] = _body(project, source, source.pou, tree.StBody(tuple(first)))

@@ -8,6 +8,7 @@ from fieldrig_devices.iec.check import (
     access,
     constants,
     enable,
+    heap,
     implicit,
     methods,
     open_arrays,
@@ -69,6 +70,9 @@ def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression 
         return None
     if name.upper() in open_arrays.FUNCTIONS and context.project.dialect.has_open_arrays:
         return open_arrays.bound(checker, node, wanted)
+    if name.upper() == heap.NEW and context.project.dialect.has_heap:
+        made = heap.call_of(checker, node)
+        return call(checker, *made) if made is not None else None
     rule = special.SPECIAL.get(name.upper())
     if rule is not None and (context.project.dialect.has_references or name.upper() not in references.FUNCTIONS):
         return rule(checker, node)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from fieldrig_devices.iec import tree
+from fieldrig_devices.iec import any_types, tree
 from fieldrig_devices.iec.check import (
     access,
     classes,
@@ -34,6 +34,7 @@ class Declarations:
         self._foreign: list[tuple[tree.Variables, str]] = []
         """The global variables of other resources."""
         self.specs = TypeSpecs(project)
+        project.specs = self.specs
         self.variables = Variables(project, self.specs)
         self.configurations: list[tuple[tree.Configuration, str]] = []
         self._trees: dict[str, tuple[tree.Pou, str]] = {}
@@ -44,11 +45,15 @@ class Declarations:
         has_long = project.dialect.has_long_types
         names = {str(kind): kind for kind in Elementary if has_long or kind not in OF_EDITION_3}
         names["TIME"] = project.dialect.time
+        if has_long:
+            names["LTIME"] = project.dialect.long_time
         names |= {**ALIASES, **(LONG_ALIASES if has_long else {})}
         project.types.update({name.lower(): kind for name, kind in names.items()})
         project.types["string"] = StringType()
         if project.dialect.has_wide_strings:
             project.types["wstring"] = StringType(is_wide=True)
+        if project.dialect.has_any_inputs:
+            project.types.update(dict.fromkeys(any_types.NAMES, any_types.DESCRIPTION))
         project.types.update(project.host.object_types)
         project.compute = self._compute
 
@@ -64,6 +69,7 @@ class Declarations:
         The libraries come first, so that the project may redefine a name of theirs, for itself alone.
         """
         self._chosen = resources.chosen(self._project, units, self._resource)
+        self._note_extended(units)  # also those of the libraries that the project extends
         self._objects()
         objects = set(self._project.names)
         self._part([unit for unit in units if unit.file in self._library_files])
@@ -74,13 +80,18 @@ class Declarations:
         self._sizes()
         self._starts()
 
+    def _note_extended(self, units: Sequence[tree.Unit]) -> None:
+        for unit in units:
+            for node in unit.declarations:
+                if isinstance(node, tree.Pou) and node.extends:
+                    self._project.extended.add(self._project.key(inheritance.unqualified(node.extends)))
+
     def _part(self, units: Sequence[tree.Unit]) -> None:
         sources = len(self._project.sources)
         for unit in units:
             for node in unit.declarations:
                 if isinstance(node, tree.Pou):
                     self._trees.setdefault(self._project.key(node.name), (node, unit.file))
-                    self._project.extended |= {self._project.key(inheritance.unqualified(node.extends))} - {""}
         declared = [(node, unit.file) for unit in units for node in unit.declarations]
         for node, file in sorted(declared, key=lambda item: isinstance(item[0], tree.Variables) and bool(item[0].name)):
             self._declare(node, file)
@@ -144,6 +155,8 @@ class Declarations:
     def _is_free(self, name: str, shown: str, node: tree.Node, file: str) -> bool:
         """POUs, types, global variables and enumeration values share one space of names (PD-357)."""
         project = self._project
+        if isinstance(node, tree.Pou) and self._is_value_of_enumeration(name):
+            return True
         is_known = self._is_known(name) and not self._shares(name, node)
         if is_known and name in project.library_names:
             project.reports.note(file, node.position, f"{shown} replaces the one of the library")
@@ -158,6 +171,12 @@ class Declarations:
             )
             project.reports.say(file, node.position, what, "a name that is unique in the project (PD-357)")
         return not is_known
+
+    def _is_value_of_enumeration(self, name: str) -> bool:
+        """True for a name that only an enumeration has: a POU takes it, and the value is found by its type."""
+        project = self._project
+        is_other = any(name in known for known in (project.pous, self.specs.names, project.types))
+        return name in project.enumerated and not is_other and not isinstance(project.names.get(name), Variable | Pou)
 
     def _shares(self, name: str, node: tree.Node) -> bool:
         """True for a variable and a type of the same name, which today's languages allow: `Pump : Pump;`."""
@@ -184,6 +203,7 @@ class Declarations:
 
     def _pou(self, node: tree.Pou, file: str) -> None:
         name = self._project.key(node.name)
+        has_name = self._is_value_of_enumeration(name) or not self._is_variable(name)
         if not self._is_free(name, node.name, node, file):
             return
         pou = Pou(node.kind, node.name, file, is_native=isinstance(node.body, tree.NativeBody))
@@ -196,7 +216,7 @@ class Declarations:
             self._project.globals[name] = pou.instance
         self._project.pous[name] = pou
         self._project.sources[pou] = source = PouSource(pou, node, file in self._library_files)
-        if not self._is_variable(name):
+        if has_name:
             self._project.declare(name, pou, file, node.position)
         source.line = inheritance.lineage(self._project, node, file, self._trees)
         for level, (above, home) in enumerate(source.line.trees):

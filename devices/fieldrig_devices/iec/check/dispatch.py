@@ -43,6 +43,7 @@ from fieldrig_devices.iec.program import (
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import BlockType, InterfaceType, Type
 
+EXIT: Final = "fb_exit"
 BODY: Final = "$body"
 """The dispatcher of the bodies of function blocks."""
 
@@ -229,12 +230,10 @@ class Dispatchers:
         if method.result is not None:
             made.result = _copied(method.result)
         for variable in (*original.inputs, *original.outputs):
-            copy = _copied(variable)
-            made.variables |= {limit.name.casefold(): limit for limit in open_arrays.renew_limits(copy)}
+            limits, copy = copied(self._project, variable)
+            made.variables |= {limit.name.casefold(): limit for limit in limits}
             made.variables[self._project.key(variable.name)] = copy
             (source.inputs if variable in original.inputs else source.outputs).append(copy)
-            if variable in self._project.starts:
-                self._project.starts[copy] = self._project.starts[variable]
         if method in self._project.guards:
             self._project.guards[made] = self._project.guards[method]
 
@@ -251,21 +250,21 @@ class Dispatchers:
                 for block in blocks:
                     number = Constant(_number(block), Elementary.UDINT)
                     condition = Binary(Operator.EQ, word, number, Elementary.BOOL)
-                    call = self._call(name, dispatcher, block)
-                    if call is not None:
-                        dispatcher.body.append(If(condition, [call], line=0))
+                    calls = self._calls(name, dispatcher, block)
+                    if calls:
+                        dispatcher.body.append(If(condition, calls, line=0))
 
-    def _call(self, name: str, dispatcher: Pou, block: Pou) -> AnyStatement | None:
-        """Return the call of what a dispatcher stands for in one function block."""
+    def _calls(self, name: str, dispatcher: Pou, block: Pou) -> list[AnyStatement]:
+        """Return the calls of what a dispatcher stands for in one function block: one, but every FB_exit above it."""
         if name == BODY:
             assert block.type is not None
             ok = Cell(enable.eno_of(dispatcher), Elementary.BOOL) if block.eno is not None else None
-            return CallBlock(This(block.type), block, enable=Enable(None, ok), line=0)
+            return [CallBlock(This(block.type), block, enable=Enable(None, ok), line=0)]
         line = self._project.sources[block].line
         versions = line.versions.get(name, []) if line is not None else []
-        if not versions:
-            return None
-        method = versions[0][1]
+        return [self._call(method, dispatcher) for _, method in (versions if name == EXIT else versions[:1])]
+
+    def _call(self, method: Pou, dispatcher: Pou) -> AnyStatement:
         own, theirs = self._project.sources[dispatcher], self._project.sources[method]
         inputs: list[tuple[Variable, Expression | Place]] = []
         outputs: tuple[tuple[Variable, Place, bool], ...] = ()
@@ -285,7 +284,16 @@ class Dispatchers:
         return Assign(Cell(dispatcher.result, kind), call, line=0)
 
 
+def copied(project: Project, variable: Variable) -> tuple[list[Variable], Variable]:
+    """Return a copy of a parameter for another POU, with the limits in front of it that an ARRAY[*] has."""
+    copy = _copied(variable)
+    if variable in project.starts:
+        project.starts[copy] = project.starts[variable]
+    return open_arrays.renew_limits(copy), copy
+
+
 def _copied(variable: Variable) -> Variable:
     copy = Variable(variable.name, variable.type, Space.FRAME, variable.section, variable.initial)
     copy.position, copy.file = variable.position, variable.file
+    copy.is_constant, copy.is_fixed = variable.is_constant, variable.is_fixed
     return copy

@@ -132,7 +132,7 @@ def _is_indexed(context: Context, kind: Type) -> bool:
 
 def _behind(context: Context, place: Place, value: Expression, node: tree.Node) -> Place | None:
     """The element of a pointer or string, whose number counts from 0; that of a string in the standard from 1."""
-    kind = place.type
+    kind, part = place.type, place.type
     if isinstance(kind, StringType) and not context.project.dialect.indexes_pointers:
         part = Elementary.WCHAR if kind.is_wide else Elementary.CHAR
         number = _subscript(context, value, ArrayType(1, kind.length, part), node)
@@ -148,17 +148,15 @@ def _behind(context: Context, place: Place, value: Expression, node: tree.Node) 
         start = AddressOf(place, Elementary.DWORD)
     else:
         assert isinstance(kind, PointerType)
-        part = kind.to  # type: ignore[assignment]
+        part = kind.to
         number = _subscript(context, value, ArrayType(Elementary.DINT.low, Elementary.DINT.high, part), node)
         start = Convert(check_functions.address(context, Load(place), node), Elementary.DWORD)
     if number is None:
         return None
-    steps = Binary(
-        Operator.MUL,
-        constants.converted(number, Elementary.DINT),
-        Constant(part.size, Elementary.DINT),
-        Elementary.DINT,
-    )
+    stride = Constant(part.size, Elementary.DINT)
+    if not isinstance(part, SCALAR):
+        context.project.strides.append((stride, part))
+    steps = Binary(Operator.MUL, constants.converted(number, Elementary.DINT), stride, Elementary.DINT)
     offset = constants.converted(steps, Elementary.DWORD)
     return Target(Binary(Operator.ADD, start, offset, Elementary.DWORD), part)
 

@@ -162,7 +162,10 @@ def _literal(checker: Checker, node: tree.Literal, wanted: Type | None) -> Expre
 
 
 def _type_of(checker: Checker, kind: LiteralKind) -> Elementary:
-    return checker.context.project.dialect.time if kind is LiteralKind.TIME else LITERAL_TYPES[kind]
+    dialect = checker.context.project.dialect
+    if kind is LiteralKind.TIME:
+        return dialect.time
+    return dialect.durations.get(LITERAL_TYPES[kind], LITERAL_TYPES[kind])
 
 
 def _text_constant(value: str, *, is_wide: bool = False) -> Constant:

@@ -17,7 +17,7 @@ from fieldrig_devices.iec.check import (
 from fieldrig_devices.iec.check.checker import Checker, Meaning
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
-from fieldrig_devices.iec.check.project import UNKNOWN
+from fieldrig_devices.iec.check.project import UNKNOWN, Entity
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library import intrinsics
@@ -29,12 +29,14 @@ from fieldrig_devices.iec.program import (
     Constant,
     Element,
     Expression,
+    Kept,
     Load,
     OpenElement,
     Parameter,
     Place,
     Pou,
     Result,
+    Space,
     Target,
     This,
     Variable,
@@ -91,10 +93,16 @@ def without_library(context: Context, node: tree.Expression) -> tree.Expression:
         return node
     project, library, name = context.project, context.key(first.text), context.key(node.name)
     known = (project.types, project.lists, project.facades, {"this": None, "super": None})
-    if context.find(first.text) is not None or any(library in names for names in known):
+    if _is_value(context.find(first.text)) or any(library in names for names in known):
         return node
-    is_ours = project.find(name) is not None or name in project.types or intrinsics.is_standard(node.name)
+    is_listed = name in project.types or name in project.lists
+    is_ours = project.find(name) is not None or is_listed or intrinsics.is_standard(node.name)
     return tree.Name(node.name, position=node.position) if is_ours else node
+
+
+def _is_value(entity: Entity | None) -> bool:
+    """False for a function block, whose name may be that of its library, as components are those of instances."""
+    return entity is not None and not (isinstance(entity, Pou) and entity.kind.has_instances)
 
 
 def _name(checker: Checker, node: tree.Name) -> Meaning | None:
@@ -120,7 +128,17 @@ def _name(checker: Checker, node: tree.Name) -> Meaning | None:
             context.say_unknown(node, node.text)
         return own
     assert not isinstance(entity, Variable)
+    is_called = isinstance(entity, Pou) and entity.kind is not PouKind.PROGRAM
+    if is_called and context.key(node.text) in context.project.enumerated:
+        return _enumerated(context, node.text)
     return entity
+
+
+def _enumerated(context: Context, name: str) -> Constant:
+    """Return the value of an enumeration whose name is that of a POU too."""
+    kind = context.project.enumerated[context.key(name)][0]
+    numbers = context.project.values_of(kind).items()
+    return next(Constant(number, kind) for known, number in numbers if context.key(known) == context.key(name))
 
 
 def variable(context: Context, declared: Variable) -> Place | Constant | None:
@@ -196,10 +214,13 @@ def _this(context: Context) -> Place | None:
 
 def _of_list(context: Context, node: tree.Member) -> Variable | None:
     """The variable that `list.variable` means; None if the name in front is no list of global variables."""
-    if not context.project.lists or not isinstance(node.of, tree.Name) or context.find(node.of.text) is not None:
+    if not context.project.lists:
+        return None
+    front = without_library(context, node.of)
+    if not isinstance(front, tree.Name) or context.find(front.text) is not None:
         return None
     name = context.key(node.name)
-    full = context.project.lists.get(context.key(node.of.text), {}).get(name)
+    full = context.project.lists.get(context.key(front.text), {}).get(name)
     entity = context.project.find(full) if full is not None else None
     return entity if isinstance(entity, Variable) else None
 
@@ -344,6 +365,8 @@ def _result(checker: Checker, node: tree.Call) -> Place | None:
         return value.place
     if isinstance(value, CallFunction) and isinstance(value.type, StructType | ArrayType):
         return Result(value)
+    if value is not None and isinstance(value.type, BlockType) and checker.context.source is not None:
+        return Kept(value, checker.context.hidden("result", value.type, Space.FRAME))
     if value is not None and isinstance(value.type, InterfaceType):
         return Target(value, value.type.to)
     if value is not None:

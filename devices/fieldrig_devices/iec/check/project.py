@@ -1,8 +1,8 @@
 """Everything that the project declares, by name, while it is being checked."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final, Protocol
 
 from fieldrig_devices.iec import program, tree
 from fieldrig_devices.iec.check.extension import Extension
@@ -152,6 +152,20 @@ def start_of(kind: Type) -> Value | None:
     return None
 
 
+class Types(Protocol):
+    """The declared types: `TypeSpecs`."""
+
+    def resolve(self, spec: tree.TypeSpec, context: Any) -> Type:
+        """Return the type; UNKNOWN after a message."""
+
+
+class Starter(Protocol):
+    """What starts instances: `Startup`."""
+
+    def of_new(self, target: tree.Expression, kind: Type, spec: tree.TypeSpec) -> Iterator[tree.AnyStatement]:
+        """Yield the statements that start what a pointer points to."""
+
+
 class Project:
     def __init__(self, host: Host, dialect: Dialect, limits: Limits, extension: Extension | None = None) -> None:
         self.host, self.dialect, self.limits = host, dialect, limits
@@ -196,10 +210,22 @@ class Project:
         """The declarations of variables."""
         self.compute: Callable[[Start], None] = lambda start: None
         """Works out a start value; set by the checker."""
+        self.enumerated: dict[str, list[EnumType]] = {}
+        """The enumerations that have a value of a name, which may be that of a POU too."""
         self.enumerations: dict[EnumType, Callable[[], None]] = {}
         """Enumerations whose numbers have not been worked out yet."""
         self.depth = 0
         """Start values that wait for the one that is being worked out."""
+        self.makers: dict[Type, Pou] = {}
+        """The functions behind __NEW by type."""
+        self.preludes: dict[Pou, list[program.AnyStatement]] = {}
+        """The statements in front of the bodies that have no text."""
+        self.strides: list[tuple[Constant, Type]] = []
+        """The sizes of what pointers are indexed by, which may still grow like those of elements."""
+        self.specs: Types | None = None
+        """The declared types; set by the declarations."""
+        self.startup: Starter | None = None
+        """What starts instances; set by the checker."""
         self.tasks: list[program.Task] = []
         self.pins: dict[tuple[Pou, int, int], Pins] = {}
         """The parameters of calls by what is called, and by how many inputs and outputs it has."""

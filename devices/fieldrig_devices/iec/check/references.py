@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import dispatch, places, writing
+from fieldrig_devices.iec.check import dispatch, places, properties, writing
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -25,6 +25,7 @@ from fieldrig_devices.iec.program import (
     Load,
     Operator,
     Place,
+    Target,
 )
 from fieldrig_devices.iec.types import BlockType, InterfaceType, OpenArrayType, PointerType, StringType
 
@@ -35,11 +36,7 @@ def assignment(checker: Checker, node: tree.Assign) -> Assign | None:
     if target is None or not writing.is_writable(checker.context, target, node.target):
         return None
     assert isinstance(target.type, PointerType)
-    value: Expression | None
-    if isinstance(node.value, tree.Literal) and node.value.value == 0:
-        value = Constant(0, target.type)
-    else:
-        value = reference_to(checker, node.value, target.type)
+    value = reference_to(checker, node.value, target.type)
     return Assign(target, value, line=node.position.line) if value is not None else None
 
 
@@ -51,6 +48,8 @@ def attempt(checker: Checker, node: tree.Assign) -> Evaluate | None:
 
 def reference_to(checker: Checker, node: tree.Expression, kind: PointerType) -> Expression | None:
     """Return a reference to a variable, for REF= and for an input; None after a message."""
+    if isinstance(node, tree.Literal) and node.value == 0:
+        return Constant(0, kind)
     place = checker.place(node)
     if place is None:
         return None
@@ -81,12 +80,27 @@ def _reference(checker: Checker, node: tree.Expression, *, may_be_interface: boo
     return None
 
 
+def _value_of(checker: Checker, node: tree.Expression) -> Expression | None:
+    """Return a reference itself, also one that a call or a property gives; None after a message."""
+    reading = properties.reading(checker, node) if checker.context.project.properties else None
+    if reading:
+        node = reading[0]
+    if isinstance(node, tree.Call):
+        value = checker.expression(node)
+        if isinstance(value, Load) and isinstance(value.place, Target):
+            return value.place.pointer
+        if value is None or isinstance(value.type, InterfaceType):
+            return value
+    place = _reference(checker, node, may_be_interface=True)
+    return Load(place) if place is not None else None
+
+
 def _is_valid(checker: Checker, node: tree.Call) -> Expression | None:
     given = _argument(checker, node)
-    reference = _reference(checker, given, may_be_interface=True) if given is not None else None
+    reference = _value_of(checker, given) if given is not None else None
     if reference is None:
         return None
-    number = Convert(Load(reference), Elementary.DWORD)
+    number = Convert(reference, Elementary.DWORD)
     return Binary(Operator.NE, number, Constant(0, Elementary.DWORD), Elementary.BOOL)
 
 

@@ -143,10 +143,12 @@ def of_values(
     if is_of_standard:
         values = [_position(checker, value, at) for value in values]
     kinds = [value.argument if type(value) is Untyped else value.type for value in values]
-    time = checker.context.project.dialect.time
-    overload = intrinsics.find(conversions.of_dialect(name, time), kinds, wanted)
+    durations = checker.context.project.dialect.durations
+    overload = intrinsics.find(conversions.of_dialect(name, durations), kinds, wanted)
     if isinstance(overload, str):
-        head, _, rest = overload.replace(time.name, str(time)).partition(": expected ")
+        for time in durations.values():
+            overload = overload.replace(time.name, str(time))
+        head, _, rest = overload.partition(": expected ")
         expected, _, got = rest.rpartition(", got ")
         checker.context.say(at, f"{head} with {got}" if got else overload, expected)
         return None
@@ -170,8 +172,10 @@ def of_values(
     )
     if whole is not None:
         return constants.narrowed(whole, made.type)
-    if made.type is Elementary.TIME or power is not None:
-        return constants.converted(made, power or time)
+    if power is not None:
+        return constants.converted(made, power)
+    if isinstance(made.type, Elementary) and made.type in durations:
+        return constants.converted(made, durations[made.type])
     is_length = is_of_standard and made.type is Elementary.INT
     return constants.converted(made, wanted) if is_length and wanted is not None and is_number(wanted) else made
 
@@ -193,7 +197,7 @@ def _timed(
 
 
 def _of_dialect(context: Context, kind: Elementary) -> Elementary:
-    return context.project.dialect.time if kind is Elementary.TIME else kind
+    return context.project.dialect.durations.get(kind, kind)
 
 
 def _selected(checker: Checker, name: str, values: Sequence[Expression], at: tree.Node) -> Expression | None:

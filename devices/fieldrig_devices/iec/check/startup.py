@@ -64,6 +64,7 @@ class Startup:
 
     def __init__(self, project: Project) -> None:
         self._project = project
+        project.startup = self
         self._loops = 0
         """The number of loops around the present statement."""
         self._needs: dict[Pou, bool] = {}
@@ -118,6 +119,10 @@ class Startup:
         if _has_loop(statements):
             _count_with(source)
         return statements
+
+    def of_new(self, target: tree.Expression, kind: Type, spec: tree.TypeSpec) -> Iterator[tree.AnyStatement]:
+        """Yield the statements that start what a pointer points to; `spec` has the arguments of FB_init."""
+        return self._instances(target, kind, spec)
 
     # ---- what needs a start
 

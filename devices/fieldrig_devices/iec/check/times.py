@@ -9,21 +9,24 @@ from typing import Final
 
 from fieldrig_devices.iec.check import constants
 from fieldrig_devices.iec.check.context import Context
-from fieldrig_devices.iec.elementary import LONGER, SHORT_TIMES, UNITS_NS, Elementary
+from fieldrig_devices.iec.elementary import LONG_TIMES, LONGER, SHORT_TIMES, UNITS_NS, Elementary, is_longer
 from fieldrig_devices.iec.program import COMPARISONS, Constant, Expression, Operator
 
-_DURATIONS: Final = (*SHORT_TIMES, Elementary.LTIME)
+_DURATIONS: Final = (*SHORT_TIMES, *LONG_TIMES)
 _DAY_MS: Final = 86_400_000
 _MOMENTS: Final = (Elementary.DT, Elementary.TOD, Elementary.LDT, Elementary.LTOD)
 
 
 def _duration(context: Context, kind: Elementary) -> Elementary:
     """Return the type of a difference of two dates of this type."""
-    return context.project.dialect.time if kind in LONGER else Elementary.LTIME
+    dialect = context.project.dialect
+    return dialect.time if kind in LONGER else dialect.long_time
 
 
 def _number(kind: Elementary) -> Elementary:
     """Return the type in which the numbers behind times of this type are computed."""
+    if kind is Elementary.UNSIGNED_LTIME:
+        return Elementary.ULINT
     return Elementary.DWORD if kind in LONGER and not kind.is_signed else Elementary.LINT
 
 
@@ -31,7 +34,7 @@ def is_negative(context: Context, operator: Operator, left: Expression, right: E
     """True for constants whose difference is below 0, in a dialect without negative times."""
     if operator is not Operator.SUB or context.project.dialect.allows_negative_times or context.is_library:
         return False
-    has_time = left.type in (*LONGER, *LONGER.values())
+    has_time = left.type in (*LONGER, *LONGER.values(), *LONG_TIMES)
     return has_time and isinstance(left, Constant) and isinstance(right, Constant) and left.value < right.value  # type: ignore[operator]
 
 
@@ -69,13 +72,13 @@ def of_two_types(context: Context, operator: Operator, left: Expression, right: 
     first, second = left.type, right.type
     assert isinstance(first, Elementary)
     assert isinstance(second, Elementary)
-    if first in SHORT_TIMES and second in SHORT_TIMES:
-        kind = context.project.dialect.time
+    if any(first in twins and second in twins for twins in (SHORT_TIMES, LONG_TIMES)):
+        kind = context.project.dialect.time if first in SHORT_TIMES else context.project.dialect.long_time
         both = constants.converted(left, kind), constants.converted(right, kind)
         return _of_one_type(context, operator, *both, kind)
-    if LONGER.get(first) is second:
+    if is_longer(first, second):
         return _of_one_type(context, operator, constants.converted(left, second), right, second)
-    if LONGER.get(second) is first:
+    if is_longer(second, first):
         return _of_one_type(context, operator, left, constants.converted(right, first), first)
     if operator in (Operator.ADD, Operator.SUB) and first in _MOMENTS and _moves(first, second):
         return _moved(operator, left, right)
@@ -105,7 +108,7 @@ def _times(value: Expression, factor: int, operator: Operator) -> Expression:
 
 def _moves(moment: Elementary, duration: Elementary) -> bool:
     """True for a duration that counts as finely as the short or the long types of moments are moved by."""
-    return duration in SHORT_TIMES if moment in LONGER else duration is Elementary.LTIME
+    return duration in SHORT_TIMES if moment in LONGER else duration in LONG_TIMES
 
 
 def _moved(operator: Operator, moment: Expression, by: Expression) -> Expression:

@@ -291,6 +291,9 @@ class TypeSpecs:
         project.enumerations[kind] = partial(self._number, kind, spec, context)
         for value in spec.values:
             known = self._key(value.name)
+            if title and project.dialect.repeats_enumeration_values and isinstance(project.names.get(known), Pou):
+                project.enumerated.setdefault(known, []).append(kind)
+                continue
             if known in project.names and known not in project.library_names:
                 if title and project.dialect.repeats_enumeration_values:
                     continue  # it is written with its type in front
@@ -303,6 +306,8 @@ class TypeSpecs:
             if known in project.library_names:
                 project.replace(known)
             project.declare(known, Pending(partial(self._value, kind, known)), context.file, value.position)
+            if title and project.dialect.repeats_enumeration_values:
+                project.enumerated.setdefault(known, []).append(kind)
         return kind
 
     def _value(self, kind: EnumType, wanted: str) -> Constant:

@@ -270,7 +270,7 @@ class Variables:
                 f"the instance {made.name} of {block.name} in a function",
                 "VAR_IN_OUT for an instance; a function keeps nothing between calls (PD-354)",
             )
-        elif made.section in (Section.INPUT, Section.TEMP):
+        elif made.section in (Section.INPUT, Section.TEMP) and not self._project.dialect.copies_blocks:
             hint = "use VAR_IN_OUT, which passes the instance itself (PD-352)"
             context.say(
                 node, f"the instance {made.name} of {block.name} in {made.section.value}", "another section", hint
@@ -280,7 +280,9 @@ class Variables:
         """True for an instance in a function that cannot have it."""
         if source is None or source.pou.kind is not PouKind.FUNCTION or made.section is Section.IN_OUT:
             return False
-        return made.section is not Section.LOCAL or not self._project.dialect.has_local_instances
+        if made.section is Section.LOCAL:
+            return not self._project.dialect.has_local_instances
+        return not self._project.dialect.copies_blocks
 
     def _locate(self, made: Variable, node: tree.Direct, source: PouSource | None, context: Context) -> None:
         sections = LOCATED_TODAY if self._project.dialect.allows_open_addresses else LOCATED

@@ -31,6 +31,8 @@ def check(project: Project, lists: Sequence[tuple[list[Variable], tree.Variables
 def _settle(project: Project, sizes: Sizes) -> None:
     for element in project.elements:
         element.stride = sizes.of(element.type)
+    for constant, kind in project.strides:
+        constant.value = sizes.of(kind)
     for component, field in project.components:
         component.offset = field.offset
 

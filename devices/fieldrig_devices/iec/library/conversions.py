@@ -22,7 +22,7 @@ from functools import cache
 from typing import Final
 
 from fieldrig_devices.iec import characters
-from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, LONGER, UNITS_NS, Elementary, Family
+from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, LONG_TIMES, LONGER, UNITS_NS, Elementary, Family
 from fieldrig_devices.iec.library import reals, texts
 from fieldrig_devices.iec.library.integers import wrapped
 from fieldrig_devices.iec.library.overload import REAL_NS, SIMPLE_NS, TEXT_NS, expand
@@ -49,15 +49,20 @@ def pair(name: str) -> tuple[Plain, Plain] | None:
     return (source, target) if source is not None and target is not None and source != target else None
 
 
-def of_dialect(name: str, time: Elementary) -> str:
-    """Return the name of a conversion with the TIME of the dialect, such as SIGNED_TIME_TO_DINT for TIME_TO_DINT."""
+def of_dialect(name: str, durations: Mapping[Elementary, Elementary]) -> str:
+    """Return the name of a conversion with the TIME and LTIME of the dialect.
+
+    For TIME_TO_DINT, for example, it is SIGNED_TIME_TO_DINT.
+    """
     types = pair(name)
-    if time is Elementary.TIME:
-        return name
     if types is not None:
-        source, target = (time if kind is Elementary.TIME else kind for kind in types)
+        source, target = (durations.get(kind, kind) if isinstance(kind, Elementary) else kind for kind in types)
         return name_of(source, target)
-    return f"{name.removesuffix('TIME')}{time.name}" if name in ("TO_TIME", "ANY_TO_TIME") else name
+    front, mark, last = name.rpartition("TO_")
+    kind = _NAMES.get(last)
+    if front not in ("", "ANY_") or not mark or not isinstance(kind, Elementary):
+        return name
+    return f"{front}TO_{durations[kind].name}" if kind in durations else name
 
 
 def named(name: str) -> Plain | None:
@@ -196,7 +201,12 @@ def python_of(source: Type, target: Type) -> str:
         return "({0} != 0)"
     if given.is_real:
         return _number_to(wanted, integer_of("{0}", wanted))
-    if given.is_time and wanted.is_time and not (given in LONGER and wanted in LONGER):
+    if (
+        given.is_time
+        and wanted.is_time
+        and not (given in LONGER and wanted in LONGER)
+        and not _are_twins(given, wanted)
+    ):
         return _to_time(given, wanted)
     if given is Elementary.WCHAR and wanted is Elementary.CHAR:
         return "NARROW_CODE({0})"
@@ -207,6 +217,10 @@ def python_of(source: Type, target: Type) -> str:
     if given.low >= wanted.low and given.high <= wanted.high and wanted not in _DAYS:
         return "{0}"
     return _number_to(wanted, "{0}")
+
+
+def _are_twins(given: Elementary, wanted: Elementary) -> bool:
+    return given in LONG_TIMES and wanted in LONG_TIMES
 
 
 def _to_real(given: Elementary, wanted: Elementary) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Final
 
-from fieldrig_devices.iec.tree import Declaration, EnumSpec, Pou, TypeDeclaration, Unit, Variables
+from fieldrig_devices.iec.tree import Declaration, EnumSpec, Interface, Pou, TypeDeclaration, Unit, Variable, Variables
 
 _WORD: Final = re.compile(r"[A-Za-z_]\w*")
 DRAWN: Final = frozenset({"r_trig", "f_trig"})
@@ -20,7 +20,8 @@ def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[s
     """Return the libraries with those types and POUs that the texts of the project name, and what these need.
 
     A type or POU that the project declares takes the place of one of a library, and one of a later library that of an
-    earlier one, so that a controller may have its own.  Global variables all stay.
+    earlier one, so that a controller may have its own.  Of the constants only those that are named stay, of other
+    global variables all.
     """
     own = {name for name, _ in _named(project)}
     known = {name: declared for name, declared in _named(libraries) if name not in own}
@@ -29,9 +30,7 @@ def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[s
     for text in texts:
         open_words.update(map(str.casefold, _WORD.findall(text)))
     for unit in libraries:
-        open_words.update(
-            word for declared in unit.declarations if isinstance(declared, Variables) for word in words(declared)
-        )
+        open_words.update(word for declared in unit.declarations if _stays(declared) for word in words(declared))
     used: set[str] = set()
     while new := open_words & known.keys() - used:
         used |= new
@@ -40,25 +39,38 @@ def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[s
     return [replace(unit, declarations=tuple(_kept(unit.declarations, used, known))) for unit in libraries]
 
 
-def _named(units: Sequence[Unit]) -> Iterator[tuple[str, Pou | TypeDeclaration]]:
+Named = Pou | Interface | TypeDeclaration | Variable
+
+
+def _stays(declared: Declaration) -> bool:
+    return isinstance(declared, Variables) and not declared.is_constant
+
+
+def _named(units: Sequence[Unit]) -> Iterator[tuple[str, Named]]:
     for unit in units:
         for declared in unit.declarations:
-            if isinstance(declared, Pou | TypeDeclaration):
+            if isinstance(declared, Pou | Interface | TypeDeclaration):
                 yield declared.name.casefold(), declared
+            elif isinstance(declared, Variables) and declared.is_constant:
+                yield from ((constant.name.casefold(), constant) for constant in declared.variables)
 
 
-def _values(declared: Pou | TypeDeclaration) -> Iterator[str]:
+def _values(declared: Named) -> Iterator[str]:
     """Yield the values of an enumeration, by which a program may use it without its name."""
     if isinstance(declared, TypeDeclaration) and isinstance(declared.type, EnumSpec):
         yield from (value.name.casefold() for value in declared.type.values)
 
 
-def _kept(
-    declarations: Iterable[Declaration], used: set[str], known: Mapping[str, Pou | TypeDeclaration]
-) -> Iterator[Declaration]:
+def _kept(declarations: Iterable[Declaration], used: set[str], known: Mapping[str, Named]) -> Iterator[Declaration]:
+    def is_used(node: Named) -> bool:
+        return node.name.casefold() in used and known[node.name.casefold()] is node
+
     for declared in declarations:
-        name = declared.name.casefold() if isinstance(declared, Pou | TypeDeclaration) else None
-        if name is None or (name in used and known[name] is declared):
+        if isinstance(declared, Variables) and declared.is_constant:
+            constants = tuple(filter(is_used, declared.variables))
+            if constants:
+                yield replace(declared, variables=constants)
+        elif not isinstance(declared, Pou | Interface | TypeDeclaration) or is_used(declared):
             yield declared
 
 

@@ -14,8 +14,8 @@ from functools import partial
 from typing import Final
 
 from fieldrig_devices.iec import characters, literal_texts, literals
-from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
-from fieldrig_devices.iec.elementary import Elementary, Family
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4
+from fieldrig_devices.iec.elementary import LONG_TIMES, Elementary, Family
 from fieldrig_devices.iec.library import reals
 from fieldrig_devices.iec.types import Value
 
@@ -91,7 +91,7 @@ _WRITERS: Final[dict[Elementary, Callable[..., str]]] = {
     Elementary.DATE: _date_text,
     Elementary.TOD: _tod_text,
     Elementary.DT: _dt_text,
-    Elementary.LTIME: literal_texts.long_time_text,
+    **dict.fromkeys(LONG_TIMES, literal_texts.long_time_text),
     **{kind: partial(literal_texts.date_text, kind.name, unit_ns=1) for kind in (_E.LDATE, _E.LTOD, _E.LDT)},
     Elementary.CHAR: chr,
     Elementary.WCHAR: characters.of_code,
@@ -114,6 +114,7 @@ _TIMES: Final[dict[Elementary, tuple[tuple[str, str], Callable[[str], int]]]] = 
     Elementary.TOD: (("TOD", "TIME_OF_DAY"), literals.time_of_day),
     Elementary.DT: (("DT", "DATE_AND_TIME"), literals.date_and_time),
     Elementary.LTIME: (("LT", "LTIME"), lambda text: literals.long_time(text, EDITION_3)),
+    Elementary.UNSIGNED_LTIME: (("LT", "LTIME"), lambda text: literals.long_time(text, CODESYS)),
     Elementary.LDATE: (("LD", "LDATE"), literals.long_day),
     Elementary.LTOD: (("LTOD", "LTIME_OF_DAY"), literals.long_time_of_day),
     Elementary.LDT: (("LDT", "LDATE_AND_TIME"), literals.long_date_and_time),

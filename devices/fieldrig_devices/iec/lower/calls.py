@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
+from fieldrig_devices.iec.any_types import DESCRIPTION
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.layout import kind_number, storage
 from fieldrig_devices.iec.lower.addresses import Address
@@ -24,6 +25,7 @@ from fieldrig_devices.iec.program import (
     Component,
     Constant,
     Convert,
+    Description,
     Enable,
     Enabled,
     Expression,
@@ -53,6 +55,11 @@ class Calls:
 
     def keep(self, value: Expression) -> Load:
         return self._body.keep(value)
+
+    def keep_in(self, variable: Variable, value: Expression) -> Cell:
+        cell = Cell(variable, variable.type)
+        self._body.store(cell, value)
+        return cell
 
     def out_of(self, expression: Expression) -> Expression:
         """Make the calls in an expression; return it with their results."""
@@ -252,12 +259,22 @@ class Calls:
 
     def _pass(self, where: Address, kind: Type, value: Expression, emitter: Emitter) -> None:
         """Add the lines that copy an argument to the variable of the callee."""
-        if storage(kind) is None:
+        if isinstance(value, Description):
+            self._describe(where, value, emitter)
+        elif storage(kind) is None:
             assert isinstance(value, Load)
             cells = self._places.cells(value.place, emitter)
             self._places.store_cells_at(where, kind, cells, emitter)
         else:
             self._places.store_at(where, kind, self._expressions.raw(value, emitter), emitter)
+
+    def _describe(self, where: Address, value: Description, emitter: Emitter) -> None:
+        """Add the lines that write what an input of type ANY gets."""
+        address = self._places.marked(value.place, emitter)
+        parts = (str(value.type_class), address, str(value.place.type.size))
+        for field, text in zip(DESCRIPTION.fields.values(), parts, strict=True):
+            emitter.add(f"M[{where.plus(field.offset)}] = {text}")
+        emitter.charge(emitter.costs.copy_ns * DESCRIPTION.size)
 
     def _refer(self, place: Place, variable: Variable, emitter: Emitter) -> "tuple[str, Place, Load | None]":
         """Return the address of an argument of a VAR_IN_OUT.

@@ -17,6 +17,7 @@ from fieldrig_devices.iec.lower.values import Stored, Value, constant, of_type
 from fieldrig_devices.iec.program import (
     COMPARISONS,
     AddressOf,
+    Allocate,
     Binary,
     Constant,
     Convert,
@@ -67,6 +68,10 @@ class Expressions:
                 return self._intrinsic(expression, emitter)
             case AddressOf(place):
                 return self._places.reference(place, emitter)
+            case Allocate(of, count):
+                emitter.charge(emitter.costs.copy_ns * of.size)
+                text = f"allocate({self._places.form(of)}, {self.value(count, emitter).text})"
+                return of_type(emitter.new(text), Elementary.DWORD)
         raise AssertionError(f"{expression} is not hoisted")
 
     @staticmethod

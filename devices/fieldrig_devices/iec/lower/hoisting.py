@@ -10,6 +10,7 @@ from typing import Final, Protocol, TypeVar
 
 from fieldrig_devices.iec.program import (
     AddressOf,
+    Allocate,
     Binary,
     Bit,
     CallFunction,
@@ -17,10 +18,12 @@ from fieldrig_devices.iec.program import (
     Component,
     Constant,
     Convert,
+    Description,
     Element,
     Enabled,
     Expression,
     Intrinsic,
+    Kept,
     Load,
     OpenElement,
     Operator,
@@ -29,6 +32,7 @@ from fieldrig_devices.iec.program import (
     Result,
     Target,
     Unary,
+    Variable,
 )
 
 SHORT_CIRCUIT = frozenset({Operator.AND_THEN, Operator.OR_ELSE})
@@ -48,12 +52,14 @@ def has_call(node: Expression | Place) -> bool:
             return True
         node = node.left
     match node:
-        case CallFunction() | Enabled() | Result():
+        case CallFunction() | Enabled() | Result() | Kept():
             return True
-        case Load(place) | AddressOf(place):
+        case Load(place) | AddressOf(place) | Description(place):
             return (isinstance(place, Parameter) and place.is_slow) or has_call(place)
         case Unary(operand=operand) | Convert(operand=operand):
             return has_call(operand)
+        case Allocate(count=count):
+            return has_call(count)
         case Intrinsic(arguments=arguments):
             return any(map(has_call, arguments))
         case Element(of, index) | OpenElement(of, index):
@@ -81,6 +87,9 @@ class Caller(Protocol):
     def keep(self, value: Expression) -> Load:
         """Store a value in an intermediate cell."""
 
+    def keep_in(self, variable: Variable, value: Expression) -> Cell:
+        """Store a value in a variable."""
+
     def choose(self, first: Load, is_and: bool, second: Callable[[], Expression]) -> None:
         """Evaluate `second` into the cell of `first` unless its value decides."""
 
@@ -103,9 +112,11 @@ class Hoisting:
                 return replace(expression, arguments=tuple(self.all_out_of(expression.arguments)))
             case Unary() | Convert():
                 return replace(expression, operand=self.out_of(expression.operand))
+            case Allocate():
+                return replace(expression, count=self.out_of(expression.count))
             case Load(Parameter() as place) if place.is_slow:
                 return Load(self._caller.read_slowly(place))
-            case Load() | AddressOf():
+            case Load() | AddressOf() | Description():
                 return replace(expression, place=self.out_of_place(expression.place))
         raise AssertionError(f"{expression} has no parts")
 
@@ -142,7 +153,7 @@ class Hoisting:
         free_of_calls = []
         for number, one in enumerate(expressions):
             free = self.out_of(one)
-            is_kept = number < last and not isinstance(free, Constant | AddressOf)
+            is_kept = number < last and not isinstance(free, Constant | AddressOf | Description)
             free_of_calls.append(self._caller.keep(free) if is_kept else free)
         return free_of_calls
 
@@ -155,6 +166,8 @@ class Hoisting:
                 return replace(place, of=self.out_of_place(place.of), index=index)
             case Result(call):
                 return self._caller.call(call)
+            case Kept(value, variable):
+                return self._caller.keep_in(variable, self.out_of(value))
             case Component() | Bit():
                 return replace(place, of=self.out_of_place(place.of))
             case Target():

@@ -61,6 +61,10 @@ class Places:
         self.registers: set[str] = set()
         """The cells that only one text reaches in this POU, for `languages.registers`."""
 
+    def form(self, kind: Type) -> int:
+        """Return the number of a type, for functions of the memory."""
+        return self._form_of(kind)
+
     # ---- addresses
 
     def address(self, place: Place, emitter: Emitter) -> Address | AreaAddress:
@@ -167,8 +171,19 @@ class Places:
         else:
             self.keep(where)
             is_marked = where.is_frame and not where.is_raw
-            text = f"mark({where}, {self._form_of(place.type)})" if is_marked else str(where)
+            text = self._mark(where, place.type) if is_marked else str(where)
         return of_type(text if text.isdigit() else f"({text})", Elementary.DWORD)
+
+    def marked(self, place: Place, emitter: Emitter) -> str:
+        """Return the address of a place whose kinds are noted, also if it is on the stack of a caller."""
+        where = self.address(place, emitter)
+        if isinstance(where, AreaAddress):
+            return str(Address(where.terms, AREAS[where.area] + where.byte))
+        self.keep(where)
+        return str(where) if where.is_raw or where.terms in ((), ("base",)) else self._mark(where, place.type)
+
+    def _mark(self, where: Address, kind: Type) -> str:
+        return f"mark({where}, {self._form_of(kind)})"
 
     def instance(self, place: Place, emitter: Emitter) -> Address:
         """Return the address of an instance of a function block."""

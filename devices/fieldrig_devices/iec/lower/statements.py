@@ -23,6 +23,7 @@ from fieldrig_devices.iec.program import (
     Exit,
     Expression,
     For,
+    Free,
     If,
     Jump,
     Load,
@@ -229,6 +230,12 @@ class Statements:
     def _return(self, statement: Return) -> None:
         self._assembler.end()
 
+    def _free(self, statement: Free) -> None:
+        address = self._calls.out_of(statement.address)
+        emitter = self._body.emitter()
+        emitter.add(f"free({self._body.expressions.value(address, emitter).text})")
+        self._body.do(emitter)
+
     def _label_of(self, name: str) -> Label:
         return self._labels.setdefault(name.lower(), self._assembler.label())
 
@@ -260,4 +267,5 @@ _STATEMENTS: Final[dict[type, Callable[..., None]]] = {
     Return: Statements._return,
     LabelStatement: Statements._label,
     Jump: Statements._jump,
+    Free: Statements._free,
 }

@@ -310,6 +310,8 @@ class Declarations(Types):
 
     def _type_declaration(self) -> tree.TypeDeclaration:
         at = self.i
+        if self.dialect.has_methods and self.texts[at].upper() in tree.ACCESS and self.kinds[at + 1] == token.NAME:
+            self.i += 1  # a project is one name space, in which every type is known
         name = self.name("the name of a type")
         if self._is_reserved(name):
             self.say(at, f"{name} is an elementary type", "another name for the type")

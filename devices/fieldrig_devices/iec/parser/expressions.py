@@ -5,6 +5,7 @@ Source: PacDrive manual 1391 to 1415 and 1952 to 1976 with X27: strongest is **,
 NOT in front of **.
 """
 
+import re
 from collections.abc import Callable, Mapping
 from typing import Final
 
@@ -149,7 +150,7 @@ class Expressions(Cursor):
             text = self.texts[at]
             if len(text) < 19 and text.isdecimal():
                 return tree.Literal(LiteralKind.INTEGER, int(text), text, position=position)
-            return self._literal(LiteralKind.INTEGER, at, text, literals.integer)
+            return self._literal(LiteralKind.INTEGER, at, self._single(text), literals.integer)
         if kind == "(":
             self._rise()
             self.i += 1
@@ -235,7 +236,7 @@ class Expressions(Cursor):
         if upper == "BOOL":
             return self._bool(rest, at)
         if upper in _INTEGER_TYPES:
-            return self._literal(LiteralKind.INTEGER, at, rest, _signed_integer, upper)
+            return self._literal(LiteralKind.INTEGER, at, self._single(rest), _signed_integer, upper)
         if upper in ("REAL", "LREAL"):
             return self._literal(LiteralKind.REAL, at, rest, literals.real, upper)
         is_character = upper == "CHAR" and self.dialect.has_long_types
@@ -248,6 +249,10 @@ class Expressions(Cursor):
             return tree.Member(tree.Name(prefix, position=position), rest, position=position)
         self.say(at, f"{self.shown(at)} is not a constant", "the name of an elementary type in front of #")
         return tree.Literal(LiteralKind.INTEGER, 0, "0", position=self.positions[at])
+
+    def _single(self, text: str) -> str:
+        """Return digits with single underscores between them, where the dialect has several."""
+        return re.sub("_+", "_", text) if self.dialect.has_system_names else text
 
     def _bool(self, rest: str, at: int) -> tree.Literal:
         value = {"TRUE": True, "1": True, "FALSE": False, "0": False}.get(rest.upper())

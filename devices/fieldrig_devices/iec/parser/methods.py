@@ -15,6 +15,10 @@ MODIFIERS: Final = tree.ACCESS | {"ABSTRACT", "FINAL", "OVERRIDE"}
 """Words in front of the name of a method."""
 
 
+_MARKS: Final = frozenset({":=", "(", ".", "^", "["})
+"""What may follow a name at the beginning of a statement."""
+
+
 class Methods(Configurations):
     """Reads methods and properties."""
 
@@ -52,8 +56,13 @@ class Methods(Configurations):
     def _accessor(self, head: tree.Method) -> tree.Method:
         opening, word = self.i, self.texts[self.i].upper()
         self.i += 1
+        modifiers = head.modifiers
+        while self.kinds[self.i] == token.NAME and self.texts[self.i].upper() in MODIFIERS and self._is_alone():
+            own = self.texts[self.i].upper()
+            modifiers = (*(word for word in modifiers if own not in tree.ACCESS or word not in tree.ACCESS), own)
+            self.i += 1
         method = tree.Method(
-            head.name, head.result, (), tree.StBody(()), head.modifiers, word, position=self.positions[opening]
+            head.name, head.result, (), tree.StBody(()), modifiers, word, position=self.positions[opening]
         )
         method.blocks, method.body = self.blocks(), self.body()
         self.gather()
@@ -62,6 +71,12 @@ class Methods(Configurations):
         self.gather_from(opening)
         method.comments, method.remark = self.taken(), self.remark()
         return method
+
+    def _is_alone(self) -> bool:
+        """True for a word that no statement begins with: another line follows it, or what ends the accessor."""
+        return self.begins_line(self.i + 1) or (
+            self.kinds[self.i + 1] != token.NAME and self.texts[self.i + 1] not in _MARKS
+        )
 
     def method(self) -> tree.Method:
         """Read METHOD name ... END_METHOD."""

@@ -26,6 +26,7 @@ CODES: Final[Mapping[str, str]] = {
     "SINT": "b", "INT": "h", "DINT": "i", "LINT": "q", "USINT": "B", "UINT": "H", "UDINT": "I", "ULINT": "Q",
     "REAL": "f", "LREAL": "d", "TIME": "I", "DATE": "I", "TOD": "I", "DT": "I",
     "LTIME": "q", "LDATE": "q", "LTOD": "Q", "LDT": "q", "CHAR": "B", "WCHAR": "H", "SIGNED_TIME": "i",
+    "UNSIGNED_LTIME": "Q",
 }  # fmt: skip
 """Format characters of `struct` by elementary type."""
 LONGEST_MAP: Final = 16 << 20

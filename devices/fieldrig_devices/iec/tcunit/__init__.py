@@ -1,0 +1,1 @@
+"""TcUnit: suites of unit tests in Structured Text, run natively in virtual time."""

@@ -1,0 +1,116 @@
+"""Runs the suites of a project in virtual time."""
+
+import sys
+from collections.abc import Callable
+from typing import Final
+
+from fieldrig.clock import MS, S, VirtualClock
+from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.layout import MOST_STACKS, STACK_SIZE
+from fieldrig_devices.iec.runtime import Runtime
+from fieldrig_devices.iec.standalone import StandaloneHost
+from fieldrig_devices.iec.tasks.task import WorkState
+from fieldrig_devices.iec.tcunit import library, paths, program
+from fieldrig_devices.iec.tcunit.natives import Natives
+from fieldrig_devices.iec.tcunit.project import Sources
+from fieldrig_devices.iec.tcunit.session import Parameters, Session
+from fieldrig_devices.iec.thread import Thread
+from fieldrig_devices.iec.types import Value
+from fieldrig_devices.languages import faults
+from fieldrig_devices.languages.writer import Build
+
+LONGEST_NS: Final = 600 * S
+"""Virtual time after which suites that have not finished are given up."""
+CYCLE_NS: Final = 60 * S
+"""Processor time of the program that one cycle may take."""
+SLICE_NS: Final = 10 * MS
+"""Processor time after which the limits are looked at."""
+ENDLESS: Final = "the cycle does not end"
+
+
+class Bench:
+    """One program with suites, its clock and its session."""
+
+    def __init__(self, given: Sources) -> None:
+        """NothingToRunError if there are no suites; CompileError if nothing of the project compiles."""
+        self.clock = VirtualClock()
+        self.host = StandaloneHost(self.clock)
+        self.session = Session(self.clock.now_ns, self._path_of, self._place)
+        natives = Natives(self.session)
+        self.host.libraries = (natives.library(),)
+        self.program = program.built(given, self.host)
+        compiled = self.program.compiled
+        self._paths = paths.suites(compiled.program, _lists(self.program))
+        # Only one thread runs at a time, so that it may have the stacks of all.
+        self.runtime = Runtime(compiled, self.host, MOST_STACKS * STACK_SIZE)
+        natives.memory = self.runtime.contents
+        self.session.parameters = self._parameters()
+        self._threads = [self.runtime.thread(pou) for task in compiled.program.tasks for pou in task.programs]
+        self.interval_ns = round(self.program.interval_ms * MS)
+        self.faults: list[str] = []
+        """Faults at run time outside of all suites."""
+
+    def run(self, longest_ns: int = LONGEST_NS, is_late: Callable[[], bool] = lambda: False) -> None:
+        """Run cycles until all suites have finished, at most for this virtual time, or until it is late."""
+        while not self.session.is_over and self.clock.now_ns() < longest_ns and not is_late():
+            self.cycle(is_late)
+            if not self.session.has_run and self.clock.now_ns() > 10 * S:
+                break
+            self.clock.advance_to(self.clock.now_ns() + self.interval_ns)
+
+    def cycle(self, is_late: Callable[[], bool] = lambda: False) -> None:
+        """Run one cycle of the programs.  A fault ends the suite that is running, and the others go on."""
+        for thread in self._threads:
+            thread.start()
+            left_ns = CYCLE_NS
+            while thread.state is WorkState.READY:
+                left_ns -= SLICE_NS - thread.run(SLICE_NS)
+                if left_ns < 0 or is_late():
+                    self._give_up(thread, str(thread.fault_here("cycle", ENDLESS) or ENDLESS))
+                    break
+            if thread.state is WorkState.FAULTED:
+                self._give_up(thread, str(thread.fault))
+
+    def _give_up(self, thread: Thread, fault: str) -> None:
+        if self.session.running is None:
+            self.faults.append(fault)
+        self.session.give_up(fault)
+
+    # ---- for the session
+
+    def _path_of(self, address: int) -> str:
+        return self._paths.get(address, f"{address:#x}")
+
+    def _place(self) -> tuple[str, int]:
+        """Return the file and the line of the assert that is running."""
+        code, lowered = self.runtime.code, self.program.compiled.code
+        # A native function is called by generated code, whose frames of Python have the places.
+        for call in reversed(faults.running(code, Build.FAST, sys._getframe())):
+            name = code.names_of_routines[call.routine]
+            if lowered.files[name] != library.FILE:
+                return lowered.files[name], code.line(call.routine, call.pc)
+        return "", 0
+
+    def _parameters(self) -> Parameters:
+        return Parameters(
+            int(self._constant("MaxNumberOfTestsForEachTestSuite")),
+            int(self._constant("MaxNumberOfAssertsForEachTestSuite")),
+            bool(self._constant("LogExtendedResults")),
+            int(self._constant("TimeBetweenTestSuitesExecution")) * MS,
+        )
+
+    def _constant(self, name: str) -> Value:
+        """Return a parameter of TcUnit, with the value that the project gives it."""
+        known = self.program.compiled.program.globals
+        variable = next(known[key] for key in (name.casefold(), f"{library.LIST}.{name}".casefold()) if key in known)
+        assert not isinstance(variable.initial, list | dict)
+        return variable.initial or 0
+
+
+def _lists(given: program.TestProgram) -> dict[str, str]:
+    lists = {}
+    for item in given.items:
+        if isinstance(item.declaration, tree.Variables) and item.declaration.name:
+            lists[item.name] = item.declaration.name
+            lists[f"{item.declaration.name}.{item.name}".casefold()] = ""
+    return lists

@@ -1,0 +1,129 @@
+"""A project with suites: its files, those of the libraries that are beside it as sources, and what runs.
+
+A `.plcproj`, a folder with sources, or single files are a project.  Libraries are looked for in the folders around it,
+by the names in their own `.plcproj`.
+"""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from fieldrig.errors import UsageError
+from fieldrig_devices.iec.imports.plcproj import SOURCES, SUFFIX, PlcProject, read_plcproj
+from fieldrig_devices.iec.imports.report import Report
+from fieldrig_devices.languages.source_file import SourceFile, decoded
+
+LEVELS_UP: Final = 6
+"""How far above a project its libraries are looked for."""
+MOST_FOLDERS: Final = 4_000
+"""Folders that are looked into on each level, so that a large disk takes no time."""
+BUILT_IN: Final = frozenset({"tcunit"})
+"""Libraries that are never taken from sources beside the project."""
+
+
+@dataclass(slots=True)
+class Sources:
+    """The texts of a project and of its libraries."""
+
+    path: Path
+    name: str
+    files: list[SourceFile] = field(default_factory=list)
+    library_files: list[SourceFile] = field(default_factory=list)
+    parameters: dict[tuple[str, str], str] = field(default_factory=dict)
+    """Constants of libraries by the list of global variables and the name, both in small letters."""
+    absent: list[str] = field(default_factory=list)
+    """Files and libraries that are not there."""
+
+
+def projects_in(path: Path) -> list[Path]:
+    """Return the projects at a path: the path itself, or the `.plcproj` files in a folder if it has any."""
+    if not path.is_dir():
+        return [path]
+    return sorted(path.rglob(f"*{SUFFIX}")) or [path]
+
+
+def opened(path: Path) -> Sources:
+    """Read a project with its libraries.  UsageError if it cannot be read."""
+    if path.suffix.casefold() != SUFFIX:
+        inside = sorted(path.rglob("*")) if path.is_dir() else [path]
+        files = [file for file in inside if file.suffix.casefold() in SOURCES or file == path]
+        return Sources(path, path.stem, [_read(file) for file in files if file.is_file()])
+    report = Report(str(path))
+    project = read_plcproj(path, _read(path).text, report)
+    if project is None:
+        raise UsageError(f"{path} cannot be read", str(report.mistakes[0]) if report.mistakes else "")
+    made = Sources(path, project.name, [_read(file) for file in project.files])
+    made.absent += [f"the file {name}" for name in project.missing]
+    _add_libraries(project, made)
+    return made
+
+
+def _add_libraries(project: PlcProject, made: Sources) -> None:
+    """Add the sources of the libraries that a project names, and of those that these name."""
+    waiting, known = [project], {*project.names}
+    finder = _Finder(project.path)
+    while waiting:
+        for name, reference in waiting.pop(0).references.items():
+            for key, value in reference.parameters.items():
+                made.parameters.setdefault(key, value)
+            if name in known or name in BUILT_IN:
+                continue
+            known.add(name)
+            found = finder.project(name)
+            if found is not None:
+                waiting.append(found)
+                known |= found.names
+                made.library_files += [_read(file) for file in found.files]
+
+
+class _Finder:
+    """Finds the projects of libraries, level by level above a project."""
+
+    def __init__(self, path: Path) -> None:
+        self._levels = iter([path.parent, *path.resolve().parents][: LEVELS_UP + 1])
+        self._own = path
+        self._known: dict[str, PlcProject] = {}
+        self._seen: set[Path] = set()
+
+    def project(self, name: str) -> PlcProject | None:
+        while name not in self._known:
+            level = next(self._levels, None)
+            if level is None or level == level.parent:
+                return None
+            for path in _projects_below(level):
+                self._note(path)
+        return self._known[name]
+
+    def _note(self, path: Path) -> None:
+        if path in self._seen or path.resolve() == self._own.resolve():
+            return
+        self._seen.add(path)
+        try:
+            project = read_plcproj(path, _read(path).text, Report(str(path)))
+        except UsageError:
+            return
+        if project is not None:
+            for name in project.names:
+                self._known.setdefault(name, project)
+
+
+def _projects_below(folder: Path) -> Iterator[Path]:
+    for number, (inside, folders, files) in enumerate(os.walk(folder)):
+        if number >= MOST_FOLDERS:
+            return
+        folders[:] = sorted(name for name in folders if not name.startswith((".", "_")))
+        yield from (Path(inside, name) for name in sorted(files) if name.casefold().endswith(SUFFIX))
+
+
+def _read(path: Path) -> SourceFile:
+    try:
+        return SourceFile(str(path), decoded(path.read_bytes()))
+    except (OSError, ValueError) as cause:
+        raise UsageError(f"{path} cannot be read", str(cause)) from cause
+
+
+def overriding(parameters: Mapping[tuple[str, str], str], name: str) -> Sequence[tuple[str, str]]:
+    """Return the constants that are set in the list with a name, in small letters."""
+    return [(key, value) for (named, key), value in parameters.items() if named == name.casefold()]
