@@ -75,7 +75,7 @@ def notice_of(word: int, data: bytes) -> CanError | BusState | None:
     if word & Class.LOST_ARBITRATION:
         return CanError(ErrorKind.ARBITRATION_LOST, Place.UNSPECIFIED, data[0], 0, True, False, tec, rec)
     if word & (Class.ACK | Class.PROTOCOL):
-        way, place = bool(data[2] & SENDING), _place_of(data[3])
+        way, place = bool(data[2] & SENDING), place_of(data[3])
         return CanError(_kind_of(word, data[2], place), place, 0, 0, way, False, tec, rec)
     return None
 
@@ -96,7 +96,8 @@ def _kind_of(word: int, protocol: int, place: Place) -> ErrorKind:
     return ErrorKind.CRC if place in (Place.CRC, Place.CRC_DELIMITER, Place.ACK_DELIMITER) else ErrorKind.BIT
 
 
-def _place_of(location: int) -> Place:
+def place_of(location: int) -> Place:
+    """Return the place of a code; one that no place has is unspecified."""
     try:
         return Place(location)
     except ValueError:

@@ -40,7 +40,7 @@ def recognises(head: bytes) -> bool:
     return False
 
 
-def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
+def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of lines."""
     written = 0
     for entry in entries:
@@ -75,19 +75,19 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
             how = "is cut off" if lines.is_cut else "is not a line of candump"
             raise UsageError(f"line {odd.number} {how}: {wrong}", REMEDY) from wrong
         if entry.is_time_wrong:
-            odd.tell("the time is not one, and the message has that of the line before")
+            odd.report("the time is not one, and the message has that of the line before")
         time_ns = time_ns if entry.time_ns is None else entry.time_ns
         if entry.message is not None:
             yield TraceEntry(time_ns, buses.get(entry.bus) or _bus(entry.bus, buses, odd), "can", "", entry.message)
         else:
-            odd.tell("error frames that report no error and no state of a controller are left out")
+            odd.report("error frames that report no error and no state of a controller are left out")
 
 
 def _bus(name: str, buses: dict[str, str], odd: Oddities) -> str:
     """Return the real name of an interface, and tell of a second one."""
     if buses and len(buses) < MOST_BUSES:
         first = next(iter(buses.values()))
-        odd.tell("another interface begins", f", {text_of(name)}; the lines before are of {first}")
+        odd.report("another interface begins", f", {text_of(name)}; the lines before are of {first}")
     if len(buses) < MOST_BUSES:
         buses[name] = text_of(name)
     return text_of(name)

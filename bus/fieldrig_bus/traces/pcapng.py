@@ -58,7 +58,7 @@ _INSTANT_0 = re.compile(r"fieldrig: instant 0 is (\d+) ns")
 _MESSAGE = re.compile(r"fieldrig: message ([0-9a-f]*)")
 
 
-def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
+def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of entries."""
     output = _Output(file, start_unix_ns)
     packers: dict[str, _Packer] = {}

@@ -30,7 +30,7 @@ _SIZES = (32, 64)
 """Usual sizes of an integer in bits, which simulators have as well; an unsigned one of 64 bits needs one bit more."""
 
 
-def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
+def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write the waveforms; `start_unix_ns` is the time of day at instant 0.  Returns the number of messages in them."""
     waves = waves_of(entries)
     check_size(waves.waves, waves.origin_ns, waves.end_ns)

@@ -64,4 +64,4 @@ def show(
         else:
             words = with_fewer_digits(row.words)
             typer.echo(f"{instant_in_column(row.time_ns)}  {row.bus:8}  {row.sender or '-':12}  {words}")
-    messages.tell_oddities()
+    messages.report_oddities()

@@ -111,11 +111,11 @@ def convert(
 
     families = format_of(target).FAMILIES
     messages = Messages(file, buses, wires, begin, duration)
-    written = write(messages, target)
+    written = write(messages, target, messages.odd)
     left_out = ""
     if written < messages.count:
         left_out = f"; {messages.count - written} are of kinds that this format cannot hold"
         strange = sorted(bus for bus, family in messages.buses.items() if families and family not in families)
         left_out += f"; it has no messages of {', '.join(strange)}" if strange else ""
-    messages.tell_oddities()
+    messages.report_oddities()
     typer.echo(f"{target}: {counted(written, 'message')}{left_out}", err=True)

@@ -76,7 +76,7 @@ class Messages:
         self._check_there(self._buses, list(found), "bus")
         self._check_there(self._wires, list(named), "wire")
 
-    def tell_oddities(self) -> None:
+    def report_oddities(self) -> None:
         """Say on the error output what was odd in the file, each kind once."""
         for oddity in self.odd:
             typer.echo(f"{self._file}: {oddity}", err=True)

@@ -30,10 +30,12 @@ class Format(Protocol):
     def recognises(self, head: bytes) -> bool:
         """Return whether a file that begins like this is of the format; its last line may be cut."""
 
-    def write(self, entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
+    def write(
+        self, entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None
+    ) -> int:
         """Write entries, and return how many; `start_unix_ns` is the time of day at their instant 0.
 
-        Entries that the format cannot represent are left out.
+        Entries that the format cannot represent are left out, and what it cannot say of others is reported.
         """
 
     def read(self, file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:

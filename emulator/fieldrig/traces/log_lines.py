@@ -42,7 +42,7 @@ class LogLines:
         if rest:
             odd.number += 1
             self.is_cut = True
-            odd.tell("the last line has no end, and may be cut off")
+            odd.report("the last line has no end, and may be cut off")
             yield rest if odd.number > 1 else rest.removeprefix(BYTE_ORDER_MARK)
 
 

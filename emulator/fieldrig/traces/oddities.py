@@ -48,7 +48,7 @@ class Oddities:
         """The place at which the reader is, such as `line 17`."""
         return f"{self.unit} {self.number}" if self.number else ""
 
-    def tell(self, what: str, detail: str = "") -> None:
+    def report(self, what: str, detail: str = "") -> None:
         """Note an oddity at the present place.  `what` is its kind, and `detail` follows it for the first of the kind.
 
         Kinds are texts of the program and no parts of a file, so there are few of them.
@@ -66,7 +66,7 @@ class Oddities:
         return len(self._kinds)
 
 
-def with_jumps_told(entries: Iterable[TraceEntry], odd: Oddities) -> Iterator[TraceEntry]:
+def with_jumps_reported(entries: Iterable[TraceEntry], odd: Oddities) -> Iterator[TraceEntry]:
     """Yield the entries, and tell where the time of a bus jumps back, or by more than a day, or is in the future.
 
     Buses that are recorded side by side may be out of order to each other, which is not odd.
@@ -77,20 +77,20 @@ def with_jumps_told(entries: Iterable[TraceEntry], odd: Oddities) -> Iterator[Tr
         now_ns, bus = entry.time_ns, entry.bus
         before_ns = last_ns.get(bus, now_ns)
         if not 0 <= now_ns - before_ns <= DAY_NS:
-            _tell_jump(now_ns - before_ns, odd)
+            _report_jump(now_ns - before_ns, odd)
         if now_ns > soon_ns:
-            odd.tell("the time is in the future", f", {_date(now_ns)}")
+            odd.report("the time is in the future", f", {_date(now_ns)}")
         if bus in last_ns or len(last_ns) < MOST_BUSES:
             last_ns[bus] = now_ns
         yield entry
 
 
-def _tell_jump(by_ns: int, odd: Oddities) -> None:
+def _report_jump(by_ns: int, odd: Oddities) -> None:
     how = with_fewer_digits(f"{abs(by_ns) / S:.6f}".rstrip("0").rstrip("."))
     if by_ns < 0:
-        odd.tell("the time jumps back", f" by {how} s")
+        odd.report("the time jumps back", f" by {how} s")
     else:
-        odd.tell("the time jumps forward by more than a day", f", {how} s")
+        odd.report("the time jumps forward by more than a day", f", {how} s")
 
 
 def _date(time_ns: int) -> str:

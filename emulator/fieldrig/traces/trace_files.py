@@ -12,7 +12,7 @@ from typing import BinaryIO, Final
 from fieldrig.errors import UsageError
 from fieldrig.text.nearest import nearest_file
 from fieldrig.traces.formats import HEAD, format_of, format_of_file
-from fieldrig.traces.oddities import Oddities, with_jumps_told
+from fieldrig.traces.oddities import Oddities, with_jumps_reported
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.window import within
 
@@ -31,7 +31,7 @@ def read(
     try:
         with path.open("rb") as file:
             head = file.peek(HEAD)[:HEAD]
-            entries = with_jumps_told(format_of_file(path.suffix, head).read(file, odd), odd)
+            entries = with_jumps_reported(format_of_file(path.suffix, head).read(file, odd), odd)
             if begin_ns is None and duration_ns is None:
                 yield from entries
             else:
@@ -54,15 +54,16 @@ def read_trace(
     return read(Path(path), begin, duration, oddities)
 
 
-def write(entries: Iterable[TraceEntry], path: Path) -> int:
+def write(entries: Iterable[TraceEntry], path: Path, odd: Oddities | None = None) -> int:
     """Write entries, which have the time of day, and return how many; a format may not know every family.
 
-    If the entries or the disk fail, the target stays as it was.
+    What the format cannot say of the others is reported to `odd`.  If the entries or the disk fail, the target stays as
+    it was.
     """
     form = format_of(path)
     try:
         with _whole(path) as file:
-            return form.write(entries, file, 0)
+            return form.write(entries, file, 0, odd)
     except OSError as cause:
         raise UsageError(f"{path} cannot be written: {cause.strerror}", REMEDY) from cause
 

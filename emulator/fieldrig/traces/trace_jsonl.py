@@ -20,7 +20,7 @@ FAMILIES: frozenset[str] = frozenset()  # all
 LONGEST_LINE = 4 << 20  # bytes; the longest message is half of it as hex
 
 
-def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int) -> int:
+def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries, and return how many.  `start_unix_ns` is the time of day at instant 0 of the entries."""
     written = 0
     for entry in entries:

@@ -12,7 +12,7 @@ import fieldrig
 from fieldrig.cli.app import app
 from fieldrig.clock import S
 from fieldrig.errors import UsageError
-from fieldrig.traces.oddities import Oddities, with_jumps_told
+from fieldrig.traces.oddities import Oddities, with_jumps_reported
 from fieldrig.traces.order import in_order
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import read
@@ -89,7 +89,7 @@ def test_what_is_odd_is_said_once_on_the_error_output(log: Path) -> None:
 def test_a_clock_that_was_wrong_is_told() -> None:
     odd = Oddities()
     sent = [entry(5 * S), entry(T * S), entry(T * S + 1, "can1"), entry(T * S), entry(10**19)]
-    assert list(with_jumps_told(sent, odd)) == sent
+    assert list(with_jumps_reported(sent, odd)) == sent
     assert [oddity.what for oddity in odd] == [
         "the time jumps forward by more than a day",
         "the time is in the future",

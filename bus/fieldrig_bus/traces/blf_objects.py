@@ -1,0 +1,161 @@
+"""The objects of a BLF file of Vector's tools, one by one, in bounded memory.
+
+There is no public specification; the layouts are those that python-can has (`can.io.blf`).  A file begins with a header
+and goes on with objects.  Most are containers with compressed bytes, which joined together are objects again, so one
+may begin in a container and end in the next.
+
+A length is never trusted: an object that claims too much is skipped up to the next signature.  python-can's reader
+allocates what a length says, and ends at a damaged object.
+"""
+
+import struct
+import zlib
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from typing import BinaryIO, Final, NamedTuple
+
+from can.io.blf import FILE_HEADER_SIZE, FILE_HEADER_STRUCT, LOG_CONTAINER, LOG_CONTAINER_STRUCT, OBJ_HEADER_BASE_STRUCT
+
+from fieldrig.clock import MS, S
+from fieldrig.errors import UsageError
+from fieldrig.traces.oddities import Oddities
+
+SIGNATURE: Final = b"LOBJ"
+FILE_SIGNATURE: Final = b"LOGG"
+REMEDY: Final = "expected a log of CANoe, CANalyzer, python-can or `fieldrig trace`"
+LARGEST: Final = 1 << 24
+"""Bytes of an object, at most; containers have 128 kB as a rule."""
+LARGEST_INSIDE: Final = 1 << 20
+"""Bytes of an object that is no container, at most; those of CAN have below 200."""
+BASE_SIZE: Final = OBJ_HEADER_BASE_STRUCT.size
+NO_COMPRESSION, ZLIB_DEFLATE = 0, 2
+
+
+class Head(NamedTuple):
+    start_ns: int
+    """The time of day at instant 0 of the objects; 0 if the file has none."""
+
+
+def read_head(file: BinaryIO, odd: Oddities) -> Head:
+    """Read the header.  UsageError if the file does not begin with one."""
+    data = file.read(FILE_HEADER_STRUCT.size)
+    if len(data) < FILE_HEADER_STRUCT.size or not data.startswith(FILE_SIGNATURE):
+        raise UsageError(
+            "the file is empty" if not data else "the file does not begin with the header of a BLF", REMEDY
+        )
+    header = FILE_HEADER_STRUCT.unpack(data)
+    rest = header[1] - FILE_HEADER_STRUCT.size
+    if not 0 <= rest <= LARGEST:
+        raise UsageError(f"the header claims to have {header[1]} bytes, and {FILE_HEADER_SIZE} are usual", REMEDY)
+    file.read(rest)
+    return Head(_start_ns(header[14:22], odd))
+
+
+def _start_ns(start: tuple[int, ...], odd: Oddities) -> int:
+    """Return the instant of a SYSTEMTIME, which is taken for UTC as by python-can."""
+    year, month, _, day, hour, minute, second, ms = start
+    if not any(start):
+        return 0
+    try:
+        return int(datetime(year, month, day, hour, minute, second, tzinfo=UTC).timestamp()) * S + ms * MS
+    except ValueError as wrong:
+        odd.report("the date is none, and times count from 0", f": {wrong}")
+        return 0
+
+
+def chunks(file: BinaryIO, odd: Oddities) -> Iterator[bytes]:
+    """Yield the bytes of the objects inside containers, and of those beside them, in pieces of bounded size."""
+    while True:
+        head = file.read(BASE_SIZE)
+        if not head:
+            return
+        if len(head) < BASE_SIZE:
+            odd.report("the file is cut off", f", at byte {file.tell()}")
+            return
+        signature, _, _, size, kind = OBJ_HEADER_BASE_STRUCT.unpack(head)
+        if signature != SIGNATURE or not BASE_SIZE <= size <= LARGEST:
+            odd.report("bytes that are no objects are skipped", _why(signature, size, file.tell()))
+            if not _resynchronise(file, head):
+                return
+            continue
+        body = file.read(size - BASE_SIZE)
+        if len(body) < size - BASE_SIZE:
+            odd.report("the file is cut off", f", at byte {file.tell()}")
+        yield from _inside(kind, head, body, odd)
+        file.read(size % 4)
+
+
+def _why(signature: bytes, size: int, at: int) -> str:
+    claim = f": an object claims to have {size} bytes" if signature == SIGNATURE else ""
+    return f", at byte {at - BASE_SIZE}{claim}"
+
+
+def _inside(kind: int, head: bytes, body: bytes, odd: Oddities) -> Iterator[bytes]:
+    if kind != LOG_CONTAINER:  # files that are not compressed may have their objects side by side
+        yield head + body
+        return
+    if len(body) < LOG_CONTAINER_STRUCT.size:
+        odd.report("containers that cannot be read are left out")
+        return
+    method, _ = LOG_CONTAINER_STRUCT.unpack_from(body)
+    data = body[LOG_CONTAINER_STRUCT.size :]
+    if method == NO_COMPRESSION:
+        yield data
+    elif method == ZLIB_DEFLATE:
+        yield from _inflated(data, odd)
+    else:
+        odd.report("containers that cannot be read are left out", f": there is no compression {method}")
+
+
+def _inflated(data: bytes, odd: Oddities) -> Iterator[bytes]:
+    """Yield what is compressed in these bytes, as far as they are whole."""
+    inflate = zlib.decompressobj()
+    try:
+        while data and not inflate.eof:
+            yield inflate.decompress(data, LARGEST_INSIDE)
+            data = inflate.unconsumed_tail
+    except zlib.error as wrong:
+        odd.report("containers that cannot be read are left out", f": {wrong}")
+
+
+def _resynchronise(file: BinaryIO, seen: bytes) -> bool:
+    """Go to the next signature after the first of these bytes, which the file has just given.  False without one."""
+    rest = seen[1:]
+    while True:
+        at = rest.find(SIGNATURE)
+        if at >= 0:
+            file.seek(at - len(rest), 1)
+            return True
+        more = file.read(1 << 16)
+        if not more:
+            return False
+        rest = rest[-3:] + more
+
+
+def systemtime(time_ns: int) -> tuple[int, ...]:
+    """Return a SYSTEMTIME, as python-can writes it; zeros for an instant that is no time of day."""
+    if time_ns < 631_152_000 * S:
+        return (0,) * 8
+    day = datetime.fromtimestamp(time_ns // S, tz=UTC)
+    return day.year, day.month, day.isoweekday() % 7, day.day, day.hour, day.minute, day.second, time_ns % S // MS
+
+
+HEAD_SIZE: Final = FILE_HEADER_SIZE
+_PADDING: Final = struct.pack(f"{FILE_HEADER_SIZE - FILE_HEADER_STRUCT.size}x")
+
+
+def file_head(size: int, inflated: int, objects: int, start_ns: int, stop_ns: int) -> bytes:
+    """Return the header of a file; 5 is the application that python-can names."""
+    numbers = (size, inflated, objects, 0)
+    times = (*systemtime(start_ns), *systemtime(stop_ns))
+    return (
+        FILE_HEADER_STRUCT.pack(FILE_SIGNATURE, FILE_HEADER_SIZE, 5, 0, 0, 0, 2, 6, 8, 1, *numbers, *times) + _PADDING
+    )
+
+
+def container(data: bytes, level: int) -> bytes:
+    """Return a container with these bytes, compressed."""
+    packed = zlib.compress(data, level)
+    size = BASE_SIZE + LOG_CONTAINER_STRUCT.size + len(packed)
+    head = OBJ_HEADER_BASE_STRUCT.pack(SIGNATURE, BASE_SIZE, 1, size, LOG_CONTAINER)
+    return head + LOG_CONTAINER_STRUCT.pack(ZLIB_DEFLATE, len(data)) + packed + bytes(size % 4)

@@ -1,0 +1,94 @@
+"""Python-can's CSV for CAN: a line for each message, with its data in Base64.
+
+Lines are written and read here: python-can's writer rounds the time to a quarter of a microsecond, and its reader ends
+at a line that it does not understand.  What such a row cannot say is in `rows`, and is reported when it is written.
+"""
+
+import re
+from base64 import b64decode, b64encode
+from collections.abc import Iterable, Iterator
+from typing import BinaryIO, Final
+
+from fieldrig.clock import S
+from fieldrig.errors import UsageError
+from fieldrig.traces.log_lines import LogLines
+from fieldrig.traces.oddities import Oddities
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.can.frame import STANDARD_MASK
+from fieldrig_bus.traces.can_fields import message_of
+from fieldrig_bus.traces.rows import BUS, Row, Rows, message_of_row
+
+SUFFIXES = (".csv",)
+FAMILIES = frozenset({"can"})
+HEAD: Final = "timestamp,arbitration_id,extended,remote,error,dlc,data"
+REMEDY: Final = "expected the CSV of python-can or `fieldrig trace`"
+_TIME: Final = re.compile(r"(-?)(\d{1,12})(?:\.(\d{1,12}))?", re.ASCII)
+_NUMBER: Final = re.compile(r"\d{1,3}", re.ASCII)
+
+
+def recognises(head: bytes) -> bool:
+    return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(HEAD.encode())
+
+
+def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
+    """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
+    rows, written = Rows(Oddities() if odd is None else odd), 0
+    file.write(f"{HEAD}\n".encode())
+    for entry in entries:
+        row = rows.row(entry)
+        if row is None:
+            continue
+        seconds, rest_ns = divmod(abs(start_unix_ns + entry.time_ns), S)
+        sign = "-" if start_unix_ns + entry.time_ns < 0 else ""
+        flags = f"{row.is_extended:d},{row.is_remote:d},{row.is_error:d}"
+        data = b64encode(row.data).decode()
+        file.write(f"{sign}{seconds}.{rest_ns:09},0x{row.identifier:x},{flags},{row.length},{data}\n".encode())
+        written += 1
+    return written
+
+
+def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
+    """Yield the entries.  A line that cannot be read is odd; UsageError, with the line, if none can."""
+    odd = Oddities() if odd is None else odd
+    lines, found, wrong = LogLines(file, odd), 0, ""
+    for line in lines:
+        if (odd.number == 1 and line.strip().startswith("timestamp")) or not line.strip():
+            continue
+        try:
+            entry = _entry(line)
+        except ValueError as cause:
+            if not lines.is_cut:
+                wrong = wrong or f"line {odd.number} is no line of python-can's CSV: {cause}"
+                odd.report("lines that cannot be read are left out", f": {cause}")
+            continue
+        found += 1
+        yield entry
+    if wrong and not found:
+        raise UsageError(wrong, REMEDY)
+
+
+def _entry(line: str) -> TraceEntry:
+    fields = line.strip().split(",")
+    if len(fields) != 7:
+        raise ValueError(f"{len(fields)} fields, expected 7")
+    time_text, identifier, extended, remote, error, length, text = fields
+    if (match := _TIME.fullmatch(time_text)) is not None:
+        time_ns = int(match[2]) * S + int((match[3] or "0").ljust(9, "0")[:9])
+        time_ns = -time_ns if match[1] else time_ns
+    else:
+        time_ns = _odd_time_ns(time_text)
+    number, data = int(identifier, 16), b64decode(text, validate=True)
+    if extended == remote == error == "0" and len(data) <= 8 and 0 <= number <= STANDARD_MASK:
+        return TraceEntry(time_ns, BUS, "can", "", message_of(number, data) or b"")
+    if not _NUMBER.fullmatch(length):
+        raise ValueError(f"{length!r:.20} is not a length")
+    row = Row(number, extended == "1", remote == "1", error == "1", int(length), data)
+    return TraceEntry(time_ns, BUS, "can", "", message_of_row(row))
+
+
+def _odd_time_ns(text: str) -> int:
+    """Return a time as Python writes small floats, such as 1e-05."""
+    try:
+        return round(float(text) * S)
+    except (ValueError, OverflowError):
+        raise ValueError(f"{text!r:.30} is not a time in seconds") from None

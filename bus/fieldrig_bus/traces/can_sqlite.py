@@ -1,0 +1,110 @@
+"""Python-can's table of messages in an SQLite database, for CAN.
+
+The table is that of python-can, and rows are written and read here: its writer ends 0.25 s after it was stopped, with
+what it has written until then (501 of 100,000 messages that come at once), and its reader loads data of any size.  A
+time is a float of seconds, so it is exact to a microsecond.  What a row cannot say is in `rows`.
+"""
+
+import shutil
+import sqlite3
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, BinaryIO, Final
+
+from fieldrig.clock import US, S
+from fieldrig.errors import UsageError
+from fieldrig.traces.oddities import Oddities
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.traces.rows import BUS, Row, Rows, message_of_row
+
+SUFFIXES = (".db", ".sqlite")
+FAMILIES = frozenset({"can"})
+WRITES_BACK = True
+REMEDY: Final = "expected a database of python-can or `fieldrig trace`, with the table `messages`"
+_TABLE: Final = (
+    "CREATE TABLE messages (ts REAL, arbitration_id INTEGER, extended INTEGER, remote INTEGER, error INTEGER,"
+    " dlc INTEGER, data BLOB)"
+)
+_INSERT: Final = "INSERT INTO messages VALUES (?, ?, ?, ?, ?, ?, ?)"
+_SELECT: Final = "SELECT ts, arbitration_id, extended, remote, error, dlc, substr(data, 1, 65) FROM messages"
+_BATCH: Final = 10_000
+"""Rows that are written at once."""
+
+
+def recognises(head: bytes) -> bool:
+    return head.startswith(b"SQLite format 3\0")
+
+
+def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
+    """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
+    rows = Rows(Oddities() if odd is None else odd)
+    with _on_disk(file) as path, closing(sqlite3.connect(path)) as database:
+        database.executescript(
+            "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF"
+        )  # the file is new, and whole at the end
+        database.execute(_TABLE)
+        batch, written = [], 0
+        for entry in entries:
+            row = rows.row(entry)
+            if row is not None:
+                batch.append(((start_unix_ns + entry.time_ns) / S, *row))
+            if len(batch) >= _BATCH:
+                written += database.executemany(_INSERT, batch).rowcount
+                batch.clear()
+        written += database.executemany(_INSERT, batch).rowcount if batch else 0
+        database.commit()
+        return written
+
+
+@contextmanager
+def _on_disk(file: BinaryIO) -> Iterator[Path]:
+    """Yield the path of an empty file, or of one that is copied into it, as SQLite opens files by their names."""
+    name = getattr(file, "name", None)
+    if isinstance(name, str) and Path(name).is_file():
+        yield Path(name)
+        return
+    with TemporaryDirectory() as folder:
+        yield Path(folder) / "messages.db"
+        with (Path(folder) / "messages.db").open("rb") as made:
+            shutil.copyfileobj(made, file)
+
+
+def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
+    """Yield the entries.  A row that is no frame is odd; UsageError for a file that is no such database."""
+    odd = Oddities() if odd is None else odd
+    odd.unit, odd.number = "row", 0
+    with _readable(file) as path:
+        try:
+            with closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)) as database:
+                for values in database.execute(_SELECT):
+                    odd.number += 1
+                    try:
+                        yield _entry(values)
+                    except (ValueError, TypeError, OverflowError) as wrong:
+                        odd.report("rows that cannot be read are left out", f": {wrong}")
+        except (sqlite3.Error, sqlite3.Warning, UnicodeDecodeError) as cause:
+            where = f"after row {odd.number}: " if odd.number else ""
+            raise UsageError(f"{where}{cause}", REMEDY) from cause
+
+
+@contextmanager
+def _readable(file: BinaryIO) -> Iterator[Path]:
+    """Yield the path of a file, or of a copy of it."""
+    name = getattr(file, "name", None)
+    if isinstance(name, str) and Path(name).is_file():
+        yield Path(name).resolve()
+        return
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "messages.db"
+        with path.open("wb") as copy:
+            shutil.copyfileobj(file, copy)
+        yield path
+
+
+def _entry(values: tuple[Any, ...]) -> TraceEntry:
+    seconds, identifier, extended, remote, error, length, data = values
+    time_ns = round(seconds * 1_000_000) * US
+    row = Row(int(identifier), bool(extended), bool(remote), bool(error), int(length), bytes(data or b""))
+    return TraceEntry(time_ns, BUS, "can", "", message_of_row(row))

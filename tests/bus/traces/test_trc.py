@@ -1,0 +1,64 @@
+# ruff: noqa: E501  lines of logs are long
+"""Lines of TRC logs, from PEAK's document of the format and the files of PCAN-View as python-can's own tests have them."""
+
+import io
+from pathlib import Path
+
+import pytest
+
+from fieldrig.clock import MS
+from fieldrig.errors import UsageError
+from fieldrig.traces.oddities import Oddities
+from fieldrig.traces.trace_files import read
+from fieldrig_bus.can.bits import Place
+from fieldrig_bus.can.codec import decode
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.notices import BusState, CanError, CanState, ErrorKind, Notice
+from fieldrig_bus.traces import trc
+
+TRC_LINES = [
+    ("", "     1)     17535  00000100  2  01 02\n", CanFrame(0x100, b"\x01\x02", True)),
+    ("", "     1)     17535      0704  1  RTR\n", CanFrame(0x704, is_remote=True, remote_length=1)),
+    ("", "     1)     17535      0008  4  ERROR 00 19 08 08\n", CanError(ErrorKind.ACK, Place.ACK, 0, 0, True, False, 8, 8)),
+    ("", "     1)     17535  FFFFFFFF  4  00 00 00 04  BUSLIGHT\n", BusState(CanState.WARNING, 0, 0)),
+    (";$FILEVERSION=1.1\n", "     1)     17535.4  Rx         0000  2  01 02 \n", CanFrame(0, b"\x01\x02")),
+    (";$FILEVERSION=1.1\n", "     1)     17540.3  Warng  FFFFFFFF  4  00 00 00 08  BUSHEAVY \n", BusState(CanState.PASSIVE, 0, 0)),
+    (";$FILEVERSION=1.2\n", "     1)     17535.400 1  Rx         0000  2  01 02\n", CanFrame(0, b"\x01\x02")),
+    (";$FILEVERSION=1.3\n", "     1)     17535.400 1  Tx    00000100 -  2    01 02\n", CanFrame(0x100, b"\x01\x02", True)),
+    (";$FILEVERSION=2.0\n;$COLUMNS=N,O,T,I,d,l,D\n", "      1     17535.400 FB     0704 Rx 12 " + "01 " * 12 + "\n", CanFrame(0x704, b"\x01" * 12, is_fd=True, is_bit_rate_switched=True)),
+    (";$FILEVERSION=2.0\n;$COLUMNS=N,O,T,I,d,l,D\n", "      2     17540.300 ST          Rx    00 00 00 08\n", BusState(CanState.PASSIVE, 0, 0)),
+    (";$FILEVERSION=2.1\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n", "      1     17535.400 FD 1      0704 Rx -  9    " + "01 " * 12 + "\n", CanFrame(0x704, b"\x01" * 12, is_fd=True)),
+    (";$FILEVERSION=2.1\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n", "     12     48937.600 RR 1      0704 Rx -  1\n", CanFrame(0x704, is_remote=True, remote_length=1)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("head", "line", "message"), TRC_LINES, ids=range(len(TRC_LINES)))
+def test_a_line_of_pcan_view_is_read(head: str, line: str, message: CanFrame | Notice) -> None:
+    (found,) = trc.read(io.BytesIO(f"{head};$STARTTIME=44548.6028595139\n;\n{line}".encode()))
+    assert (found.bus, decode(found.data)) == ("can0", message)
+    start_ns = 1_639_837_687_062_001_000  # 18.12.2021 14:28:07.062, as the comment of that file says
+    assert (found.time_ns - start_ns) // MS in (17_535, 17_540, 48_937)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (";$FILEVERSION=3.0\n", "line 1: version '3.0' of the format is not known"),
+        (";$FILEVERSION=2.0\n;$COLUMNS=N,O,T\n", "line 2: the columns 'N,O,T': expected at least"),
+        (";$FILEVERSION=1.1\n 1) 2.0 Rx 0001 2 01\n", "line 2 is not a frame of a TRC log: 1 bytes of data, and 2"),
+        (";$FILEVERSION=1.1\n 1) now Rx 0001 0\n", "line 2 is not a frame of a TRC log: 'now' is not a time"),
+    ],
+)
+def test_a_trc_log_that_cannot_be_read_is_named(text: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "x.trc"
+    path.write_text(text)
+    with pytest.raises(UsageError) as wrong:
+        list(read(path))
+    assert wrong.value.what.startswith(f"{path}: {message}")
+
+
+def test_what_is_odd_in_a_trc_log_is_read_and_reported() -> None:
+    odd = Oddities()
+    text = ";$FILEVERSION=1.1\n;$STARTTIME=today\n 1) 1.0 Rx 0001 0\n 2) 2.0 Event 0001 0\n 3) 3.0 Rx 0001 z\n 4) 4.0 Rx 00"
+    assert len(list(trc.read(io.BytesIO(text.encode()), odd))) == 1
+    assert [str(oddity).partition(":")[0] for oddity in odd] == ["line 2", "line 4", "line 5", "line 6"]
