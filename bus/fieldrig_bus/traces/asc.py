@@ -22,7 +22,7 @@ from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK
 from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.can.notices import BusState, CanError
 from fieldrig_bus.traces.asc_lines import PLAIN, STATES, base_of, date_of, parse, unix_ns
-from fieldrig_bus.traces.can_fields import Fields, fields_of, message_of
+from fieldrig_bus.traces.can_fields import Fields, fields_of, plain_message
 from fieldrig_bus.traces.channels import BusNames, Channels
 from fieldrig_bus.traces.error_capture import code_of
 
@@ -75,10 +75,9 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         if match is not None:
             seconds, fraction, channel, digits, extended, length, data = match.groups()
             word = int(digits, 16)
-            payload = bytes.fromhex(data)
-            if len(payload) == int(length) and word <= (EXTENDED_MASK if extended else STANDARD_MASK):
-                offset_ns = int(seconds) * S + int(fraction.ljust(9, "0"))
-                message = message_of(word | EXTENDED if extended else word, payload) or b""
+            if len(data) == 3 * int(length) and word <= (EXTENDED_MASK if extended else STANDARD_MASK):
+                offset_ns = int(seconds) * S + int(fraction) * 10 ** (9 - len(fraction))
+                message = plain_message(word | EXTENDED if extended else word, bytes.fromhex(data))
                 found += 1
                 yield TraceEntry(begin_ns + offset_ns, names[int(channel)], "can", "", message)
                 continue

@@ -8,6 +8,7 @@ controller is an error frame of SocketCAN, as python-can logs it; an injected fa
 
 import struct
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from typing import BinaryIO, Final
 
 from can.io import blf as layout
@@ -15,8 +16,9 @@ from can.io import blf as layout
 from fieldrig.clock import MS
 from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
-from fieldrig.traces.order import in_order
+from fieldrig.traces.order import MOST_WAITING
 from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.window import DISORDER_NS
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.codec import encode
 from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK
@@ -34,7 +36,7 @@ from fieldrig_bus.traces.blf_objects import (
     file_head,
     read_head,
 )
-from fieldrig_bus.traces.can_fields import Fields, fields_of, message_of
+from fieldrig_bus.traces.can_fields import Fields, fields_of, message_of, plain_message
 from fieldrig_bus.traces.channels import BusNames, Channels
 from fieldrig_bus.traces.error_capture import error_of, unknown_error
 
@@ -43,7 +45,7 @@ FAMILIES = frozenset({"can"})
 WRITES_BACK = True
 CONTAINER_SIZE: Final = 128 * 1024
 LEVEL: Final = 1
-"""Of compression: half the time of the usual level 6, for files that are a tenth larger."""
+"""The level of compression: half the time of the usual level 6, for files that are a tenth larger."""
 
 _HEADS: Final = struct.Struct("<4sHHLLLHHQ")  # OBJ_HEADER_BASE and OBJ_HEADER_V1 of python-can
 _CLASSICAL: Final = struct.Struct("<4sHHLLLHHQHBBL8s")  # and CAN_MSG behind them
@@ -99,7 +101,7 @@ class _Reader:
                         odd.number += 1
                         self.found += 1
                         time_ns = start_ns + (ticks * 10_000 if unit == 1 else ticks)
-                        yield TraceEntry(time_ns, names[channel], "can", "", message_of(word, body[:dlc]) or b"")
+                        yield TraceEntry(time_ns, names[channel], "can", "", plain_message(word, body[:dlc]))
                         at += length
                         continue
             _, _, _, length, kind = layout.OBJ_HEADER_BASE_STRUCT.unpack_from(data, at)
@@ -211,8 +213,10 @@ _KINDS: Final = {
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
-    writer = _Writer(file, Oddities() if odd is None else odd)
-    for entry in in_order(entry for entry in entries if entry.family == "can"):
+    first, rest = _beginning(entry for entry in entries if entry.family == "can")
+    start_ns = start_unix_ns + min((entry.time_ns for entry in first), default=-start_unix_ns)
+    writer = _Writer(file, start_ns - start_ns % MS, Oddities() if odd is None else odd)
+    for entry in chain(first, rest):
         fields = fields_of(entry.data)
         if fields is not None:
             writer.add(start_unix_ns + entry.time_ns, entry.bus, fields)
@@ -220,13 +224,22 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
     return writer.written
 
 
+def _beginning(entries: Iterator[TraceEntry]) -> tuple[list[TraceEntry], Iterator[TraceEntry]]:
+    """Return the messages of the first seconds, among which is the earliest one of all, and those after them."""
+    first: list[TraceEntry] = []
+    for entry in entries:
+        first.append(entry)
+        if entry.time_ns > first[0].time_ns + DISORDER_NS or len(first) >= MOST_WAITING:
+            break
+    return first, entries
+
+
 class _Writer:
     """A file that is written a container at a time.  Its header has the numbers of the end, so it is written twice."""
 
-    def __init__(self, file: BinaryIO, odd: Oddities) -> None:
+    def __init__(self, file: BinaryIO, start_ns: int, odd: Oddities) -> None:
         self._file, self._odd = file, odd
-        self._start_ns: int | None = None
-        self._stop_ns = 0
+        self._start_ns = self._stop_ns = start_ns
         self._channels = Channels()
         self._waiting: list[bytes] = []
         self._size = 0
@@ -235,13 +248,12 @@ class _Writer:
         file.write(file_head(HEAD_SIZE, HEAD_SIZE, 0, 0, 0))
 
     def add(self, time_ns: int, bus: str, fields: Fields) -> None:
-        if self._start_ns is None:
-            self._start_ns = time_ns - time_ns % MS
         ticks = time_ns - self._start_ns
         if ticks < 0:
             self._odd.report("messages earlier than the first one get its time, as the format has no earlier")
             ticks = 0
-        self._stop_ns = max(self._stop_ns, time_ns)
+        if time_ns > self._stop_ns:
+            self._stop_ns = time_ns
         channel = self._channels.get(bus)
         if channel is None:
             text = self._channels.add(bus).encode()
@@ -282,8 +294,8 @@ class _Writer:
         if self._waiting:
             self._flush()
         self._file.seek(0)
-        start_ns = self._start_ns or 0
-        self._file.write(file_head(self._written_bytes, self._inflated, self._objects, start_ns, self._stop_ns))
+        times = (self._start_ns, self._stop_ns)
+        self._file.write(file_head(self._written_bytes, self._inflated, self._objects, *times))
 
 
 def _special(channel: int, fields: Fields, ticks: int) -> tuple[int, int, bytes]:

@@ -5,7 +5,8 @@ at a line that it does not understand.  What such a row cannot say is in `rows`,
 """
 
 import re
-from base64 import b64decode, b64encode
+from base64 import b64decode
+from binascii import a2b_base64, b2a_base64
 from collections.abc import Iterable, Iterator
 from typing import BinaryIO, Final
 
@@ -14,8 +15,9 @@ from fieldrig.errors import UsageError
 from fieldrig.traces.log_lines import LogLines
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
-from fieldrig_bus.can.frame import STANDARD_MASK
-from fieldrig_bus.traces.can_fields import message_of
+from fieldrig_bus.can.acceptance import EXTENDED
+from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
+from fieldrig_bus.traces.can_fields import plain_message
 from fieldrig_bus.traces.rows import BUS, Row, Rows, message_of_row
 
 SUFFIXES = (".csv",)
@@ -23,6 +25,11 @@ FAMILIES = frozenset({"can"})
 HEAD: Final = "timestamp,arbitration_id,extended,remote,error,dlc,data"
 REMEDY: Final = "expected the CSV of python-can or `fieldrig trace`"
 _TIME: Final = re.compile(r"(-?)(\d{1,12})(?:\.(\d{1,12}))?", re.ASCII)
+_PLAIN: Final = re.compile(
+    r"(\d{1,12})\.(\d{1,9}),0x([0-9a-f]{1,8}),([01]),0,0,\d,((?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2,3}=+)?)\r?",
+    re.ASCII,
+).fullmatch
+"""A classical data frame, as nearly all lines are."""
 _NUMBER: Final = re.compile(r"\d{1,3}", re.ASCII)
 
 
@@ -41,7 +48,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
         seconds, rest_ns = divmod(abs(start_unix_ns + entry.time_ns), S)
         sign = "-" if start_unix_ns + entry.time_ns < 0 else ""
         flags = f"{row.is_extended:d},{row.is_remote:d},{row.is_error:d}"
-        data = b64encode(row.data).decode()
+        data = b2a_base64(row.data, newline=False).decode()
         file.write(f"{sign}{seconds}.{rest_ns:09},0x{row.identifier:x},{flags},{row.length},{data}\n".encode())
         written += 1
     return written
@@ -52,6 +59,15 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     odd = Oddities() if odd is None else odd
     lines, found, wrong = LogLines(file, odd), 0, ""
     for line in lines:
+        if match := _PLAIN(line):
+            seconds, fraction, digits, extended, text = match.groups()
+            word, data = int(digits, 16), a2b_base64(text)
+            if len(data) <= 8 and word <= (EXTENDED_MASK if extended == "1" else STANDARD_MASK):
+                time_ns = int(seconds) * S + int(fraction) * 10 ** (9 - len(fraction))
+                found += 1
+                message = plain_message(word | EXTENDED if extended == "1" else word, data)
+                yield TraceEntry(time_ns, BUS, "can", "", message)
+                continue
         if (odd.number == 1 and line.strip().startswith("timestamp")) or not line.strip():
             continue
         try:
@@ -78,8 +94,6 @@ def _entry(line: str) -> TraceEntry:
     else:
         time_ns = _odd_time_ns(time_text)
     number, data = int(identifier, 16), b64decode(text, validate=True)
-    if extended == remote == error == "0" and len(data) <= 8 and 0 <= number <= STANDARD_MASK:
-        return TraceEntry(time_ns, BUS, "can", "", message_of(number, data) or b"")
     if not _NUMBER.fullmatch(length):
         raise ValueError(f"{length!r:.20} is not a length")
     row = Row(number, extended == "1", remote == "1", error == "1", int(length), data)

@@ -51,6 +51,11 @@ def fields_of(message: bytes) -> Fields | None:
     return Fields(word, decoded.data, length, decoded.is_fd, decoded.is_bit_rate_switched)
 
 
+def plain_message(word: int, data: bytes) -> bytes:
+    """Return the encoded message of a classical data frame, whose fields the caller has checked."""
+    return _pack(word, len(data)) + data
+
+
 def message_of(
     word: int, data: bytes, length: int | None = None, is_fd: bool = False, is_switched: bool = False
 ) -> bytes | None:

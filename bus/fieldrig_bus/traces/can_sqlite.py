@@ -17,6 +17,9 @@ from fieldrig.clock import US, S
 from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.can.acceptance import EXTENDED
+from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
+from fieldrig_bus.traces.can_fields import plain_message
 from fieldrig_bus.traces.rows import BUS, Row, Rows, message_of_row
 
 SUFFIXES = (".db", ".sqlite")
@@ -106,5 +109,10 @@ def _readable(file: BinaryIO) -> Iterator[Path]:
 def _entry(values: tuple[Any, ...]) -> TraceEntry:
     seconds, identifier, extended, remote, error, length, data = values
     time_ns = round(seconds * 1_000_000) * US
-    row = Row(int(identifier), bool(extended), bool(remote), bool(error), int(length), bytes(data or b""))
+    data = bytes(data or b"")
+    highest = EXTENDED_MASK if extended else STANDARD_MASK
+    if not (remote or error) and 0 <= identifier <= highest and len(data) <= 8:
+        word = identifier | EXTENDED if extended else identifier
+        return TraceEntry(time_ns, BUS, "can", "", plain_message(word, data))
+    row = Row(int(identifier), bool(extended), bool(remote), bool(error), int(length), data)
     return TraceEntry(time_ns, BUS, "can", "", message_of_row(row))

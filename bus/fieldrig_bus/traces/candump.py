@@ -18,8 +18,8 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
-from fieldrig_bus.traces.can_fields import fields_of, message_of
-from fieldrig_bus.traces.candump_lines import is_like_one, parse, says_nothing
+from fieldrig_bus.traces.can_fields import fields_of, plain_message
+from fieldrig_bus.traces.candump_lines import STANDARD_DIGITS, is_like_one, parse, says_nothing
 
 SUFFIXES = (".log", ".candump")
 FAMILIES = frozenset({"can"})
@@ -56,13 +56,17 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Entries with the time of day as their instant.  UsageError, with the line, for a file that is not such a log."""
     odd = Oddities() if odd is None else odd
     lines, time_ns, buses = LogLines(file, odd), 0, dict[str, str]()
+    second, second_ns = "", 0
     for line in lines:
         if match := PLAIN(line):
             seconds, microseconds, bus, identifier, digits = match.groups()
             word = int(identifier, 16)
-            if word <= (STANDARD_MASK if len(identifier) == 3 else EXTENDED_MASK):
-                time_ns = int(seconds) * S + int(microseconds) * 1000
-                message = message_of(word if len(identifier) == 3 else word | EXTENDED, bytes.fromhex(digits)) or b""
+            is_standard = len(identifier) == STANDARD_DIGITS
+            if word <= (STANDARD_MASK if is_standard else EXTENDED_MASK):
+                if seconds != second:
+                    second, second_ns = seconds, int(seconds) * S
+                time_ns = second_ns + int(microseconds) * 1000
+                message = plain_message(word if is_standard else word | EXTENDED, bytes.fromhex(digits))
                 yield TraceEntry(time_ns, buses.get(bus) or _bus(bus, buses, odd), "can", "", message)
                 continue
         if says_nothing(line):

@@ -20,7 +20,7 @@ from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS
 from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.traces.can_fields import fields_of
 from fieldrig_bus.traces.channels import BusNames, Channels
-from fieldrig_bus.traces.trc_lines import DAY_NS, EPOCH_DAY, VERSIONS, columns_of, parse, start_ns
+from fieldrig_bus.traces.trc_lines import DAY_NS, EPOCH_DAY, PLAIN_COLUMNS, VERSIONS, columns_of, parse, plain, start_ns
 
 SUFFIXES = (".trc",)
 FAMILIES = frozenset({"can"})
@@ -84,7 +84,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         if not line.strip():
             continue
         try:
-            offset_ns, channel, message = parse(line, header.columns)
+            offset_ns, channel, message = (plain(line) if header.is_plain else None) or parse(line, header.columns)
         except (ValueError, LookupError) as cause:
             if not lines.is_cut:
                 wrong = wrong or f"line {odd.number} is not a frame of a TRC log: {cause}"
@@ -100,13 +100,15 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
 
 
 class _Header:
-    """What the head of a log says."""
+    """The settings in the head of a log."""
 
     def __init__(self, odd: Oddities) -> None:
         self._odd = odd
         self._version = "1.0"
         self.start_ns = 0
         self.columns = columns_of("1.0")
+        self.is_plain = False
+        """True if a line has the columns that nearly all logs of version 2.1 have."""
 
     def take(self, line: str) -> None:
         """Take a comment.  UsageError for a version that is not known, or columns without those of a frame."""
@@ -127,6 +129,7 @@ class _Header:
                 self._odd.report("the start is none, and times count from 0", f": {wrong}")
         elif name == "COLUMNS":
             self.columns = columns_of(self._version, value)
+            self.is_plain = value == PLAIN_COLUMNS
         elif value not in VERSIONS:
             raise ValueError(f"version {value!r:.20} of the format is not known: expected {', '.join(VERSIONS)}")
         else:

@@ -20,10 +20,10 @@ from typing import Final, NamedTuple
 from fieldrig.clock import MS, US
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.codec import encode
-from fieldrig_bus.can.frame import FD_LENGTHS
+from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK
 from fieldrig_bus.can.notices import BusState, CanError, CanState, ErrorKind
 from fieldrig_bus.can.socketcan_errors import place_of
-from fieldrig_bus.traces.can_fields import message_of
+from fieldrig_bus.traces.can_fields import message_of, plain_message
 
 VERSIONS: Final = ("1.0", "1.1", "1.2", "1.3", "2.0", "2.1")
 COLUMNS: Final = {"1.0": "NOILD", "1.1": "NOTILD", "1.2": "NOBTILD", "1.3": "NOBTIRLD"}
@@ -40,6 +40,13 @@ _KINDS: Final = {1: ErrorKind.BIT, 2: ErrorKind.FORM, 4: ErrorKind.STUFF}
 _FD_TYPES: Final = frozenset({"FD", "FB", "FE", "BI"})
 _SWITCHED_TYPES: Final = frozenset({"FB", "FE"})
 _FRAME_TYPES: Final = frozenset({"DT", "RX", "TX", "RR"}) | _FD_TYPES
+
+
+PLAIN_COLUMNS: Final = "N,O,T,B,I,d,R,L,D"
+_PLAIN: Final = re.compile(
+    r" *\d+ +(\d{1,12})\.(\d{3}) DT (\d{1,3}) +([0-9A-F]{8}|[0-9A-F]{4}) [RT]x -  ([0-8])((?: +[0-9A-F]{2})*) *\r?",
+    re.ASCII,
+).fullmatch
 
 
 class Line(NamedTuple):
@@ -70,6 +77,19 @@ def start_ns(days: str) -> int:
 
 def _refuse(days: str) -> int:
     raise ValueError(f"{days.strip()!r:.40} is not a number of days")
+
+
+def plain(line: str) -> Line | None:
+    """Return what a line of version 2.1 says that is a classical data frame; None for any other line."""
+    match = _PLAIN(line)
+    if match is None:
+        return None
+    ms, us, channel, digits, length, text = match.groups()
+    word, data = int(digits, 16), bytes.fromhex(text)
+    if len(data) != int(length) or word > (EXTENDED_MASK if len(digits) > 4 else STANDARD_MASK):
+        return None
+    message = plain_message(word | EXTENDED if len(digits) > 4 else word, data)
+    return Line(int(ms) * MS + int(us) * US, int(channel), message)
 
 
 def parse(line: str, columns: Mapping[str, int]) -> Line:

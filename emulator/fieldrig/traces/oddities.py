@@ -1,4 +1,4 @@
-"""What is odd in a log that can be read all the same: a cut last line, a wrong date, a jump back in time.
+"""The oddities of a log that can be read all the same: a cut last line, a wrong date, a jump back in time.
 
 A reader tells an oddity wherever it meets it.  Each kind is kept once, with its first place and the number of times, so
 that a log of any length takes the same memory.
@@ -39,7 +39,7 @@ class Oddities:
 
     def __init__(self) -> None:
         self.unit = "message"
-        """What the reader counts: line, packet, object, row."""
+        """The thing that the reader counts: line, packet, object, row."""
         self.number = 0
         self._kinds: dict[str, Oddity] = {}
 
@@ -72,16 +72,20 @@ def with_jumps_reported(entries: Iterable[TraceEntry], odd: Oddities) -> Iterato
     Buses that are recorded side by side may be out of order to each other, which is not odd.
     """
     last_ns: dict[str, int] = {}
+    bus, before_ns = "", 0
     soon_ns = time.time_ns() + DAY_NS
     for entry in entries:
-        now_ns, bus = entry.time_ns, entry.bus
-        before_ns = last_ns.get(bus, now_ns)
-        if not 0 <= now_ns - before_ns <= DAY_NS:
+        now_ns = entry.time_ns
+        if entry.bus != bus:  # most messages are of the same bus as the one before
+            if len(last_ns) < MOST_BUSES:
+                last_ns[bus] = before_ns
+            bus = entry.bus
+            before_ns = last_ns.get(bus, now_ns)
+        if not before_ns <= now_ns <= before_ns + DAY_NS:
             _report_jump(now_ns - before_ns, odd)
         if now_ns > soon_ns:
             odd.report("the time is in the future", f", {_date(now_ns)}")
-        if bus in last_ns or len(last_ns) < MOST_BUSES:
-            last_ns[bus] = now_ns
+        before_ns = now_ns
         yield entry
 
 
