@@ -37,6 +37,8 @@ __all__ = [
     "Mistake",
     "ModelBus",
     "Point",
+    "ProgramBench",
+    "ProgramMaker",
     "Recording",
     "Rig",
     "RigConfig",
@@ -46,6 +48,7 @@ __all__ = [
     "Settings",
     "Store",
     "StoreError",
+    "T",
     "Timer",
     "UnmetError",
     "Value",
@@ -54,6 +57,7 @@ __all__ = [
     "WrongKey",
     "from_dict",
     "load",
+    "program",
     "read_trace",
     "restore",
     "virtual_time",
@@ -70,7 +74,8 @@ if TYPE_CHECKING:
     from fieldrig.loop.background import Background
     from fieldrig.master_time.block import virtual_time
     from fieldrig.master_time.errors import VirtualTimeError
-    from fieldrig.pytest_plugin import BranchMaker, LiveRigMaker, MasterRigMaker, RigMaker
+    from fieldrig.programs import ProgramBench, T, program
+    from fieldrig.pytest_plugin import BranchMaker, LiveRigMaker, MasterRigMaker, ProgramMaker, RigMaker
     from fieldrig.real.live_rig import LiveRig
     from fieldrig.recording.recording import Recording
     from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey
@@ -98,7 +103,8 @@ else:
             "fieldrig.traces.trace_files": "read_trace",
             "fieldrig.virtual.branch": "Branch",
             "fieldrig.virtual.node": "EventNode",
-            "fieldrig.pytest_plugin": "BranchMaker LiveRigMaker MasterRigMaker RigMaker",
+            "fieldrig.programs": "ProgramBench T program",
+            "fieldrig.pytest_plugin": "BranchMaker LiveRigMaker MasterRigMaker ProgramMaker RigMaker",
             "fieldrig.virtual.rig": "Rig",
             "fieldrig.settings": "Claim ConfigFile Settings WrongKey",
             "fieldrig.storage.store": "MemoryStore Store StoreError restore",

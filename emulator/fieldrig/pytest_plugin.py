@@ -15,6 +15,14 @@ A rig that takes long to come up, booted once a session; each test has a branch 
         feeder.set("feeder/panel.key1", True)
         feeder.run_for(5 * S)
 
+A program alone, compiled once a session; each test begins with fresh variables at the time 0:
+
+    def test_pid_holds(fieldrig_program):
+        plc = fieldrig_program("pid.st")
+        pid = plc.block("PID")
+        pid(setpoint=50.0)
+        plc.advance(10 * MS)
+
 A master in virtual time, unchanged: the test itself, and all threads that it starts, are in the time of the rig:
 
     def test_homing(fieldrig_master):
@@ -43,6 +51,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
+    from fieldrig.programs import ProgramBench
     from fieldrig.real.live_rig import LiveRig
     from fieldrig.virtual.branch import Branch
     from fieldrig.virtual.rig import Rig
@@ -52,6 +61,8 @@ RigMaker = Callable[..., "Rig"]
 """The fixture `fieldrig_rig`: makes a rig in virtual time of a file with overrides, or of a dict."""
 BranchMaker = Callable[..., "Branch"]
 """The fixture `fieldrig_branch`: makes a branch of a rig that a session boots once."""
+ProgramMaker = Callable[..., "ProgramBench"]
+"""The fixture `fieldrig_program`: makes a program under test of source files, with fresh variables."""
 MasterRigMaker = Callable[..., "Rig | LiveRig"]
 """The fixture `fieldrig_master`: makes a rig of a file with overrides, or of a dict, and the test a master of it."""
 LiveRigMaker = Callable[..., "LiveRig"]
@@ -113,6 +124,62 @@ def fieldrig_branch(_fieldrig_booted: Callable[..., "Rig"]) -> Iterator[BranchMa
             return branches.enter_context(_fieldrig_booted(source, overrides, boot).branch())
 
         yield make
+
+
+_PROGRAMS = pytest.StashKey[list["ProgramBench"]]()
+"""The programs of a test, for its report."""
+
+
+@pytest.fixture(scope="session")
+def _fieldrig_programs() -> dict[Any, list["ProgramBench"]]:
+    """The programs that a session has compiled, by their files and options; several of one if a test takes several."""
+    return {}
+
+
+@pytest.fixture
+def fieldrig_program(
+    request: pytest.FixtureRequest, _fieldrig_programs: dict[Any, list["ProgramBench"]]
+) -> ProgramMaker:
+    """Makes programs of source files, with the options of `fieldrig.program`, and compiles each once a session.
+
+    If the test fails, its report has the last changes of their variables.
+    """
+    used: dict[Any, int] = {}
+    mine = request.node.stash.setdefault(_PROGRAMS, [])
+
+    def make(*files: str | Path, **options: Any) -> "ProgramBench":
+        from fieldrig.programs import program
+
+        stamps = tuple(_stamp(Path(file)) for file in files)
+        key = (stamps, tuple(sorted(options.items())))
+        known, number = _fieldrig_programs.setdefault(key, []), used.get(key, 0)
+        used[key] = number + 1
+        if number == len(known):
+            known.append(program(*files, **options))
+        else:
+            known[number].reset()
+        mine.append(known[number])
+        return known[number]
+
+    return make
+
+
+def _stamp(path: Path) -> tuple[str, tuple[int, ...]]:
+    """Return what tells a file, or a folder with its files, from a later version of it."""
+    inside = sorted(path.rglob("*")) if path.is_dir() else [path]
+    return str(path.absolute()), tuple(file.stat().st_mtime_ns for file in inside if file.is_file())
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    """Add what happened in the programs of a failed test to its report."""
+    outcome: Any = yield
+    report = outcome.get_result()
+    if report.failed:
+        for bench in item.stash.get(_PROGRAMS, []):
+            told = bench.told()
+            if told:
+                report.sections.append(("last changes of the program", told))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -145,6 +145,12 @@ class Runtime:
         cells = self._images.variable(variable)
         self._memory.put_image(variable.offset, cells, self._images.kinds(variable.type))
 
+    def restart(self, variable: Variable, base: int) -> None:
+        """Give a variable of the instance at an address its start value."""
+        self._memory.put_image(
+            base + variable.offset, self._images.variable(variable), self._images.kinds(variable.type)
+        )
+
     def thread(self, pou: Pou, task_number: int = 0) -> Thread:
         """Return a thread that runs a program with the stack of a task."""
         thread = Thread(self, pou.name, task_number)

@@ -84,6 +84,10 @@ class Thread:
         routine, base = self._entry
         self._task.start(routine, self._stack, base)
 
+    def enter(self, routine: str, base: int) -> None:
+        """Run a routine on an instance from the next cycle on, instead of a program."""
+        self._entry = routine, base
+
     def _entry_of_pou(self) -> tuple[str, int]:
         program = self._runtime.compiled.program
         pou = program.pous.get(program.dialect.key(self.pou))

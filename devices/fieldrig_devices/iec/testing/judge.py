@@ -76,8 +76,8 @@ class Judge:
         self.failure: Failure | None = None
         self.output: list[str] = []
         self.wish: Wish | None = None
-        self.calls: Callable[[int, int], None] = lambda number, address: None
-        """Answers a call of a mock by Python."""
+        self.calls: Callable[[int, int], bool] = lambda number, address: False
+        """Answers a call of a mock by Python; false if the code of the program is to run."""
 
     @property
     def library(self) -> Library:
@@ -177,8 +177,7 @@ class Judge:
         return _GOES_ON
 
     def _mocked(self, number: int, address: int, *others: int) -> Results:
-        self.calls(number, address)
-        return _GOES_ON
+        return (self.calls(number, address),)
 
     # ---- time
 

@@ -11,7 +11,6 @@ from fieldrig_devices.iec.program import (
     Binary,
     Component,
     Constant,
-    Evaluate,
     If,
     Load,
     Operator,
@@ -103,13 +102,16 @@ def _prologue(mock: Mock, native: Pou) -> list[AnyStatement]:
     line = pou.body[0].line if pou.body else 0
     one = Binary(Operator.ADD, Load(cell(mock.calls)), Constant(1, Elementary.DINT), Elementary.DINT)
     instead: list[AnyStatement] = []
+    by_python: list[AnyStatement] = []
     if mock.number >= 0:
-        first = pou.result if pou.kind is PouKind.FUNCTION else mock.is_on
-        place = cell(first) if first is not None else None
-        instead.append(Evaluate(call_of(native, mock.number, place), line=line))
-    elif mock.value is not None and pou.result is not None:
+        first = mock.is_on
+        if pou.kind is PouKind.FUNCTION:
+            first = pou.result or next(iter(pou.variables.values()), mock.is_on)
+        by_python.append(If(call_of(native, mock.number, cell(first)), [Return(line=line)], line=line))
+    if mock.value is not None and pou.result is not None:
         instead.append(Assign(cell(pou.result), Load(cell(mock.value)), line=line))
     return [
         Assign(cell(mock.calls), one, line=line),
+        *by_python,
         If(Load(cell(mock.is_on)), [*instead, Return(line=line)], line=line),
     ]

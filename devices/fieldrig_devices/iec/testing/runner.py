@@ -52,7 +52,7 @@ class BlockThread(Thread):
     def __init__(self, runtime: Runtime, block: CaseBlock, action: str = "") -> None:
         super().__init__(runtime, block.pou, 0)
         routine = f"{block.pou}.{action}" if action else block.pou
-        self._entry = routine.lower(), runtime.compiled.program.globals[block.instance.lower()].offset
+        self.enter(routine.lower(), runtime.compiled.program.globals[block.instance.lower()].offset)
 
 
 class Runner:

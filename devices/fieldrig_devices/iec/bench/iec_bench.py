@@ -1,0 +1,180 @@
+"""A program of IEC 61131-3 under test in Python (`fieldrig.program`)."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from fieldrig.errors import ArgumentError, RigError
+from fieldrig.programs import ProgramBench, checked_duration
+from fieldrig_devices.iec.bench.function import Function
+from fieldrig_devices.iec.bench.instance import Block
+from fieldrig_devices.iec.bench.mocked import PythonMock
+from fieldrig_devices.iec.bench.python_values import cell_of, cells_of, single, to_python
+from fieldrig_devices.iec.bench.under_test import UnderTest
+from fieldrig_devices.iec.bench.wrappers import BLOCK, Wrapper
+from fieldrig_devices.iec.program import Pou, Space
+from fieldrig_devices.iec.symbols import Symbol
+from fieldrig_devices.iec.tree import PouKind
+from fieldrig_devices.iec.types import Value
+from fieldrig_devices.languages.source_file import SourceFile
+
+MOST_EVENTS = 5
+"""Events in a message, the last of them."""
+
+
+class IecBench(ProgramBench):
+    def __init__(self, files: Sequence[SourceFile], dialect: str, resource: str) -> None:
+        """ConfigError with every mistake of the program."""
+        self._program = UnderTest(files, dialect, resource)
+        self._begin()
+
+    def _begin(self) -> None:
+        self._used: dict[str, int] = {}
+        """How many instances of each block this test has."""
+        self._blocks: list[tuple[Wrapper | None, Block]] = []
+
+    @property
+    def now_ns(self) -> int:
+        return self._program.now_ns
+
+    @property
+    def events(self) -> Sequence[str]:
+        return self._program.events
+
+    # ---- time
+
+    def start(self) -> None:
+        if not self._program.scheduler.tasks:
+            raise RigError("the program has no tasks to start", "call a block, or write CONFIGURATION with a TASK")
+        self._program.start()
+
+    def stop(self) -> None:
+        self._program.scheduler.stop()
+
+    def reset(self) -> None:
+        self._program.reset()
+        self._begin()
+
+    def advance(self, duration_ns: int) -> None:
+        before = len(self.events)
+        self._program.clock.advance_to(self.now_ns + checked_duration(duration_ns))
+        self._program.raise_from_mock()
+        faults = [event for event in self.events[before:] if "suspended" in event]
+        if faults:
+            raise RigError(faults[0], "`events` has all that has happened")
+
+    # ---- variables
+
+    def get(self, path: str) -> Any:
+        symbol = self._symbol(path)
+        if symbol.is_value:
+            return single(symbol.type, self._read(symbol))
+        return to_python(symbol.type, self._program.cells, self._address(symbol))
+
+    def _read(self, symbol: Symbol) -> Value:
+        try:
+            return self._program.runtime.read(symbol)
+        except ValueError as wrong:
+            raise ArgumentError(*str(wrong).partition("; ")[::2]) from wrong
+
+    def _address(self, symbol: Symbol) -> int:
+        if symbol.location is not None or len(symbol.steps) > 1:
+            raise ArgumentError(f"{symbol.path} is a {symbol.type} elsewhere", "expected the path of one of its parts")
+        return symbol.steps[0]
+
+    def set(self, path: str, value: Any) -> None:
+        symbol = self._symbol(path)
+        if symbol.is_value:
+            cell = cell_of(symbol.type, value, symbol.path)
+            try:
+                self._program.runtime.write(symbol, cell)
+            except ValueError as wrong:
+                raise ArgumentError(*str(wrong).partition("; ")[::2]) from wrong
+            return
+        for at, cell in list(cells_of(symbol.type, value, symbol.path, self._address(symbol))):
+            self._program.cells[at] = cell
+
+    def _symbol(self, path: str) -> Symbol:
+        symbols = self._program.runtime.symbols
+        symbol = symbols.find(path) if isinstance(path, str) else None
+        if symbol is None:
+            near = symbols.closest(path) if isinstance(path, str) else ""
+            hint = f"did you mean {near}?" if near else 'expected a path such as "Main.level"'
+            raise ArgumentError(f"the program has no variable {path!r}", hint)
+        return symbol
+
+    def force(self, path: str, value: Any) -> None:
+        symbol = self._symbol(path)
+        if not symbol.is_value:
+            raise ArgumentError(f"{symbol.path} is a {symbol.type}", "expected one of its parts")
+        cell = cell_of(symbol.type, value, symbol.path)
+        try:
+            self._program.runtime.force(symbol, cell)
+        except ValueError as wrong:
+            raise ArgumentError(*str(wrong).partition("; ")[::2]) from wrong
+
+    def release(self, path: str) -> None:
+        self._program.runtime.force(self._symbol(path), None)
+
+    # ---- blocks and functions
+
+    def block(self, name: str) -> Block:
+        pou = self._program.pou(name)
+        if pou.kind is PouKind.FUNCTION or pou.type is None:
+            raise ArgumentError(f"{pou.name} is a function", f'expected function("{pou.name}")')
+        wrapper: Wrapper | None = None
+        if pou.instance is None:
+            self._used[pou.name] = number = self._used.get(pou.name, 0) + 1
+            wrapper = Wrapper(pou.name, number)
+            if self._program.add(wrapper):
+                self._bind_all()
+        block = Block(self._program, pou.name)
+        self._bind(wrapper, block, pou.name)
+        self._blocks.append((wrapper, block))
+        return block
+
+    def function(self, name: str) -> Callable[..., Any]:
+        pou = self._program.pou(name)
+        if pou.kind is not PouKind.FUNCTION:
+            raise ArgumentError(f"{pou.name} is no function", f'expected block("{pou.name}")')
+        wrapper = Wrapper(pou.name, 1)
+        if self._program.add(wrapper):
+            self._bind_all()
+        return Function(self._program, self._program.pou(name), wrapper)
+
+    def _bind_all(self) -> None:
+        """Give all instances the code and the places of the program as it is now."""
+        for wrapper, block in self._blocks:
+            self._bind(wrapper, block, block._path)
+
+    def _bind(self, wrapper: Wrapper | None, block: Block, name: str) -> None:
+        program, pou = self._program, self._program.pou(name)
+        assert pou.type is not None, "a block has a type"
+        if wrapper is None:
+            assert pou.instance is not None, "a program has an instance"
+            block._bind(pou.type, pou.instance.offset, program.runner_of(program.runtime.thread(pou)), {})
+            return
+        caller, base = program.of_wrapper(wrapper)
+        instance = caller.variables[program.dialect.key(BLOCK)]
+        in_outs = {key: (one.type, base + one.offset) for key, one in _arguments(caller).items()}
+        block._bind(pou.type, base + instance.offset, program.runner(wrapper), in_outs)
+
+    def mock(self, name: str, call: Callable[..., Any] | None = None, *, returns: Any = None) -> PythonMock:
+        if call is not None and not callable(call):
+            raise ArgumentError(f"{call!r} cannot take the place of {name}", "expected a function")
+        made, is_new = self._program.mock(name, call if call is not None else lambda *inputs: returns)
+        if is_new:
+            self._bind_all()
+        return made
+
+    def told(self) -> str:
+        lines = [line for _, block in self._blocks for line in block._told()]
+        return "\n".join([*lines, *self.events[-MOST_EVENTS:]])
+
+
+def _arguments(caller: Pou) -> dict[str, Any]:
+    """Return the variables behind VAR_IN_OUT, by their names without upper case."""
+    return {
+        one.name.lower(): one
+        for one in caller.variables.values()
+        if one.space is Space.INSTANCE and one.name[:1] != "$" and one.name != BLOCK
+    }

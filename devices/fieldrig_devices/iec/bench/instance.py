@@ -1,0 +1,160 @@
+"""An instance under test: its variables as attributes, its call, and its last changes for messages."""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any, Final
+
+from fieldrig.errors import ArgumentError
+from fieldrig.text.nearest import closest
+from fieldrig_devices.iec.bench.owner import Owner
+from fieldrig_devices.iec.bench.python_values import cells_of, checker_of, single, to_python
+from fieldrig_devices.iec.layout import members, storage
+from fieldrig_devices.iec.program import Variable
+from fieldrig_devices.iec.testing.reports.people import instant
+from fieldrig_devices.iec.testing.texts import value_text
+from fieldrig_devices.iec.types import BlockType, Type, Value
+
+MOST_CALLS: Final = 64
+"""Calls of an instance whose values are kept."""
+MOST_CHANGES: Final = 4
+"""Values of a variable in a message, the last of them."""
+
+
+class Instance:
+    """An instance of a block inside another one: `fb.timer.Q`."""
+
+    __slots__ = ("_address", "_bench", "_kind", "_parts", "_path")
+
+    _bench: Owner
+    _path: str
+    _kind: BlockType
+    _address: int
+    _parts: dict[str, Variable]
+
+    def __init__(self, bench: Owner, path: str, kind: BlockType, address: int) -> None:
+        self._keep(_bench=bench, _path=path)
+        self._place_at(kind, address)
+
+    def _keep(self, **values: Any) -> None:
+        """Set attributes of our own; all others are variables of the instance."""
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def _place_at(self, kind: BlockType, address: int) -> None:
+        parts = {one.name.lower(): one for one in members(kind) if one.name[:1] != "$"}
+        self._keep(_kind=kind, _address=address, _parts=parts)
+
+    def __getattr__(self, name: str) -> Any:
+        kind, address = self._place(name)
+        if isinstance(kind, BlockType):
+            return Instance(self._bench, f"{self._path}.{name}", kind, address)
+        cells = self._bench.cells
+        return single(kind, cells[address]) if storage(kind) is not None else to_python(kind, cells, address)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        kind, address = self._place(name)
+        cells = self._bench.cells
+        for at, cell in list(cells_of(kind, value, f"{self._path}.{name}", address)):
+            cells[at] = cell
+
+    def _place(self, name: str) -> tuple[Type, int]:
+        """Return type and address of a variable.  AttributeError for an unknown one."""
+        variable = self._parts.get(name.lower())
+        if variable is None:
+            hint = closest(name, [one.name for one in self._parts.values()])
+            raise AttributeError(f"{self._path} has no variable {name!r}; {hint}", name=name, obj=self)
+        address = self._address + variable.offset
+        return variable.type, int(self._bench.cells[address]) if variable.is_reference else address
+
+    def __dir__(self) -> list[str]:
+        return [one.name for one in self._parts.values()]
+
+    def __repr__(self) -> str:
+        return f"{self._path}({', '.join(self._texts())})"
+
+    def _texts(self) -> list[str]:
+        cells = self._bench.cells
+        return [
+            f"{one.name}={value_text(one.type, cells[self._address + one.offset])}"
+            for one in self._parts.values()
+            if storage(one.type) is not None and not one.is_reference
+        ]
+
+
+class Block(Instance):
+    """An instance under test.  A call gives it inputs, runs its code once, and returns it."""
+
+    __slots__ = ("_checks", "_history", "_in_outs", "_run")
+
+    _checks: dict[str, tuple[Callable[[Any], Value], int]]
+    _history: deque[tuple[int, list[Value]]]
+    _in_outs: dict[str, tuple[Type, int]]
+    _run: Callable[[], None]
+
+    def __init__(self, bench: Owner, name: str) -> None:
+        """It can be used when `_bind` has given it its place."""
+        self._keep(_bench=bench, _path=name, _parts={}, _history=deque(maxlen=MOST_CALLS))
+
+    def _bind(
+        self, kind: BlockType, address: int, run: Callable[[], None], in_outs: dict[str, tuple[Type, int]]
+    ) -> None:
+        """Use the code of the program as it is now; `in_outs` are the variables behind VAR_IN_OUT."""
+        before = self._offsets()
+        self._place_at(kind, address)
+        self._keep(_run=run, _in_outs=in_outs, _checks={})
+        if self._offsets() != before:
+            self._history.clear()
+
+    def _offsets(self) -> dict[str, int]:
+        return {name: one.offset for name, one in self._parts.items()}
+
+    def __call__(self, **inputs: Any) -> "Block":
+        for name, value in inputs.items():
+            self._give(name, value)
+        self._run()
+        self._history.append((self._bench.now_ns, self._bench.cells[self._address : self._address + self._kind.size]))
+        return self
+
+    def _give(self, name: str, value: Any) -> None:
+        check = self._checks.get(name)
+        if check is None:
+            try:
+                kind, address = self._place(name)
+            except AttributeError as wrong:
+                raise ArgumentError(*str(wrong).partition("; ")[::2]) from None
+            if storage(kind) is None:
+                setattr(self, name, value)
+                return
+            check = self._checks[name] = checker_of(kind, f"{self._path}.{name}"), address
+        self._bench.cells[check[1]] = check[0](value)
+
+    def _place(self, name: str) -> tuple[Type, int]:
+        known = self._in_outs.get(name.lower())
+        return known if known is not None else super()._place(name)
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()} at {instant(self._bench.now_ns)}"
+
+    def _told(self) -> list[str]:
+        """Return a line for each variable that has changed: its value, and those before it with their instants."""
+        lines = []
+        for one in self._parts.values():
+            if storage(one.type) is None or one.is_reference:
+                continue
+            changes = self._changes(one)
+            if len(changes) > 1:
+                before = ", ".join(
+                    f"{value_text(one.type, value)} at {instant(at_ns)}" for at_ns, value in changes[-MOST_CHANGES:-1]
+                )
+                (at_ns, value), where = changes[-1], f"{one.file}:{one.position.line}"
+                now = value_text(one.type, value)
+                lines.append(f"{self._path}.{one.name} = {now} since {instant(at_ns)}; before {before}  ({where})")
+        return lines
+
+    def _changes(self, one: Variable) -> list[tuple[int, Value]]:
+        changes: list[tuple[int, Value]] = []
+        for at_ns, cells in self._history:
+            value = cells[one.offset]
+            if not changes or changes[-1][1] != value:
+                changes.append((at_ns, value))
+        return changes

@@ -1,0 +1,49 @@
+"""Python functions in the place of functions and blocks of a program."""
+
+from collections.abc import Callable
+from typing import Any
+
+from fieldrig_devices.iec.bench.instance import Instance
+from fieldrig_devices.iec.bench.owner import Owner
+from fieldrig_devices.iec.bench.python_values import cells_of, to_python
+from fieldrig_devices.iec.program import Space
+from fieldrig_devices.iec.testing.mocks import Mock
+from fieldrig_devices.iec.tree import PouKind, Section
+
+
+class PythonMock:
+    """What is called instead of a function or a block."""
+
+    def __init__(self, bench: Owner, name: str, call: Callable[..., Any]) -> None:
+        self._bench, self.name, self._call = bench, name, call
+        self.arguments: list[tuple[Any, ...]] = []
+        """The inputs of each call, in their order."""
+        self.is_on = True
+
+    @property
+    def calls(self) -> int:
+        """The number of calls so far."""
+        return len(self.arguments)
+
+    def stop(self) -> None:
+        """Let the code of the program run again."""
+        self.is_on = False
+
+    def answer(self, mock: Mock, address: int) -> None:
+        """Answer one call, with its variables at an address."""
+        pou, cells = mock.pou, self._bench.cells
+        base = address if pou.kind is PouKind.FUNCTION else address - mock.is_on.offset
+        inputs = tuple(
+            to_python(one.type, cells, base + one.offset)
+            for one in pou.variables.values()
+            if one.section is Section.INPUT and one.name[:1] != "$" and one.space is not Space.GLOBAL
+        )
+        self.arguments.append(inputs)
+        if pou.kind is not PouKind.FUNCTION:
+            assert pou.type is not None, "a block has a type"
+            self._call(Instance(self._bench, pou.name, pou.type, base))
+            return
+        value = self._call(*inputs)
+        if pou.result is not None:
+            for at, cell in cells_of(pou.result.type, value, f"the result of {pou.name}", base + pou.result.offset):
+                cells[at] = cell

@@ -1,0 +1,13 @@
+"""What instances and functions under test need of the program that they belong to."""
+
+from typing import Protocol
+
+from fieldrig_devices.iec.types import Value
+
+
+class Owner(Protocol):
+    @property
+    def cells(self) -> list[Value]: ...
+
+    @property
+    def now_ns(self) -> int: ...

@@ -1,0 +1,162 @@
+"""Values of the language as values of Python, and back.
+
+BOOL, integers, bit strings     bool, int
+REAL, LREAL                     float
+STRING, WSTRING                 str
+TIME, LTIME                     int, in nanoseconds
+DATE, DT, TOD                   datetime.date, datetime.datetime (UTC, without zone), datetime.time
+LDATE                           datetime.date; LTOD and LDT: int, in nanoseconds
+enumeration                     str, the name of the value; an int if it has none
+structure, instance             dict
+array                           list, in the order of the indices
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import UTC, date, datetime, time, timedelta
+from typing import Any, Final
+
+from fieldrig.errors import ArgumentError
+from fieldrig.text.nearest import closest
+from fieldrig_devices.iec.elementary import UNITS_NS, Elementary, Family
+from fieldrig_devices.iec.layout import members, storage
+from fieldrig_devices.iec.symbols import Symbol
+from fieldrig_devices.iec.types import ArrayType, BlockType, EnumType, StructType, Type, Value
+from fieldrig_devices.iec.values import checked
+
+_EPOCH: Final = datetime(1970, 1, 1)  # noqa: DTZ001  dates of the language have no zone
+_DAY_NS: Final = 86_400_000_000_000
+_US_NS: Final = 1_000
+
+
+def to_python(kind: Type, cells: Sequence[Value], address: int) -> Any:
+    """Return the value at an address."""
+    match kind:
+        case ArrayType(element=element, count=count):
+            return [to_python(element, cells, address + place * element.size) for place in range(count)]
+        case StructType():
+            return {part.name: to_python(part.type, cells, address + part.offset) for part in kind.fields.values()}
+        case BlockType():
+            parts = [one for one in members(kind) if one.name[:1] != "$" and not one.is_reference]
+            return {one.name: to_python(one.type, cells, address + one.offset) for one in parts}
+    return single(kind, cells[address])
+
+
+def single(kind: Type, value: Value) -> Any:
+    """Return a value of a type with one cell."""
+    if isinstance(kind, EnumType):
+        return next((name for name, number in kind.values.items() if number == value), value)
+    stored = storage(kind)
+    if stored is Elementary.BOOL:
+        return bool(value)
+    if not isinstance(stored, Elementary) or not stored.is_time or isinstance(value, str):
+        return value
+    ns = int(value) * UNITS_NS[stored]
+    if stored.family is Family.TIME or stored in (Elementary.LTOD, Elementary.LDT):
+        return ns
+    instant = _EPOCH + timedelta(microseconds=ns // _US_NS)
+    if stored in (Elementary.DATE, Elementary.LDATE):
+        return instant.date()
+    return instant.time() if stored is Elementary.TOD else instant
+
+
+def cells_of(kind: Type, value: Any, path: str, address: int = 0) -> Iterator[tuple[int, Value]]:
+    """Yield the cells that a value of Python is in.  ArgumentError, with the path, for one that does not fit.
+
+    A dict may leave out components, which then keep their values.
+    """
+    match kind:
+        case ArrayType(element=element, count=count, low=low):
+            if not isinstance(value, list | tuple) or len(value) != count:
+                raise ArgumentError(f"{path} cannot be {_shown(value)}", f"expected a list of {count} values")
+            for place, one in enumerate(value):
+                yield from cells_of(element, one, f"{path}[{low + place}]", address + place * element.size)
+        case StructType() | BlockType():
+            if not isinstance(value, Mapping):
+                raise ArgumentError(f"{path} cannot be {_shown(value)}", f"expected a dict with values of {kind}")
+            parts = _parts(kind)
+            for name, one in value.items():
+                known = parts.get(str(name).lower())
+                if known is None:
+                    raise ArgumentError(f"{path} has no {name}", closest(str(name), [*parts]))
+                yield from cells_of(known[0], one, f"{path}.{name}", address + known[1])
+        case _:
+            yield address, cell_of(kind, value, path)
+
+
+def _parts(kind: StructType | BlockType) -> dict[str, tuple[Type, int]]:
+    if isinstance(kind, StructType):
+        return {name: (part.type, part.offset) for name, part in kind.fields.items()}
+    return {one.name.lower(): (one.type, one.offset) for one in members(kind) if not one.is_reference}
+
+
+def cell_of(kind: Type, value: Any, path: str) -> Value:
+    """Return a value of Python as the one cell of a type.  ArgumentError for one that does not fit."""
+    return checker_of(kind, path)(value)
+
+
+def checker_of(kind: Type, path: str) -> Callable[[Any], Value]:
+    """Return `cell_of` for one variable."""
+    symbol = Symbol(path, path, kind)
+    stored = storage(kind)
+
+    def check(value: Any) -> Value:
+        try:
+            return checked(_plain(kind, stored, value), symbol)
+        except (ValueError, TypeError, OverflowError) as wrong:
+            if isinstance(wrong, ArgumentError):
+                raise
+            raise ArgumentError(f"{path} cannot be {_shown(value)}", _expected(kind, wrong)) from wrong
+
+    return check
+
+
+def _plain(kind: Type, stored: object, value: Any) -> Value:
+    """Return a value of Python as one of those that cells have; what is wrong with it is found later."""
+    if isinstance(kind, EnumType) and isinstance(value, str):
+        numbers = {name.casefold(): number for name, number in kind.values.items()}
+        if value.casefold() not in numbers:
+            raise ValueError(f"expected one of {', '.join(kind.values)}")
+        return numbers[value.casefold()]
+    if stored is Elementary.BOOL and type(value) is not bool:
+        raise ValueError("expected True or False")
+    if isinstance(stored, Elementary) and stored.is_time:
+        return _counts(stored, value)
+    if isinstance(stored, Elementary) and not stored.is_real and isinstance(value, float):
+        raise ValueError("expected a whole number")
+    if not isinstance(value, bool | int | float | str):
+        raise ValueError(f"expected a value of {kind}")
+    return value
+
+
+def _counts(stored: Elementary, value: Any) -> int:
+    """Return a time or a date in the unit of its type."""
+    ns: int
+    match value:
+        case datetime():
+            plain = value.astimezone(UTC).replace(tzinfo=None) if value.tzinfo is not None else value
+            ns = (plain - _EPOCH) // timedelta(microseconds=1) * _US_NS
+        case date():
+            ns = (datetime(value.year, value.month, value.day) - _EPOCH).days * _DAY_NS  # noqa: DTZ001
+        case time():
+            ns = (value.hour * 3600 + value.minute * 60 + value.second) * 1_000_000_000 + value.microsecond * _US_NS
+        case timedelta():
+            ns = value // timedelta(microseconds=1) * _US_NS
+        case bool() | str() | float():
+            raise ValueError('expected a time in nanoseconds, such as T("10ms")')
+        case int():
+            ns = value
+        case _:
+            raise ValueError('expected a time in nanoseconds, such as T("10ms")')
+    if ns % UNITS_NS[stored]:
+        raise ValueError(f"expected a multiple of {UNITS_NS[stored]} ns, the unit of {stored}")
+    return ns // UNITS_NS[stored]
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _expected(kind: Type, wrong: Exception) -> str:
+    text = str(wrong).partition(": ")[2] or str(wrong)
+    return text if text.startswith("expected") else f"expected a value of {kind}"

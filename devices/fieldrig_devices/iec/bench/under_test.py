@@ -1,0 +1,234 @@
+"""A program under test: compiled, loaded, and compiled again when a test wants a further instance or mock."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from fieldrig.clock import MS, VirtualClock
+from fieldrig.errors import ArgumentError, ConfigError, Mistake, RigError
+from fieldrig.system.stopwatch import Stopwatch
+from fieldrig.text.nearest import closest
+from fieldrig_devices.iec.bench.mocked import PythonMock
+from fieldrig_devices.iec.bench.wrappers import BenchExtension, Wrapper
+from fieldrig_devices.iec.compiler import Compiled, compile_project
+from fieldrig_devices.iec.dialect import DIALECTS
+from fieldrig_devices.iec.loaded import LoadedProgram
+from fieldrig_devices.iec.program import Pou
+from fieldrig_devices.iec.runtime import Runtime
+from fieldrig_devices.iec.standalone import StandaloneHost
+from fieldrig_devices.iec.tasks.scheduler import Scheduler
+from fieldrig_devices.iec.tasks.task import Task, WorkState
+from fieldrig_devices.iec.testing.compiled import NO_LIMITS
+from fieldrig_devices.iec.testing.judge import Judge
+from fieldrig_devices.iec.testing.mocks import Mock
+from fieldrig_devices.iec.thread import Fault, Thread
+from fieldrig_devices.iec.types import Value
+from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.source_file import SourceFile
+
+SLICE_NS: Final = 1_000_000
+LONGEST_S: Final = 10.0
+"""Time of the host that one call may take: a loop without an end is a fault."""
+
+
+class UnderTest:
+    """The program, its clock and its memory (`owner.Owner`), and the watcher of its tasks (`loaded.Watcher`)."""
+
+    def __init__(self, files: Sequence[SourceFile], dialect: str, resource: str) -> None:
+        """ConfigError with every mistake of the program."""
+        self._files, self.dialect, self._resource = files, DIALECTS[dialect], resource
+        self.clock, judge = VirtualClock(), Judge()
+        self._host = StandaloneHost(self.clock)
+        self._host.libraries = (judge.library,)
+        judge.calls = self._mocked
+        self._wrappers: list[Wrapper] = []
+        self._mocks: Sequence[Mock] = ()
+        self._python: dict[str, PythonMock] = {}
+        self._raised: BaseException | None = None
+        self.events: list[str] = []
+        self._load(self._compiled(None))
+
+    def _load(self, compiled: Compiled) -> None:
+        self.clock.instant_ns = 0
+        self._program = LoadedProgram(self.clock, compiled, self._host, self)
+        self._fresh = self.runtime.fresh()
+        self._have_tasks_run = False
+
+    @property
+    def runtime(self) -> Runtime:
+        return self._program.runtime
+
+    @property
+    def cells(self) -> list[Value]:
+        return self.runtime.memory
+
+    @property
+    def now_ns(self) -> int:
+        return self.clock.instant_ns
+
+    @property
+    def compiled(self) -> Compiled:
+        return self._program.compiled
+
+    @property
+    def scheduler(self) -> Scheduler:
+        return self._program.scheduler
+
+    def start(self) -> None:
+        self._have_tasks_run = True
+        self._program.scheduler.start()
+
+    def reset(self) -> None:
+        """Begin again at time 0, without mocks."""
+        self._python.clear()
+        self.events.clear()
+        if self._have_tasks_run:
+            self._program.scheduler.end()
+            self._load(self.compiled)
+        else:
+            self.clock.instant_ns = 0
+            self._fresh()
+
+    # ---- compiling
+
+    def _compiled(self, previous: Compiled | None) -> Compiled:
+        extension = BenchExtension(self._wrappers, list(self._python))
+        try:
+            compiled = compile_project(
+                self._files,
+                self._host,
+                self.dialect,
+                limits=NO_LIMITS,
+                previous=None if previous is None else previous.layout,
+                resource=self._resource,
+                extension=extension,
+            )
+        except CompileError as wrong:
+            raise ConfigError([_mistake(one) for one in wrong.mistakes if not one.is_note]) from wrong
+        if extension.mocks.unknown:
+            name = extension.mocks.unknown[-1]
+            raise ArgumentError(f"{name} cannot be mocked", "expected a function or a block with code in the program")
+        self._mocks = extension.mocks.by_number
+        return compiled
+
+    def renew(self) -> None:
+        """Compile the program again with further instances or mocks, and go on with all values and forces."""
+        self._program.change(self._compiled(self.compiled), lambda: None)
+        now, forced = self.runtime.fresh(), dict(self.runtime.forced)
+        self._program.cold()
+        self._fresh = self.runtime.fresh()
+        now()
+        for path, value in forced.items():
+            self.runtime.force(self.runtime.find(path), value)
+
+    def add(self, wrapper: Wrapper) -> bool:
+        """Add a wrapper, if it is not there yet; true if the program was compiled again for it."""
+        if wrapper in self._wrappers:
+            return False
+        self._wrappers.append(wrapper)
+        try:
+            self.renew()
+        except RigError:
+            self._wrappers.remove(wrapper)
+            raise
+        return True
+
+    # ---- names
+
+    def pou(self, name: str) -> Pou:
+        """Return a unit of the program.  ArgumentError, with the nearest name, for an unknown one."""
+        pous = self.compiled.program.pous
+        pou = pous.get(self.dialect.key(name)) if isinstance(name, str) else None
+        if pou is None or pou.owner is not None:
+            known = [
+                one.name for one in pous.values() if one.owner is None and not one.is_native and " " not in one.name
+            ]
+            raise ArgumentError(f"the program has no block or function {name!r}", closest(str(name), known))
+        return pou
+
+    def of_wrapper(self, wrapper: Wrapper) -> tuple[Pou, int]:
+        """Return the block that calls, and the address of its instance."""
+        program, key = self.compiled.program, self.dialect.key
+        return program.pous[key(wrapper.pou)], program.globals[key(wrapper.instance)].offset
+
+    # ---- running
+
+    def runner(self, wrapper: Wrapper) -> Callable[[], None]:
+        """Return a function that runs a wrapper once, with the code of now."""
+        pou, base = self.of_wrapper(wrapper)
+        thread = self.runtime.thread(pou)
+        thread.enter(wrapper.pou.lower(), base)
+        return self.runner_of(thread)
+
+    def runner_of(self, thread: Thread) -> Callable[[], None]:
+        """Return a function that runs a thread once.  RigError for a fault, and for a loop without an end."""
+
+        def run() -> None:
+            thread.start()
+            thread.run(SLICE_NS)
+            if thread.state is WorkState.READY:
+                watch = Stopwatch()
+                while thread.state is WorkState.READY and watch.seconds < LONGEST_S:
+                    thread.run(SLICE_NS)
+            if thread.state is not WorkState.ENDED:
+                self.raise_from_mock()
+                fault = thread.fault or thread.fault_here("timeout", f"a loop without an end in {LONGEST_S:g} s")
+                raise RigError(str(fault), "the program has the line in brackets")
+
+        return run
+
+    # ---- mocks
+
+    def mock(self, name: str, call: Callable[..., Any]) -> tuple[PythonMock, bool]:
+        """Put a mock in the place of a unit; true if the program was compiled again for it."""
+        pou = self.pou(name)
+        before, made = self._python.get(pou.name), PythonMock(self, pou.name, call)
+        self._python[pou.name] = made
+        if any(mock.pou.name == pou.name for mock in self._mocks):
+            return made, False
+        try:
+            self.renew()
+        except RigError:
+            del self._python[pou.name]
+            if before is not None:
+                self._python[pou.name] = before
+            raise
+        return made, True
+
+    def _mocked(self, number: int, address: int) -> bool:
+        """Answer a call by Python; false if the code of the program is to run."""
+        mock = self._mocks[number]
+        python = self._python.get(mock.pou.name)
+        if python is None or not python.is_on:
+            return False
+        try:
+            python.answer(mock, address)
+        except Exception as raised:
+            self._raised = raised
+            raise ValueError(f"the mock of {mock.pou.name} has raised {raised!r}") from raised
+        return True
+
+    def raise_from_mock(self) -> None:
+        """Raise what a mock has raised, in the test."""
+        if self._raised is not None:
+            raised, self._raised = self._raised, None
+            raise raised
+
+    # ---- for the program
+
+    def on_transgression(self, task: Task, elapsed_ns: int, *, is_serious: bool) -> None:
+        kind = "10 times its cycle time, and has been suspended" if is_serious else "its cycle time"
+        self.events.append(f"Task {task.name} has taken {elapsed_ns / MS:g} ms, more than {kind}.")
+
+    def on_fault(self, task: Task, fault: Fault) -> None:
+        self.events.append(f"Task {task.name} has been suspended by {fault}.")
+
+    def on_halt(self, task: Task) -> None:
+        """Nothing: there are no breakpoints."""
+
+    def on_cycle(self, task: Task) -> None:
+        """Nothing: a test looks when it wants."""
+
+
+def _mistake(one: Any) -> Mistake:
+    expected = f"expected {one.expected}" if one.expected else ""
+    return Mistake(one.file, one.line, "", one.what, "\n".join(filter(None, (expected, one.hint))))

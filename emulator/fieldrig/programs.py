@@ -1,0 +1,166 @@
+"""Programs under test in Python: `program("pid.st")` is a program alone, on a clock that the test moves.
+
+    plc = program("pid.st")
+    pid = plc.block("PID")
+    pid(setpoint=50.0, PT=T("2s"))
+    plc.advance(10 * MS)
+    assert pid.output > 0
+
+The kernel knows no language: each is an entry point "fieldrig.programs", a module that is a `Language`.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from fieldrig.clock import MS
+from fieldrig.errors import ArgumentError, UnmetError, UsageError
+from fieldrig.outside.untrusted import shown
+from fieldrig.text import durations
+
+GROUP = "fieldrig.programs"
+LOOK_NS = 1 * MS
+"""The time between two looks at a condition."""
+
+R = TypeVar("R")
+
+
+def T(duration: str) -> int:  # noqa: N802  the prefix of a time in the language
+    """Return a duration in nanoseconds: `T("1.5s")`, `T("10ms")`.  ArgumentError for anything else."""
+    try:
+        return durations.duration_ns(duration)
+    except (ValueError, AttributeError):
+        raise ArgumentError(f"{shown(duration)} is not a duration", 'expected one such as T("10ms")') from None
+
+
+class ProgramBench(ABC):
+    """A program alone, at time 0, with start values in all variables.
+
+    `bench["Main.level"]` reads and writes a variable by its path.  Times are whole nanoseconds, dates those of Python,
+    values of enumerations their names, structures dicts, arrays lists.
+    """
+
+    @property
+    @abstractmethod
+    def now_ns(self) -> int:
+        """The instant, in virtual time since the program was loaded."""
+
+    @abstractmethod
+    def get(self, path: str) -> Any:
+        """Return the value of a variable.  ArgumentError, with the nearest name, for an unknown one."""
+
+    @abstractmethod
+    def set(self, path: str, value: Any) -> None:
+        """Write a variable.  ArgumentError, saying what was expected, for a value that it cannot have."""
+
+    @abstractmethod
+    def force(self, path: str, value: Any) -> None:
+        """Hold a variable at a value, whatever the program writes."""
+
+    @abstractmethod
+    def release(self, path: str) -> None:
+        """End the force of a variable."""
+
+    @abstractmethod
+    def start(self) -> None:
+        """Start the tasks of the program; they run while time passes."""
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Hold the tasks where they are."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Begin again: time 0, start values, no forces, and tasks that have not been started."""
+
+    @abstractmethod
+    def advance(self, duration_ns: int) -> None:
+        """Let time pass, such as `10 * MS`.  RigError if the program is suspended by a fault meanwhile."""
+
+    @property
+    @abstractmethod
+    def events(self) -> Sequence[str]:
+        """Faults and messages of the program so far, in whole sentences."""
+
+    def block(self, name: str) -> Any:
+        """Return a new instance of a function block, or a program, to be called with its inputs."""
+        raise ArgumentError(f"there is no block {shown(name)}", "only programs of IEC 61131-3 have blocks")
+
+    def function(self, name: str) -> Callable[..., Any]:
+        """Return a function, to be called with its inputs."""
+        raise ArgumentError(f"there is no function {shown(name)}", "only programs of IEC 61131-3 have functions")
+
+    def mock(self, name: str, call: Callable[..., Any] | None = None, *, returns: Any = None) -> Any:
+        """Call `call` instead of a function with its inputs, or of a block with its instance; it counts the calls."""
+        raise ArgumentError(f"{shown(name)} cannot be mocked", "only programs of IEC 61131-3 have functions and blocks")
+
+    def __getitem__(self, path: str) -> Any:
+        return self.get(path)
+
+    def __setitem__(self, path: str, value: Any) -> None:
+        self.set(path, value)
+
+    def until(self, condition: Callable[[], R], within: int) -> R:
+        """Let time pass until `condition()` is true, and return its value; it is looked at once in a millisecond.
+
+        UnmetError, with the values that were read last, if it is not true in time.
+        """
+        end_ns = self.now_ns + checked_duration(within)
+        while not (met := condition()):
+            if self.now_ns >= end_ns:
+                raise UnmetError(f"the condition did not hold within {within / MS:g} ms", self.told())
+            self.advance(min(LOOK_NS, end_ns - self.now_ns))
+        return met
+
+    def told(self) -> str:
+        """Return what happened lately, for a person whose test has failed."""
+        return "\n".join(self.events[-5:])
+
+
+class Language(Protocol):
+    """A module that can load the programs of a language."""
+
+    def takes(self, path: Path) -> bool:
+        """True for a file, or a folder, with a program of this language."""
+
+    def load(self, paths: list[Path], options: Mapping[str, Any]) -> ProgramBench: ...
+
+
+def program(*files: str | Path, **options: Any) -> ProgramBench:
+    """Load a program to test it: source files, or folders with them.
+
+    Options of IEC 61131-3 are `dialect="edition-3"` and `resource`.  ConfigError with every mistake of the program.
+    """
+    if not files:
+        raise ArgumentError("program needs a file", 'expected program("pid.st")')
+    paths = [_path(file) for file in files]
+    return _language_of(paths[0]).load(paths, options)
+
+
+def checked_duration(duration_ns: int) -> int:
+    """Return a duration.  ArgumentError for anything but whole nanoseconds from 0 on."""
+    if type(duration_ns) is not int or duration_ns < 0:
+        raise ArgumentError(f"time cannot pass for {shown(duration_ns)}", "expected nanoseconds, such as 10 * MS")
+    return duration_ns
+
+
+def _path(file: str | Path) -> Path:
+    if not isinstance(file, str | Path):
+        raise ArgumentError(f"a program cannot be {shown(file)}", 'expected the name of a file, such as "pid.st"')
+    path = Path(file)
+    if not path.exists():
+        raise UsageError(f"there is no {path}", f"expected a source file; the folder is {Path.cwd()}")
+    return path
+
+
+def _language_of(path: Path) -> Language:
+    """Return the language of a file.  UsageError if no package takes it."""
+    known = sorted(entry_points(group=GROUP), key=lambda entry: entry.name)
+    for entry in known:
+        language: Language = entry.load()
+        if language.takes(path):
+            return language
+    names = ", ".join(entry.name for entry in known) or "none"
+    raise UsageError(f"{path} is in no known language", f"expected a program for one of: {names}")
