@@ -6,7 +6,6 @@ from iec_program import IecBench, program
 from fieldrig_devices.iec.dialect import CODESYS, Dialect
 
 
-
 def ran(text: str, dialect: Dialect = CODESYS) -> IecBench:
     bench = IecBench(text, dialect)
     bench.cycle()
