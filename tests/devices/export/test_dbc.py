@@ -162,6 +162,15 @@ def test_a_pdo_between_two_nodes_is_one_message_of_its_producer() -> None:
     assert (message.name, message.senders, sorted(message.receivers)) == ("first_TPDO1", ["first"], ["second"])
 
 
+def test_cards_that_exchange_words_have_a_message_for_each_channel() -> None:
+    """docs/devices/arp/arp-can.md: channel 1 is TPDO 5, 240h + node-ID; `line` is node 11, `unwinder` is node 12."""
+    cell = databases(CONFIGS / "arp-cell.yaml")["can0"]
+    channel = cell.get_message_by_frame_id(0x24B)
+    assert (channel.name, channel.senders) == ("line_TPDO5", ["line"])
+    assert [(signal.start, signal.length) for signal in channel.signals] == [(0, 32), (32, 32)]
+    assert {receiver for signal in channel.signals for receiver in signal.receivers} == {"unwinder"}
+
+
 def test_a_pdo_that_does_not_exist_and_one_with_29_bits() -> None:
     objects = {"1800:01": 0x8000_0181, "1801:01": 0x2000_0000 | 0x1234_5678}
     node = databases(rig(node=io(1, objects=objects)))["can0"]

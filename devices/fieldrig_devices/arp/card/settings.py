@@ -194,8 +194,8 @@ class ArpSettings(Settings):
         return self._general(Par.CAN_NODE_ID)
 
     def canopen_nodes(self) -> Iterator[DescribedNode]:
-        """Yield the node that the card is on its CAN."""
-        yield DescribedNode(self.can_node_id, EDS, {})
+        """Yield the node that the card is on its CAN, with the PDOs of its exchange."""
+        yield DescribedNode(self.can_node_id, EDS, self.exchange.objects(self.can_node_id))
 
     def _general(self, number: Par) -> int:
         default = GENERAL_PARAMETERS[number].default
