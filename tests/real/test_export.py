@@ -60,7 +60,7 @@ def test_cantools_decodes_every_frame_by_name(lab: Recorded) -> None:
         *("NMT", "SYNC", "io_heartbeat", "sensor_heartbeat", "io_TPDO1", "io_TPDO2", "io_RPDO2", "sensor_TPDO1"),
         *("io_SDO_request", "io_SDO_answer", "sensor_SDO_request", "sensor_SDO_answer"),
     }
-    assert "sensor_TPDO1(AI_input_PV_integer_1: 0.5 m, AI_status_1: 0)" in done.stdout
+    assert "sensor_TPDO1(tank_level: 0.5 m, AI_status_1: 0)" in done.stdout
     assert "io_TPDO1(tank_high: 0, tank_low: 0," in done.stdout
 
 
@@ -72,8 +72,8 @@ def test_asammdf_makes_curves_of_a_recording(lab: Recorded) -> None:
             writer(message)
     with MDF(str(recording)) as measured:
         found = measured.extract_bus_logging({"CAN": [(str(lab.dbc), 0)]})
-        level = found.get("AI_input_PV_integer_1")
-        outlet = found.get("Analogue_output_1")
+        level = found.get("sensor_TPDO1.tank_level")
+        outlet = found.get("tank_outlet")
         found.close()
     assert (level.unit, level.samples[0], max(level.samples) > 0.52) == ("m", 0.5, True)
     assert (outlet.unit, list(outlet.samples)) == ("%", [75.0])
@@ -81,7 +81,7 @@ def test_asammdf_makes_curves_of_a_recording(lab: Recorded) -> None:
 
 def test_canmatrix_has_the_same_messages(lab: Recorded) -> None:
     frames = {frame.name: frame for frame in canmatrix.formats.loadp_flat(str(lab.dbc)).frames}
-    outputs = frames["io_RPDO2"].signal_by_name("Analogue_output_1")
+    outputs = frames["io_RPDO2"].signal_by_name("tank_outlet")
     assert (frames["io_RPDO2"].arbitration_id.id, float(outputs.factor), outputs.unit) == (0x305, 0.01, "%")
     assert frames["io_SDO_request"].is_multiplexed
     assert frames["io_heartbeat"].signal_by_name("state").values[5] == "operational"

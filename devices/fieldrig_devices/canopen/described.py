@@ -6,7 +6,12 @@ settings of `canopen.node` are such a node themselves.
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Final, NamedTuple, Protocol, runtime_checkable
+
+from fieldrig_devices.canopen.signals import SignalSettings
+
+Signals = Mapping[str, str | SignalSettings]
+NO_SIGNALS: Final[Signals] = {}
 
 
 class DescribedNode(NamedTuple):
@@ -15,6 +20,8 @@ class DescribedNode(NamedTuple):
     node_id: int | None
     eds: Path
     objects: Mapping[str, bool | int | float | str]
+    signals: Signals = NO_SIGNALS
+    """The wires or points that objects and bits show, by object and bit."""
 
 
 @runtime_checkable
@@ -39,9 +46,18 @@ class IsNode(Protocol):
     def objects(self) -> Mapping[str, bool | int | float | str]: ...
 
 
+@runtime_checkable
+class HasSignals(Protocol):
+    """The settings of a node whose objects are connected to wires."""
+
+    @property
+    def signals(self) -> Signals: ...
+
+
 def nodes_of(settings: object) -> Iterator[DescribedNode]:
     """Yield the nodes of the device with these settings; none if it is no CANopen node."""
     if isinstance(settings, HasNodes):
         yield from settings.canopen_nodes()
     elif isinstance(settings, IsNode):
-        yield DescribedNode(settings.node_id, settings.eds, settings.objects)
+        signals = settings.signals if isinstance(settings, HasSignals) else NO_SIGNALS
+        yield DescribedNode(settings.node_id, settings.eds, settings.objects, signals)

@@ -42,9 +42,9 @@ class PointSlaveSettings(Settings):
         default_factory=dict, description="power-on values that replace those of the EDS, such as '1017:00': 500"
     )
 
-    def described(self, own: Path) -> DescribedNode:
-        """Return the node for tools; `own` is the EDS of this kind of device."""
-        return DescribedNode(self.node_id, self.eds or own, self.objects)
+    def described(self, own: Path, default: Mapping[str, str]) -> DescribedNode:
+        """Return the node for tools; `own` is the EDS of this kind of device, `default` the points of its objects."""
+        return DescribedNode(self.node_id, self.eds or own, self.objects, self.points or default)
 
     def named(self, find: Find, default: Mapping[str, str]) -> dict[str, str]:
         """Return the points by object, and of the default ones only those that exist.  ValueError for unknown ones."""

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Mapping
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.traces.names import Member, members_of
 from fieldrig_devices.canopen.cob_id import BIT_30
+from fieldrig_devices.canopen.described import nodes_of
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.names import CanopenNames, KnownNode, namer
-from fieldrig_devices.canopen.node_settings import CanopenSettings
 from fieldrig_devices.canopen.signals import Binding, bind
 from fieldrig_devices.export import services
 from fieldrig_devices.export.network import Network, free_name
@@ -76,11 +76,10 @@ def _about(node: KnownNode, node_id: int) -> str:
 def _bindings(members: list[Member], known: Mapping[int, KnownNode]) -> dict[int, tuple[Binding, ...]]:
     found: dict[int, tuple[Binding, ...]] = {}
     for member in members:
-        settings = member.entry.settings
-        if isinstance(settings, CanopenSettings) and settings.node_id is not None:
-            dictionary = known[settings.node_id].dictionary
-            if dictionary is not None:
-                found[settings.node_id] = tuple(bind(dictionary, settings.signals))
+        for node in nodes_of(member.entry.settings):
+            named = None if node.node_id is None else known.get(node.node_id)
+            if node.node_id is not None and named is not None and named.dictionary is not None:
+                found[node.node_id] = tuple(bind(named.dictionary, node.signals))
     return found
 
 

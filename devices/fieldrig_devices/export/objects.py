@@ -82,10 +82,10 @@ class Objects:
         return (self._measured(number, variable),)
 
     def _measured(self, signal: Signal, variable: Variable) -> Signal:
-        """Return a signal with unit and limits."""
+        """Return a signal with unit and limits, and with the name of its wire if it has one."""
         wire = next((of.settings for of in self.bindings if of.variable is variable and of.bit is None), None)
         if wire is not None:
-            return replace(signal, scale=wire.scale, offset=wire.offset, unit=wire.unit)
+            return replace(signal, name=wire.wire, scale=wire.scale, offset=wire.offset, unit=wire.unit)
         scale, unit = self._quantity(variable.index)
         low, high = (None if limit is None else limit * scale for limit in (variable.low, variable.high))
         return replace(signal, scale=scale, unit=unit, low=low, high=high)

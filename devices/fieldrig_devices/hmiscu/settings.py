@@ -12,7 +12,7 @@ from fieldrig_devices.canopen.master_settings import CanMasterSettings
 from fieldrig_devices.canopen.point_slave import PointSlaveSettings
 from fieldrig_devices.hmiscu.channels import Channels
 from fieldrig_devices.hmiscu.faces.modbus import BLOCKS, ModbusFaceSettings
-from fieldrig_devices.hmiscu.faces.objects import EDS
+from fieldrig_devices.hmiscu.faces.objects import EDS, points_by_object
 from fieldrig_devices.hmiscu.models import FAST_OUTPUTS, MODELS, Kind, Model, ModelName
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.modbus.client_settings import ModbusClientSettings
@@ -154,7 +154,7 @@ class HmiscuSettings(Channels):
 
     def canopen_nodes(self) -> Iterator[DescribedNode]:
         if self.can_slave is not None:
-            yield self.can_slave.described(EDS)
+            yield self.can_slave.described(EDS, points_by_object())
 
     def register_tables(self) -> Iterator[DescribedUnit]:
         yield DescribedUnit(self.modbus.unit_id, self.modbus.table or BLOCKS)

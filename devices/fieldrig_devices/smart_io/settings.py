@@ -162,7 +162,7 @@ class SmartIoSettings(Settings):
 
     def canopen_nodes(self) -> Iterator[DescribedNode]:
         if self.can_slave is not None:
-            yield self.can_slave.described(Path(__file__).parent / "faces" / "smart_io.eds")
+            yield self.can_slave.described(Path(__file__).parent / "faces" / "smart_io.eds", {})
 
     def register_tables(self) -> Iterator[DescribedUnit]:
         if self.modbus.table is not None:

@@ -87,11 +87,12 @@ def test_services_are_messages(lab: Database, identifier: int, data: str, expect
 def test_pdos_have_the_names_of_objects_wires_and_units(lab: Database) -> None:
     inputs = decoded(lab, 0x185, "02 ff 00 00")
     assert (inputs["tank_high"], inputs["tank_low"], inputs["Read_inputs_byte_2"]) == (0, 1, 255)
-    level = lab.get_message_by_name("io_TPDO2").get_signal_by_name("Analogue_input_1")
+    level = lab.get_message_by_name("io_TPDO2").get_signal_by_name("tank_level")
     assert (level.scale, level.unit, level.is_signed) == (0.0001, "m", True)
-    assert decoded(lab, 0x285, "10 27 00 00 00 00 f0 d8")["Analogue_input_1"] == 1.0
+    assert level.comment == "6401h:01 Analogue input 1"
+    assert decoded(lab, 0x285, "10 27 00 00 00 00 f0 d8")["tank_level"] == 1.0
     assert decoded(lab, 0x285, "10 27 00 00 00 00 f0 d8")["Analogue_input_4"] == -10_000
-    outlet = lab.get_message_by_name("io_RPDO2").get_signal_by_name("Analogue_output_1")
+    outlet = lab.get_message_by_name("io_RPDO2").get_signal_by_name("tank_outlet")
     assert (outlet.scale, outlet.unit, outlet.receivers) == (0.01, "%", ["io"])
     assert lab.get_message_by_name("sensor_heartbeat").cycle_time == 1000
 
@@ -167,7 +168,8 @@ def test_cards_that_exchange_words_have_a_message_for_each_channel() -> None:
     cell = databases(CONFIGS / "arp-cell.yaml")["can0"]
     channel = cell.get_message_by_frame_id(0x24B)
     assert (channel.name, channel.senders) == ("line_TPDO5", ["line"])
-    assert [(signal.start, signal.length) for signal in channel.signals] == [(0, 32), (32, 32)]
+    found = [(signal.name, signal.start, signal.length, signal.scale) for signal in channel.signals]
+    assert found == [("V2", 0, 32, 0.001), ("FLAG3", 32, 32, 1)]
     assert {receiver for signal in channel.signals for receiver in signal.receivers} == {"unwinder"}
 
 

@@ -11,10 +11,12 @@ from functools import partial
 from typing import Final
 
 from fieldrig_devices.arp.card_access import CardAccess
+from fieldrig_devices.arp.fixed import SCALE
 from fieldrig_devices.arp.parameters import PARAMETERS
 from fieldrig_devices.arp.runtime.words import packed
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.live import text_bytes
+from fieldrig_devices.canopen.signals import SignalSettings
 
 VARIABLES: Final = 0x2000
 """Index of V1 to V250; the next three indices have V251 to V1000."""
@@ -28,6 +30,8 @@ GROUPS: Final = (0x2300, 0x2301, 0x2302)
 
 WORDS: Final = {"V": 1000, "FLAG": 10, "OUT": 3, "INP": 3, "POS": 2, "VEL": 2}
 """Number of words for each name that programs use."""
+NUMBERS: Final = ("V", "POS", "VEL")
+"""Those of them that are numbers; the others are sets of bits."""
 _INDEX: Final = {"FLAG": FLAG_WORDS, "OUT": OUTPUT_WORDS, "INP": INPUT_WORDS, "POS": POSITIONS, "VEL": SPEEDS}
 
 AXES: Final = (1, 2)
@@ -57,6 +61,17 @@ def place(what: str, number: int) -> tuple[int, int]:
         block, offset = divmod(number - 1, VARIABLES_IN_OBJECT)
         return VARIABLES + block, offset + 1
     return _INDEX[what], number
+
+
+def signals() -> dict[str, SignalSettings]:
+    """Return the words of programs by object, for tools; a number is 1000 times the value."""
+    return {
+        "{:04X}:{:02X}".format(*place(what, number)): SignalSettings(
+            wire=f"{what}{number}", scale=1 / SCALE if what in NUMBERS else 1.0
+        )
+        for what, count in WORDS.items()
+        for number in range(1, count + 1)
+    }
 
 
 def cells(card: CardAccess) -> Iterator[Cell]:

@@ -213,7 +213,7 @@ class Cia402DriveSettings(CanopenSettings):
             for variable in self.dictionary(node_id)
             if variable.access.is_writable and variable.start != described[variable.key]
         }
-        yield DescribedNode(self.node_id, self.eds, {**changed, **self.objects})
+        yield DescribedNode(self.node_id, self.eds, {**changed, **self.objects}, self.signals)
 
     def claims(self, device: str) -> Iterator[Claim]:
         yield from super().claims(device)
