@@ -53,6 +53,13 @@ class NamedLog:
             return ModbusNames({unit: KnownUnit(f"unit {unit}", table) for unit, table in self.tables.items()})
         return _Plain(family)
 
+    def bitrate(self) -> int | None:
+        """Return the bit rate of the CAN buses of the rig, in bit/s; None without a rig, or if they differ."""
+        buses = () if self._config is None else self._config.buses.values()
+        rates = {getattr(entry.bus.settings, "bitrate", None) for entry in buses if entry.bus.family == "can"}
+        rate = rates.pop() if len(rates) == 1 else None
+        return rate if isinstance(rate, int) else None
+
     def _nodes(self) -> dict[int, Dictionary]:
         return read_eds(self._eds)
 

@@ -1,0 +1,1 @@
+"""Statistics of a log in constant memory: identifiers, nodes, units, load, answer times and errors."""
