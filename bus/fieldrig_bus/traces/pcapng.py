@@ -1,74 +1,64 @@
-"""The format pcapng of Wireshark and tshark, for every family, by python-pcapng.
+"""The format pcapng of Wireshark and tshark, for every family.
 
 There is one interface per bus, with its name.  CAN frames are those of SocketCAN (LINKTYPE_CAN_SOCKETCAN); errors and
 states are its error frames, and an injected fault is an error frame without a class and with a comment.  Modbus
-messages are TCP/IP packets (`modbus_packet`), and all others are the bytes of `Bus.encode` (LINKTYPE_USER0).  A serial
-line that carries PPP has a second interface with its frames (LINKTYPE_PPP), which is not read back.  The
-comment of a packet is its sender; a second comment has the bytes of the message where the packet does not contain them.
+messages are TCP/IP packets (`modbus_packet`).  All others have a small head with their family, before the bytes of
+`Bus.encode` (LINKTYPE_USER0); the dissector beside this file shows them in Wireshark (`dissector.lua`).  A serial line
+that carries PPP has a second interface with its frames (LINKTYPE_PPP), which is not read back.  The comment of a packet
+is its sender; a second comment has the bytes of the message where the packet does not contain them.
+
 Time stamps are the time of day.  The comment of the section has instant 0, so that files of `fieldrig` are read as they
-were written.  In foreign captures CAN and Modbus TCP are read, with the time of day as their instant.
+were written.  In foreign captures `packets` finds the messages, with the time of day as their instant.
 """
 
 import re
-import struct
-import warnings
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from typing import Any, BinaryIO
+from typing import BinaryIO, Final
 
-from pcapng import blocks, scanner, writer
-from pcapng.exceptions import PcapngException
-
-from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
-from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
-from fieldrig_bus.can.frame import CanFrame
-from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
-from fieldrig_bus.can.notices import BusState, CanError
-from fieldrig_bus.can.socketcan_errors import LENGTH, error_frame
+from fieldrig_bus.can.linux_flags import ERROR
+from fieldrig_bus.can.socketcan_errors import LENGTH
 from fieldrig_bus.modbus import codec as modbus_codec
 from fieldrig_bus.serial import codec as serial_codec
+from fieldrig_bus.traces import pcapng_blocks as blocks
+from fieldrig_bus.traces.ip_packets import IPV4, PPP
 from fieldrig_bus.traces.modbus_packet import PacketMaker, messages_in
+from fieldrig_bus.traces.packets import CAN, CAN_SOCKETCAN, USER0, Link, PacketReader, can_message
+from fieldrig_bus.traces.pcap import can_packet
 from fieldrig_bus.traces.ppp_frames import PppFinder
 
-SUFFIXES = (".pcapng",)
+SUFFIXES = (".pcapng", ".ntar")
 FAMILIES: frozenset[str] = frozenset()  # all
-
-# tcpdump.org/linktypes.html
-ETHERNET, PPP, RAW_IP, USER0, CAN_SOCKETCAN, IPV4 = 1, 9, 101, 147, 227, 228
-_LINK_TYPES = {"can": CAN_SOCKETCAN, "modbus": IPV4}
-
-# python-pcapng has no annotations
-SectionHeader: Any = blocks.SectionHeader
-InterfaceDescription: Any = blocks.InterfaceDescription
-EnhancedPacket: Any = blocks.EnhancedPacket
-FileWriter: Any = writer.FileWriter
-FileScanner: Any = scanner.FileScanner
+_LINK_TYPES: Final = {"can": CAN_SOCKETCAN, "modbus": IPV4}
 
 _Packer = Callable[[TraceEntry], tuple[bytes, list[str]]]
 """Returns the packet of an entry, and its comments."""
 
-_CAN = struct.Struct("!IBBxx")  # identifier with flags, length, flags of an FD frame
-_FD = 0x04  # CANFD_FDF
-_FD_MTU = 72  # bytes of every FD frame from Linux, also where the flag is not set
-
 _INSTANT_0 = re.compile(r"fieldrig: instant 0 is (\d+) ns")
-_MESSAGE = re.compile(r"fieldrig: message ([0-9a-f]*)")
+_MESSAGE = re.compile(r"fieldrig: message ((?:[0-9a-f]{2})*)")
+_HEAD: Final = b"fieldrig\x01"
+"""The head of a message without a standard format, before the length of its family in a byte, and the family."""
+
+
+def recognises(head: bytes) -> bool:
+    return head.startswith(b"\x0a\x0d\x0d\x0a")
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of entries."""
     output = _Output(file, start_unix_ns)
-    packers: dict[str, _Packer] = {}
+    packers: dict[str, tuple[int, _Packer]] = {}
     finders: dict[str, PppFinder] = {}
     written = 0
     for entry in entries:
-        number = output.interface(entry.bus, entry.family, _LINK_TYPES.get(entry.family, USER0))
-        if entry.bus not in packers:
-            packers[entry.bus] = _packer(entry.family, number)
-        output.write(number, entry.time_ns, *packers[entry.bus](entry))
+        known = packers.get(entry.bus)
+        if known is None:
+            number = output.interface(entry.bus, entry.family, _LINK_TYPES.get(entry.family, USER0))
+            known = packers[entry.bus] = number, _packer(entry.family, number)
+        number, packer = known
+        output.write(number, entry.time_ns, *packer(entry))
         written += 1
         if entry.family == "serial" and isinstance(data := serial_codec.decode(entry.data), bytes):
             for frame in finders.setdefault(entry.bus, PppFinder()).feed(entry.sender, data):
@@ -81,82 +71,19 @@ class _Output:
     """A file with one section, and its interfaces by name."""
 
     def __init__(self, file: BinaryIO, start_unix_ns: int) -> None:
-        self._start_unix_ns = start_unix_ns
-        self._section = SectionHeader(
-            options={"opt_comment": f"fieldrig: instant 0 is {start_unix_ns} ns", "shb_userappl": "fieldrig"}
-        )
-        self._file = FileWriter(file, self._section)
+        self._file, self._start_unix_ns = file, start_unix_ns
         self._numbers: dict[str, int] = {}
+        file.write(blocks.section(f"fieldrig: instant 0 is {start_unix_ns} ns", "fieldrig"))
 
     def interface(self, name: str, about: str, link_type: int) -> int:
         """Return the number of an interface, which is added if there is none of this name."""
         if name not in self._numbers:
-            options = {"if_name": name, "if_description": about, "if_tsresol": b"\x09"}
-            with _unwarned():
-                self._file.write_block(
-                    self._section.new_member(InterfaceDescription, link_type=link_type, options=options)
-                )
+            self._file.write(blocks.interface(link_type, name, about))
             self._numbers[name] = len(self._numbers)
         return self._numbers[name]
 
     def write(self, interface: int, time_ns: int, packet: bytes, comments: list[str]) -> None:
-        ticks = self._start_unix_ns + time_ns
-        block = self._section.new_member(
-            EnhancedPacket,
-            interface_id=interface,
-            timestamp_high=ticks >> 32,
-            timestamp_low=ticks & 0xFFFF_FFFF,
-            packet_data=packet,
-            options={"opt_comment": comments},
-        )
-        self._file.write_block(block)
-
-
-def recognises(head: bytes) -> bool:
-    return head.startswith(b"\x0a\x0d\x0d\x0a")
-
-
-def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
-    """Entries of a file.  UsageError for a file that is damaged or not pcapng, after everything that could be read."""
-    start_unix_ns = 0
-    try:
-        for block in _blocks(file):
-            if isinstance(block, SectionHeader):
-                start_unix_ns = _instant_0(block)
-            elif isinstance(block, EnhancedPacket):
-                yield from _entries(block, start_unix_ns)
-    except (
-        PcapngException,
-        ValueError,
-        LookupError,
-        TypeError,
-        struct.error,
-    ) as cause:  # raised by the scanner for invalid bytes
-        what = f"the file is damaged, or not a pcapng file: {cause}"
-        raise UsageError(what, "write traces with `fieldrig trace`, captures with Wireshark or dumpcap") from cause
-
-
-def _blocks(file: BinaryIO) -> Iterator[Any]:
-    blocks = iter(FileScanner(file))
-    while True:
-        with _unwarned():
-            try:
-                block = next(blocks, None)
-            except OSError as cause:
-                if cause.errno is None:  # raised by the scanner, for an address option that is too short
-                    raise ValueError(f"{cause}") from cause
-                raise
-        if block is None:
-            return
-        yield block
-
-
-@contextmanager
-def _unwarned() -> Iterator[None]:
-    """Silence python-pcapng, which warns of a type in its own table (if_tsresol) and of oddities in readable files."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
+        self._file.write(blocks.packet(interface, self._start_unix_ns + time_ns, packet, comments))
 
 
 def _packer(family: str, number: int) -> _Packer:
@@ -165,19 +92,16 @@ def _packer(family: str, number: int) -> _Packer:
     if family == "modbus":
         maker = PacketMaker(number)
         return lambda entry: _modbus_packet(maker, entry)
-    return lambda entry: (entry.data, [entry.sender])
+    head = _HEAD + bytes((len(family.encode()),)) + family.encode()
+    return lambda entry: (head + entry.data, [entry.sender])
 
 
 def _can_packet(entry: TraceEntry) -> tuple[bytes, list[str]]:
-    message = can_codec.decode(entry.data)
-    if isinstance(message, CanFrame):
-        word = message.identifier | message.is_extended * EXTENDED | message.is_remote * REMOTE
-        flags = message.is_fd * _FD | message.is_bit_rate_switched * BIT_RATE_SWITCH
-        length = message.remote_length if message.is_remote else len(message.data)
-        return _CAN.pack(word, length, flags) + message.data, [entry.sender]
-    error_class, data = error_frame(message) if isinstance(message, CanError | BusState) else (0, bytes(LENGTH))
-    packet = _CAN.pack(error_class | ERROR, len(data), 0) + data
-    return packet, [entry.sender, f"fieldrig: message {entry.data.hex()}", can_codec.show(message)]
+    packet = can_packet(entry)
+    if packet is not None and not packet[0] & ERROR >> 24:
+        return packet, [entry.sender]
+    comments = [entry.sender, f"fieldrig: message {entry.data.hex()}", can_codec.show(can_codec.decode(entry.data))]
+    return packet or CAN.pack(ERROR, LENGTH, 0) + bytes(LENGTH), comments
 
 
 def _modbus_packet(maker: PacketMaker, entry: TraceEntry) -> tuple[bytes, list[str]]:
@@ -186,58 +110,47 @@ def _modbus_packet(maker: PacketMaker, entry: TraceEntry) -> tuple[bytes, list[s
     return packet, [entry.sender] if is_plain else [entry.sender, f"fieldrig: message {entry.data.hex()}"]
 
 
-def _instant_0(section: Any) -> int:
-    match = _INSTANT_0.fullmatch(section.options.get("opt_comment", ""))
-    return int(match[1]) if match else 0
+def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
+    """Yield the entries.  A cut end is odd; UsageError, with the place, for a file that is damaged or not pcapng."""
+    odd = Oddities() if odd is None else odd
+    start_unix_ns, reader = None, PacketReader(odd)
+    for block in blocks.blocks(file, odd):
+        if isinstance(block, blocks.Section):
+            match = _INSTANT_0.fullmatch(block.comment)
+            start_unix_ns = int(match[1]) if match else None
+        elif start_unix_ns is None:
+            link = Link(block.interface.link_type, block.interface.name)
+            yield from reader.take(link, block.time_ns, block.data)
+        else:
+            yield from _own(block, start_unix_ns, odd)
+    yield from reader.end()
 
 
-def _entries(block: Any, start_unix_ns: int) -> Iterator[TraceEntry]:
-    options, packet = block.interface.options, block.packet_data
-    bus = options.get("if_name", f"interface{block.interface_id}")
-    time_ns = _time_ns(block, options.get("if_tsresol", b"\x06")) - start_unix_ns
-    comments = block.options.get_all("opt_comment") if "opt_comment" in block.options else []
-    sender = comments[0] if comments else ""
-    message = next((match[1] for comment in comments[1:] if (match := _MESSAGE.fullmatch(comment))), None)
-    link_type = block.interface.link_type
-    if message is not None:
-        yield TraceEntry(time_ns, bus, options.get("if_description", ""), sender, bytes.fromhex(message))
+def _own(packet: blocks.Packet, start_unix_ns: int, odd: Oddities) -> Iterator[TraceEntry]:
+    """Yield the message of a packet that `write` has written."""
+    (_, link_type, bus, family, _, _), _, data, _, comments = packet
+    time_ns, sender = packet.time_ns - start_unix_ns, comments[0] if comments else ""
+    match = next(filter(None, map(_MESSAGE.fullmatch, comments[1:])), None)
+    if match is not None:
+        yield TraceEntry(time_ns, bus, family, sender, bytes.fromhex(match[1]))
     elif link_type == CAN_SOCKETCAN:
-        frame = _can_frame(packet)
-        if frame is not None:
-            yield TraceEntry(time_ns, bus, "can", sender, can_codec.encode(frame))
+        message = can_message(data)
+        if message is not None:
+            yield TraceEntry(time_ns, bus, "can", sender, message)
     elif link_type == USER0:
-        yield TraceEntry(time_ns, bus, options.get("if_description", ""), sender, packet)
-    elif link_type in (IPV4, RAW_IP, ETHERNET):
-        for address, modbus in messages_in(packet[14:] if link_type == ETHERNET else packet):
+        named, message = _without_head(data)
+        yield TraceEntry(time_ns, bus, named or family, sender, message)
+    elif link_type == IPV4:
+        for address, modbus in messages_in(data):
             yield TraceEntry(time_ns, bus, "modbus", sender or address, modbus_codec.encode(modbus))
+    elif link_type != PPP:
+        odd.report("packets of link types that are not known are left out", f", of type {link_type}")
 
 
-def _can_frame(packet: bytes) -> CanFrame | None:
-    """The frame in a packet; None for an error frame, and for a frame that no bus carries."""
-    if len(packet) < _CAN.size:
-        return None
-    word, length, flags = _CAN.unpack_from(packet)
-    is_remote = bool(word & REMOTE)
-    if word & ERROR or not (is_remote or len(packet) >= _CAN.size + length):
-        return None
-    is_fd = bool(flags & _FD) or len(packet) == _FD_MTU
-    try:
-        return CanFrame(
-            word & 0x1FFF_FFFF,
-            b"" if is_remote else packet[_CAN.size : _CAN.size + length],
-            is_extended=bool(word & EXTENDED),
-            is_remote=is_remote,
-            remote_length=length if is_remote else 0,
-            is_fd=is_fd,
-            is_bit_rate_switched=is_fd and bool(flags & BIT_RATE_SWITCH),
-        )
-    except ValueError:
-        return None
-
-
-def _time_ns(block: Any, resolution: bytes) -> int:
-    """Ticks per second by `if_tsresol`: a power of ten, or with the top bit a power of two (pcapng, 4.2)."""
-    ticks: int = block.timestamp_high << 32 | block.timestamp_low
-    power = resolution[0]
-    per_second: int = 2 ** (power & 0x7F) if power & 0x80 else 10**power
-    return ticks * 1_000_000_000 // per_second
+def _without_head(data: bytes) -> tuple[str, bytes]:
+    """Return the family and the message; a file of an older version has no head, and no family there."""
+    at = len(_HEAD)
+    if not data.startswith(_HEAD) or len(data) <= at or len(data) <= at + data[at]:
+        return "", data
+    end = at + 1 + data[at]
+    return data[at + 1 : end].decode("utf-8", "replace"), data[end:]

@@ -15,7 +15,7 @@ _SHORTEST: Final = 4
 _FLAG: Final = b"\x7e"
 _ESCAPED: Final = re.compile(rb"\x7d(.)", re.DOTALL)
 _LCP: Final = bytes.fromhex("ff03c021")
-_BITS_REVERSED: Final = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
+BITS_REVERSED: Final = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
 _GOOD: Final = 0x1D0F
 """The remainder of a frame with its check sequence: 0xF0B8 of RFC 1662, C.1 with its bits reversed."""
 
@@ -40,7 +40,7 @@ class PppFinder:
         if piece.endswith(b"\x7d"):  # an abort (RFC 1662, 4.3)
             return None
         frame = _ESCAPED.sub(lambda match: bytes((match[1][0] ^ 0x20,)), piece)
-        if len(frame) < _SHORTEST or crc_hqx(frame.translate(_BITS_REVERSED), 0xFFFF) != _GOOD:
+        if len(frame) < _SHORTEST or crc_hqx(frame.translate(BITS_REVERSED), 0xFFFF) != _GOOD:
             return None
         self._is_ppp |= frame.startswith(_LCP)
         return frame[:-2] if self._is_ppp else None

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pcapng import blocks, scanner
 
 from fieldrig.errors import RigError, UsageError
+from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
 from fieldrig_bus.can.bits import Place
@@ -170,36 +171,10 @@ def test_response_without_a_request_has_a_packet_all_the_same() -> None:
     assert read(written(entry)) == [entry]
 
 
-def test_foreign_captures_are_read() -> None:
-    section_: Any = blocks.SectionHeader
-    section = section_()
-    modbus_ip = PacketMaker(0).make("a", ASK)
-    for link_type, packet in ((1, bytes(14) + modbus_ip), (101, modbus_ip), (227, bytes.fromhex("0000012301000000aa"))):
-        interface = section.new_member(blocks.InterfaceDescription, link_type=link_type)
-        block = section.new_member(
-            blocks.EnhancedPacket,
-            interface_id=interface.interface_id,
-            timestamp_low=1_500_000,  # microseconds by default
-            packet_data=packet,
-        )
-        entries = list(pcapng._entries(block, 0))
-        assert [entry.time_ns for entry in entries] == [1_500_000_000]
-        if link_type == 227:
-            assert entries[0].data == can_codec.encode(CanFrame(0x123, b"\xaa"))
-        else:
-            assert (entries[0].sender, entries[0].data) == ("10.0.1.1:49153", modbus_codec.encode(ASK))
-
-
-@pytest.mark.parametrize("packet", ["20 00 00 80 08 00 00 00" + "00" * 8, "00 00", "00 00 01 23 09 00 00 00 01"])
-def test_can_packets_that_are_no_frames_are_skipped(packet: str) -> None:
-    assert pcapng._can_frame(bytes.fromhex(packet)) is None
-
-
 @given(st.binary(max_size=80))
 def test_no_packet_is_a_fault_of_ours(packet: bytes) -> None:
     list(messages_in(packet))
     list(messages_in(b"\x45" + packet[:8] + b"\x06" + packet[8:]))
-    pcapng._can_frame(packet)
 
 
 FILE = written(*ENTRIES)
@@ -212,7 +187,7 @@ def test_damaged_file_is_no_fault_of_ours(at: int, patch: bytes) -> None:
             read(data)
 
 
-@pytest.mark.parametrize("data", [b"hello, world", FILE[:-5], b"\xd4\xc3\xb2\xa1" + bytes(20)])
+@pytest.mark.parametrize("data", [b"", b"hello, world", b"\x0a\x0d\x0d\x0a" + bytes(20)])
 def test_what_is_no_capture_is_said_to_be_none(data: bytes) -> None:
     with pytest.raises(RigError, match="damaged, or not a pcapng file"):
         read(data)
@@ -230,9 +205,42 @@ def test_every_modbus_message_comes_back(sent: list[tuple[ModbusMessage, str]]) 
     assert read(written(*entries)) == entries
 
 
-def test_an_address_option_that_is_too_short_is_reported() -> None:
-    """pcapng, 4.2: the option if_IPv4addr (4) has 8 octets, here 4."""
-    section = "0a0d0d0a 1c000000 4d3c2b1a 01000000 ffffffffffffffff 1c000000"
-    interface = "01000000 20000000 e3000000 00000000 0400 0400 7f000001 00000000 20000000"
-    with pytest.raises(UsageError, match="damaged"):
-        list(pcapng.read(io.BytesIO(bytes.fromhex(section + interface))))
+def test_a_cut_file_is_read_as_far_as_it_goes() -> None:
+    odd = Oddities()
+    assert list(pcapng.read(io.BytesIO(FILE[:-5]), odd)) == ENTRIES[:-1]
+    assert [oddity.what for oddity in odd] == ["the file is cut off"]
+
+
+SECTION = "0a0d0d0a 1c000000 4d3c2b1a 01000000 ffffffffffffffff 1c000000"
+CAN_INTERFACE = "01000000 14000000 e3000000 00000000 14000000"
+
+
+@pytest.mark.parametrize(
+    ("block", "reason"),
+    [
+        ("06000000 ffffffff", "the block at byte 48 claims to have 4294967295 bytes"),
+        ("06000000 08000000", "the block at byte 48 claims to have 8 bytes"),
+        ("06000000 0d000000", "the block at byte 48 claims to have 13 bytes"),
+        ("05000000 10000000 00000000 14000000", "ends with another length"),
+        ("06000000 24000000 00000000 00000000 00000000 ffffffff ffffffff 00000000 24000000", "a packet claims to have"),
+        ("06000000 24000000 07000000 00000000 00000000 00000000 00000000 00000000 24000000", "list index out of range"),
+        ("01000000 18000000 e3000000 00000000 0200ff00 18000000", "an option claims to have 255 bytes"),
+    ],
+)  # fmt: skip
+def test_a_block_with_a_lying_length_is_refused_with_its_place(block: str, reason: str) -> None:
+    with pytest.raises(UsageError, match="damaged") as refused:
+        read(bytes.fromhex(SECTION + CAN_INTERFACE + block))
+    assert reason in refused.value.what
+
+
+def test_sections_of_both_byte_orders_and_all_kinds_of_packets_are_read() -> None:
+    """A section of a big-endian host with a simple packet and an obsolete one follows another section."""
+    big = "0a0d0d0a 0000001c 1a2b3c4d 00010000 ffffffffffffffff 0000001c"
+    interface = "00000001 00000014 00e30000 00000000 00000014"
+    simple = "00000003 00000018 00000008 00000123 00000000 00000018"
+    old = "00000002 00000028 0000 0000 00000000 0016e360 00000008 00000008 40000124 04000000 00000028"
+    found = read(bytes.fromhex(SECTION + CAN_INTERFACE + big + interface + simple + old))
+    assert [(entry.time_ns, entry.bus, can_codec.decode(entry.data)) for entry in found] == [
+        (0, "interface0", CanFrame(0x123)),
+        (1_500_000_000, "interface0", CanFrame(0x124, is_remote=True, remote_length=4)),
+    ]
