@@ -34,13 +34,16 @@ class Fields(NamedTuple):
 def fields_of(message: bytes) -> Fields | None:
     """Return the fields of an encoded message; None for a notice that SocketCAN does not have.
 
-    ValueError for bytes that are no message.
+    None also for bytes of a file that are no message.
     """
     if len(message) >= _HEAD_SIZE:
         word, length = _unpack(message)
         if length == len(message) - _HEAD_SIZE <= 8 and (word <= STANDARD_MASK or word >> 29 == _PLAIN_EXTENDED):
             return Fields(word, message[_HEAD_SIZE:], length)
-    decoded = decode(message)
+    try:
+        decoded = decode(message)
+    except ValueError:
+        return None
     if isinstance(decoded, CanError | BusState):
         error_class, data = error_frame(decoded)
         return Fields(error_class | ERROR, data, len(data))

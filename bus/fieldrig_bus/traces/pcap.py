@@ -110,4 +110,11 @@ def can_packet(entry: TraceEntry) -> bytes | None:
 
 def _modbus_packets(bus_number: int) -> Callable[[TraceEntry], bytes | None]:
     maker = PacketMaker(bus_number)
-    return lambda entry: maker.make(entry.sender, modbus_codec.decode(entry.data))
+
+    def packet(entry: TraceEntry) -> bytes | None:
+        try:
+            return maker.make(entry.sender, modbus_codec.decode(entry.data))
+        except ValueError:  # bytes of a file that are no message
+            return None
+
+    return packet

@@ -15,13 +15,13 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from typing import BinaryIO, Final
 
+from fieldrig.faults.note import FaultNote
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
 from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.can.socketcan_errors import LENGTH
 from fieldrig_bus.modbus import codec as modbus_codec
-from fieldrig_bus.serial import codec as serial_codec
 from fieldrig_bus.traces import pcapng_blocks as blocks
 from fieldrig_bus.traces.ip_packets import IPV4, PPP
 from fieldrig_bus.traces.modbus_packet import PacketMaker, messages_in
@@ -33,6 +33,8 @@ SUFFIXES = (".pcapng", ".ntar")
 FAMILIES: frozenset[str] = frozenset()  # all
 _LINK_TYPES: Final = {"can": CAN_SOCKETCAN, "modbus": IPV4}
 
+SERIAL_DATA: Final = b"\0"
+"""The first byte of a serial message that is data."""
 _Packer = Callable[[TraceEntry], tuple[bytes, list[str]]]
 """Returns the packet of an entry, and its comments."""
 
@@ -60,8 +62,8 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
         number, packer = known
         output.write(number, entry.time_ns, *packer(entry))
         written += 1
-        if entry.family == "serial" and isinstance(data := serial_codec.decode(entry.data), bytes):
-            for frame in finders.setdefault(entry.bus, PppFinder()).feed(entry.sender, data):
+        if entry.family == "serial" and entry.data[:1] == SERIAL_DATA:
+            for frame in finders.setdefault(entry.bus, PppFinder()).feed(entry.sender, entry.data[1:]):
                 ppp = output.interface(f"{entry.bus} PPP", "ppp", PPP)
                 output.write(ppp, entry.time_ns, frame, [entry.sender])
     return written
@@ -100,12 +102,19 @@ def _can_packet(entry: TraceEntry) -> tuple[bytes, list[str]]:
     packet = can_packet(entry)
     if packet is not None and not packet[0] & ERROR >> 24:
         return packet, [entry.sender]
-    comments = [entry.sender, f"fieldrig: message {entry.data.hex()}", can_codec.show(can_codec.decode(entry.data))]
+    try:
+        shown = can_codec.show(can_codec.decode(entry.data))
+    except ValueError as wrong:
+        shown = f"{wrong}"
+    comments = [entry.sender, f"fieldrig: message {entry.data.hex()}", shown]
     return packet or CAN.pack(ERROR, LENGTH, 0) + bytes(LENGTH), comments
 
 
 def _modbus_packet(maker: PacketMaker, entry: TraceEntry) -> tuple[bytes, list[str]]:
-    packet = maker.make(entry.sender, modbus_codec.decode(entry.data))
+    try:
+        packet = maker.make(entry.sender, modbus_codec.decode(entry.data))
+    except ValueError:  # bytes of a file that are no message
+        packet = maker.make(entry.sender, FaultNote(0, ""))
     is_plain = [modbus_codec.encode(message) for _, message in messages_in(packet)] == [entry.data]
     return packet, [entry.sender] if is_plain else [entry.sender, f"fieldrig: message {entry.data.hex()}"]
 
@@ -142,7 +151,7 @@ def _own(packet: blocks.Packet, start_unix_ns: int, odd: Oddities) -> Iterator[T
         yield TraceEntry(time_ns, bus, named or family, sender, message)
     elif link_type == IPV4:
         for address, modbus in messages_in(data):
-            yield TraceEntry(time_ns, bus, "modbus", sender or address, modbus_codec.encode(modbus))
+            yield TraceEntry(time_ns, bus, "modbus", sender if comments else address, modbus_codec.encode(modbus))
     elif link_type != PPP:
         odd.report("packets of link types that are not known are left out", f", of type {link_type}")
 

@@ -235,3 +235,14 @@ def test_no_bytes_do_more_than_be_refused(form: Format, data: bytes) -> None:
     for begin in (b"", b"LOGG", b"date Sat Sep 30 15:06:13 2017\n", b";$FILEVERSION=1.1\n", can_csv.HEAD.encode()):
         with suppress(RigError):
             list(form.read(io.BytesIO(begin + data)))
+
+
+@pytest.mark.parametrize("ending", [".asc", ".blf", ".trc", ".csv", ".db", ".log", ".pcap", ".pcapng", ".vcd"])
+@pytest.mark.parametrize("family", ["can", "modbus", "serial", "wires", "ring", "nonsense"])
+def test_a_message_of_a_file_that_is_none_is_left_out(ending: str, family: str, tmp_path: Path) -> None:
+    """JSON lines may have any bytes.  Only pcapng keeps them."""
+    bad = [TraceEntry(T, "x", family, "", data) for data in (b"", b"\x01", b"\xff", b"c" * 9, b"\x23\x01\0\0\x09")]
+    written = write(bad, tmp_path / f"x{ending}")
+    assert written == (len(bad) if ending == ".pcapng" else 0)
+    if ending == ".pcapng":
+        assert read_back(tmp_path / "x.pcapng") == bad
