@@ -1,8 +1,10 @@
-"""Join one bus in real time without being a device of a rig: for tools that send and listen for a while."""
+"""Join buses in real time without being a device of a rig: for tools that send and listen for a while."""
 
 import asyncio
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AsyncExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,6 +20,8 @@ from fieldrig.loop.real_clock import RealClock
 OnEnd = Callable[[Exception | None], None]
 Start = Callable[[Clock, Link[Any], OnEnd], None]
 """Starts the tool's work.  The work calls the last argument when it is done, with the exception if it failed."""
+StartAll = Callable[[Clock, Mapping[str, Link[Any]], OnEnd], None]
+"""The same with an end of several buses, by name."""
 
 
 def join(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
@@ -25,7 +29,12 @@ def join(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
 
     BusError, with its remedy, if the bus is not available or goes away.
     """
-    asyncio.run(_work(bus, run, member, start))
+    join_all([bus], run, member, lambda clock, links, on_end: start(clock, links[bus.name], on_end))
+
+
+def join_all(buses: Sequence[Bus[Any]], run: Path, member: str, start: StartAll) -> None:
+    """Join several buses of one rig as `join` does, with one clock for all of them."""
+    asyncio.run(_work(buses, run, member, start))
 
 
 class _ToolAttachment:
@@ -57,7 +66,7 @@ class _ToolAttachment:
         """Do nothing, as a tool answers no questions."""
 
 
-async def _work(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
+async def _work(buses: Sequence[Bus[Any]], run: Path, member: str, start: StartAll) -> None:
     loop = asyncio.get_running_loop()
     clock, done = RealClock(loop), loop.create_future()
 
@@ -65,15 +74,14 @@ async def _work(bus: Bus[Any], run: Path, member: str, start: Start) -> None:
         if not done.done():
             done.set_result(fault)
 
-    try:
-        link = await _opened(bus, run, member, clock, on_end)
-        try:
-            clock.handle(start, clock, link, on_end)
-            fault = await done
-        finally:
-            await (link.close() if isinstance(link, RemoteLink) else _leave(bus, member))
-    finally:
-        clock.close()
+    async with AsyncExitStack() as opened:
+        opened.callback(clock.close)
+        links = {}
+        for bus in buses:
+            links[bus.name] = link = await _opened(bus, run, member, clock, on_end)
+            opened.push_async_callback(link.close if isinstance(link, RemoteLink) else partial(_leave, bus, member))
+        clock.handle(start, clock, links, on_end)
+        fault = await done
     if fault is not None:
         raise fault
 
