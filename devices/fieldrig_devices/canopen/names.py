@@ -89,6 +89,10 @@ class CanopenNames:
             return Parts(self.name(node_id), kind, values or frame_parts(message))
         if message.is_extended:
             return None
+        base, node_id = message.identifier & 0x780, message.identifier & 0x7F
+        if base in (SDO_REQUEST, SDO_RESPONSE) and node_id in NODES and not message.is_remote:
+            kind = "SDO request" if base == SDO_REQUEST else "SDO answer"
+            return Parts(self.name(node_id), kind, self._values(message))
         named = self._by_identifier(message)
         return Parts(named.node, named.kind, self._values(message))
 

@@ -49,11 +49,11 @@ class Pair(NamedTuple):
 class Aligner:
     """Aligns one stream.  The times of both sides are of one clock."""
 
-    __slots__ = ("_drift_ns", "_horizon_ns", "_left", "_loose", "_odd_ns", "_right", "_tolerance_ns")
+    __slots__ = ("_drift_ns", "_horizon_ns", "_left", "_loose", "_most", "_odd_ns", "_right", "_tolerance_ns")
 
-    def __init__(self, tolerance_ns: int, horizon_ns: int) -> None:
-        """`horizon_ns` is how far the same message may be early or late."""
-        self._tolerance_ns, self._horizon_ns = tolerance_ns, horizon_ns
+    def __init__(self, tolerance_ns: int, horizon_ns: int, most: int = MOST_WAITING) -> None:
+        """`horizon_ns` is how far the same message may be early or late, and `most` is how many wait on one side."""
+        self._tolerance_ns, self._horizon_ns, self._most = tolerance_ns, horizon_ns, most
         self._left: deque[Item] = deque()
         self._right: deque[Item] = deque()
         self._loose: list[Pair] = []
@@ -71,7 +71,7 @@ class Aligner:
     @property
     def is_full(self) -> bool:
         """True if one side has as many waiting messages as it may have, so that some have to be decided now."""
-        return len(self._left) >= MOST_WAITING or len(self._right) >= MOST_WAITING
+        return len(self._left) >= self._most or len(self._right) >= self._most
 
     def add_left(self, item: Item) -> Pair | None:
         """Take the next message of the left side; return the pair if it is decided at once."""
@@ -149,7 +149,7 @@ class Aligner:
                 yield Pair(left, right, right.time_ns - left.time_ns)
                 return
         self._loose.append(pair)
-        if len(self._loose) > MOST_WAITING:
+        if len(self._loose) > self._most:
             yield self._loose.pop(0)
 
     def _let_go(self, before_ns: int, is_end: bool) -> Iterator[Pair]:

@@ -1,15 +1,30 @@
 """The calls of users: two logs compared, and a log played back to a rig."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Final
 
+from fieldrig.clock import S
 from fieldrig.config.rig_file import RigConfig, load
-from fieldrig.traces.oddities import Oddities
+from fieldrig.errors import ArgumentError, UsageError
+from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import read
+from fieldrig.virtual.rig import Rig
+from fieldrig_devices.named_logs.named_log import NamedLog
 from fieldrig_devices.replay.comparison import HORIZON_NS, TOLERANCE_NS, compare_logs
 from fieldrig_devices.replay.diff_result import DiffResult
+from fieldrig_devices.replay.judge import Judge
 from fieldrig_devices.replay.leave_out import leaving_out
+from fieldrig_devices.replay.live import play as play_live
 from fieldrig_devices.replay.log_names import LogNames
+from fieldrig_devices.replay.player import Pace
+from fieldrig_devices.replay.replay_result import ReplayResult
+from fieldrig_devices.replay.sides import Selection, Sides, without
+from fieldrig_devices.replay.start import begin_of
+from fieldrig_devices.replay.tolerances import TIME_NS, Tolerances
+from fieldrig_devices.replay.virtual import play as play_virtual
+
+TAKE_OUT: Final = "take it out of the rig file, or play in virtual time"
 
 
 def diff(
@@ -17,30 +32,110 @@ def diff(
     right: str | Path,
     *,
     rig: str | Path | RigConfig | None = None,
+    eds: Mapping[int, str | Path] | None = None,
+    registers: Mapping[int, str | Path] | None = None,
     tolerance_ns: int = TOLERANCE_NS,
     window_ns: int = HORIZON_NS,
     offset_ns: int | None = None,
     leave_out: Sequence[str] = (),
     begin_ns: int | None = None,
     duration_ns: int | None = None,
-    oddities: tuple[Oddities, Oddities] | None = None,
 ) -> DiffResult:
     """Compare two logs in files of any format.
 
     Jitter up to `tolerance_ns` is no difference; messages further apart than `window_ns` are different ones.
     `offset_ns` is how much later the right log is, and None finds it.  `leave_out` has patterns as for `fieldrig diff`.
-    With a rig, values have names.  `begin_ns` and `duration_ns` choose a part of the time of both, as for `read_trace`,
-    and what is odd in the files goes to `oddities`.  UsageError for a file that is no log, ConfigError for mistakes
-    in a rig file.
+    With a rig, or with EDS files by node-ID and register tables by unit, values have names.  `begin_ns` and
+    `duration_ns` choose a part of the time of both, as for `read_trace`.  UsageError for a file that is no log,
+    ConfigError for mistakes in a rig file, an EDS or a table.
     """
-    odd = oddities or (Oddities(), Oddities())
-    config = load(rig) if isinstance(rig, str | Path) else rig
+    named = NamedLog(_paths(eds), _paths(registers), load(rig) if isinstance(rig, str | Path) else rig)
     return compare_logs(
-        lambda: read(Path(left), begin_ns, duration_ns, odd[0]),
-        lambda: read(Path(right), begin_ns, duration_ns, odd[1]),
+        lambda: read(Path(left), begin_ns, duration_ns),
+        lambda: read(Path(right), begin_ns, duration_ns),
         tolerance_ns=tolerance_ns,
         horizon_ns=window_ns,
         offset=offset_ns,
         leave_out=leaving_out(leave_out),
-        names=(LogNames(config), LogNames(config)),
+        names=(LogNames(named), LogNames(named)),
     )
+
+
+def _paths(files: Mapping[int, str | Path] | None) -> dict[int, Path]:
+    return {number: Path(file) for number, file in (files or {}).items()}
+
+
+def replay(
+    log: str | Path | Iterable[TraceEntry],
+    rig: str | Path | RigConfig | Rig,
+    *,
+    play: Sequence[str] = (),
+    time_tolerance_ns: int = TIME_NS,
+    value_tolerances: Mapping[str, float] | None = None,
+    leave_out: Sequence[str] = (),
+    timeout_ns: int = S,
+    settle_ns: int | None = None,
+    buses: Mapping[str, str] | None = None,
+    speed: float | None = None,
+) -> ReplayResult:
+    """Play one side of a log to a rig, and compare what the rig sends with the other side of the log.
+
+    `play` says what is played: the words of `fieldrig replay --play`, by default everything that no device of the rig
+    sends.  Answers may be `time_tolerance_ns` faster or slower than in the log; `value_tolerances` are differences of
+    values by object (`6064h`) or register, and `leave_out` has patterns of objects, registers and identifiers.  An
+    answer is awaited for `timeout_ns`.  The rig boots for `settle_ns` before the log begins; by default not at all if
+    the log shows how it boots, and else for a second.  `buses` are the buses of the rig by those of the log, where
+    names and families do not say it.
+
+    A `Rig` goes on from its present instant; a file or a configuration is started and closed.  With a `speed` a rig
+    file is played in real time, that many times faster than recorded, to the rig that runs at its control endpoint, or
+    else to one that is started.  UsageError for a file that is no log, or has nothing of this rig.
+    """
+    entries = read(Path(log)) if isinstance(log, str | Path) else log
+    if isinstance(rig, Rig | RigConfig):
+        config = rig.config if isinstance(rig, Rig) else rig
+    else:
+        config = load(rig, ("time=virtual",) if speed is None else ())
+    selection = Selection.of(play, config)
+    sides, result = Sides(config, selection, buses or {}), ReplayResult()
+    tolerances = Tolerances(time_tolerance_ns, value_tolerances or {}, leave_out)
+    named = NamedLog(config=config)
+    judge = Judge((LogNames(named), LogNames(named)), tolerances, result)
+    if isinstance(rig, Rig):
+        if selection.devices:
+            raise ArgumentError(f"the rig has {', '.join(sorted(selection.devices))}", "give its file, to leave it out")
+        _play(entries, rig, sides, judge, timeout_ns, settle_ns)
+        return result
+    if speed is not None:
+        if selection.devices:
+            raise UsageError(f"{config.name} runs with {', '.join(sorted(selection.devices))}", TAKE_OUT)
+        play_live(lambda now_ns: _begun(entries, judge, now_ns, settle_ns, timeout_ns, speed), config, sides, judge)
+        _check_not_strange(sides, judge, config.name)
+        return result
+    with Rig(without(config, selection.devices)) as running:
+        _play(entries, running, sides, judge, timeout_ns, settle_ns)
+    return result
+
+
+def _play(
+    entries: Iterable[TraceEntry], rig: Rig, sides: Sides, judge: Judge, timeout_ns: int, settle_ns: int | None
+) -> None:
+    log, pace = _begun(entries, judge, rig.now_ns, settle_ns, timeout_ns, 1.0)
+    play_virtual(log, rig, sides, judge, pace)
+    _check_not_strange(sides, judge, rig.config.name)
+
+
+def _begun(
+    entries: Iterable[TraceEntry], judge: Judge, now_ns: int, settle_ns: int | None, timeout_ns: int, speed: float
+) -> tuple[Iterable[TraceEntry], Pace]:
+    log, begin_ns, log_ns = begin_of(entries, now_ns, settle_ns)
+    judge.was_on = begin_ns > 0
+    return log, Pace(begin_ns, log_ns, speed, timeout_ns)
+
+
+def _check_not_strange(sides: Sides, judge: Judge, name: str) -> None:
+    """UsageError for a log of another machine: one that shows nodes or units, but none of this rig."""
+    is_strange = bool(sides.strangers or sides.strange_units or not judge.result.played)
+    if is_strange and not judge.expected:
+        why = "; ".join(judge.result.notes) or "the log is empty"
+        raise UsageError(f"the log has nothing of the devices of {name}", why)

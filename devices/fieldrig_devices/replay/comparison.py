@@ -15,17 +15,17 @@ from fieldrig.traces.parts import PartDifference, differences
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_devices.replay.align import Aligner, Pair
 from fieldrig_devices.replay.context import Read, around
-from fieldrig_devices.replay.diff_result import DiffResult, DiffRow, FirstDifference, late_words
+from fieldrig_devices.replay.diff_result import DiffResult, DiffRow, FirstDifference
 from fieldrig_devices.replay.log_names import LogNames
 from fieldrig_devices.replay.offset import HEAD, offset_ns
 from fieldrig_devices.replay.streams import Item, Numbered, Stream, Streams, in_time, telegrams
+from fieldrig_devices.replay.words import hex_words, late_words
 
 TOLERANCE_NS: Final = 5 * MS
 HORIZON_NS: Final = S
 MOST_STREAMS: Final = 20_000
 MOST_TOLD: Final = 3
 """Values of one message that are named."""
-LONGEST_SHOWN: Final = 24
 HEAD_OF_FRAME: Final = 5
 """Bytes before the data of a CAN frame in a trace."""
 FURTHER: Final = "further ones"
@@ -154,9 +154,7 @@ def _in_words(found: PartDifference) -> str:
 
 
 def _hex(item: Item) -> str:
-    content = item.entry.data[HEAD_OF_FRAME:] if item.entry.family == "can" else item.content
-    shown = content[:LONGEST_SHOWN].hex(" ").upper() or "no data"
-    return shown if len(content) <= LONGEST_SHOWN else f"{shown} … {len(content)} bytes"
+    return hex_words(item.entry.data[HEAD_OF_FRAME:] if item.entry.family == "can" else item.content)
 
 
 def compare_logs(

@@ -9,6 +9,7 @@ from fieldrig.cli.common import AsJson, argument, duration_ns, echo_json
 from fieldrig.cli.message_words import OfRig
 from fieldrig.cli.trace_reading import During, From
 from fieldrig.system.exits import Exit
+from fieldrig_devices.named_logs.options import Eds, Registers, named_log
 
 if TYPE_CHECKING:
     from fieldrig_devices.replay.diff_result import DiffResult
@@ -47,6 +48,8 @@ def diff(
     left: Annotated[Path, argument("A", "The log to compare with.")],
     right: Annotated[Path, argument("B", "The log that may differ from it.")],
     rig: OfRig = None,
+    eds: Eds = None,
+    registers: Registers = None,
     tolerance: Tolerance = "5ms",
     window: Window = "1s",
     offset: Offset = None,
@@ -62,25 +65,28 @@ def diff(
     compared for itself, so one missing message is one difference, however long the logs are.
         fieldrig diff monday.log tuesday.pcapng
         fieldrig diff monday.log tuesday.log --rig lab.yaml       values by name
+        fieldrig diff monday.blf tuesday.blf --eds 5=io32.eds --registers 1=meter.yaml
         fieldrig diff a.jsonl b.jsonl --tolerance 20ms --leave-out 705
     The exit code is 0 if there is no difference, 1 if there is one, and 2 for a wrong file or option.
     """
     from fieldrig.traces.oddities import Oddities
-    from fieldrig_devices.replay.calls import diff as diff_logs
+    from fieldrig.traces.trace_files import read
+    from fieldrig_devices.replay.comparison import compare_logs
     from fieldrig_devices.replay.diff_report import as_data, show
+    from fieldrig_devices.replay.leave_out import leaving_out
+    from fieldrig_devices.replay.log_names import LogNames
 
-    odd = (Oddities(), Oddities())
-    result = diff_logs(
-        left,
-        right,
-        rig=rig,
+    odd, named = (Oddities(), Oddities()), named_log(rig, eds, registers)
+    begin_ns, during_ns = (None if word is None else duration_ns(word) for word in (begin, duration))
+    untold = {left: odd[0], right: odd[1]}
+    result = compare_logs(
+        lambda: read(left, begin_ns, during_ns, untold.pop(left, None)),  # a log is read again for what is around
+        lambda: read(right, begin_ns, during_ns, untold.pop(right, None)),
         tolerance_ns=duration_ns(tolerance),
-        window_ns=duration_ns(window),
-        offset_ns=None if offset is None else _signed_ns(offset),
-        leave_out=leave_out or (),
-        begin_ns=None if begin is None else duration_ns(begin),
-        duration_ns=None if duration is None else duration_ns(duration),
-        oddities=odd,
+        horizon_ns=duration_ns(window),
+        offset=None if offset is None else _signed_ns(offset),
+        leave_out=leaving_out(leave_out or ()),
+        names=(LogNames(named), LogNames(named)),
     )
     for path, oddities in zip((left, right), odd, strict=True):
         for oddity in oddities:
@@ -88,7 +94,7 @@ def diff(
     if as_json:
         echo_json(as_data(result))
     else:
-        show(result, left.name, right.name, rig)
+        show(result, left.name, right.name, LogNames(named))
     raise typer.Exit(_code(result))
 
 

@@ -2,17 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any, Final
 
 import typer
 
 from fieldrig.clock import MS, S
-from fieldrig.config.rig_file import load
 from fieldrig.points.values import counted
 from fieldrig.traces.trace import is_time_of_day
-from fieldrig_devices.replay.diff_result import Around, DiffResult, DiffRow, FirstDifference, late_words
+from fieldrig_devices.replay.diff_result import Around, DiffResult, DiffRow, FirstDifference
 from fieldrig_devices.replay.log_names import LogNames
+from fieldrig_devices.replay.words import late_words
 
 MOST_ROWS: Final = 100
 COLUMNS: Final = ("missing", "more", "other", "earlier", "later")
@@ -47,7 +46,7 @@ def _around_data(around: Sequence[Around]) -> list[dict[str, Any]]:
     ]
 
 
-def show(result: DiffResult, left: str, right: str, rig: Path | None) -> None:
+def show(result: DiffResult, left: str, right: str, names: LogNames) -> None:
     """Print the result."""
     for note in result.notes:
         typer.echo(f"note: {note}")
@@ -57,7 +56,6 @@ def show(result: DiffResult, left: str, right: str, rig: Path | None) -> None:
     if result.is_same:
         typer.echo(f"no difference in {counted(total[0], 'message')} of {counted(len(result.rows), 'stream')}")
         return
-    names = LogNames(None if rig is None else load(rig))
     if result.first is not None:
         _show_first(result.first, left, right, names)
     typer.echo(f"\n{left}: {counted(total[0], 'message')}; {right}: {counted(total[1], 'message')}")

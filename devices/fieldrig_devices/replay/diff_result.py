@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from fieldrig.clock import MS, S
 from fieldrig.traces.trace import TraceEntry
 
 
@@ -94,10 +93,3 @@ def _add(total: DiffRow, row: DiffRow) -> None:
     for name in ("left", "right", "missing", "more", "other", "earlier", "later"):
         setattr(total, name, getattr(total, name) + getattr(row, name))
     total.most_late_ns = max(total.most_late_ns, row.most_late_ns, key=abs)
-
-
-def late_words(late_ns: int) -> str:
-    """Return `14 ms later`, or `0.5 ms earlier`."""
-    size = abs(late_ns)
-    amount = f"{size / S:.4g} s" if size >= S else f"{size / MS:.4g} ms"
-    return f"{amount} {'later' if late_ns > 0 else 'earlier'}"

@@ -1,73 +1,68 @@
-"""The messages of a log by name, for comparisons: the namers of a rig, with the buses of the log."""
+"""The messages of a log by name, for comparisons: whole, and value by value."""
 
 from collections.abc import Mapping
-from typing import Any, Final, NamedTuple
+from typing import Final
 
-from fieldrig.bus import Bus
 from fieldrig.cli.message_words import bus_of
 from fieldrig.config.rig_file import RigConfig
-from fieldrig.traces.names import Namer, in_words, namer_of
+from fieldrig.traces.names import Namer, in_words
 from fieldrig.traces.parts import HasParts, Parts
 from fieldrig.traces.trace import TraceEntry
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.names import CanopenNames
+from fieldrig_devices.named_logs.named_log import NamedLog, decoded
 from fieldrig_devices.replay.streams import Item, Stream
 
 SDO: Final = range(0x580, 0x680)
 """Identifiers of the default SDO channels (CiA 301, 7.3.5): they may change the mapping of PDOs."""
 
 
-class _Known(NamedTuple):
-    bus: Bus[Any]
-    namer: Namer
-
-
 class LogNames:
-    """Names the messages of one log.  Without namers, messages are shown as their bus does."""
+    """Names the messages of one log, in their order: what is mapped into a PDO follows the SDO transfers of the log."""
 
-    def __init__(self, config: RigConfig | None = None) -> None:
-        self._config = config
-        self._known: dict[str, _Known | None] = {}
-
-    @property
-    def is_any(self) -> bool:
-        """True if something has a name."""
-        return self._config is not None
+    def __init__(self, named: NamedLog | None = None) -> None:
+        self._named = named or NamedLog()
+        self._namers: dict[tuple[str, str], Namer] = {}
 
     def note(self, stream: Stream, item: Item) -> None:
         """Learn from a message what is mapped into PDOs."""
-        if self._config is not None and stream.family == "can" and stream.key in SDO:
-            known = self._of(item.entry)
-            if known is not None:
-                known.namer(known.bus.decode(item.entry.data), item.entry.sender)
+        if stream.family == "can" and stream.key in SDO:
+            self._namer(stream.bus, "can")(decoded(item.entry), item.entry.sender)
 
     def parts(self, item: Item) -> Parts | None:
         """Return the values of a message; None if they are not known."""
-        known = self._of(item.entry)
-        if known is None or not isinstance(known.namer, HasParts):
+        namer = self._namer(item.entry.bus, item.entry.family)
+        if not isinstance(namer, HasParts):
             return None
         try:
-            return known.namer.parts(known.bus.decode(item.entry.data), item.request)
+            return namer.parts(decoded(item.entry), item.request)
         except ValueError:
             return None
+
+    def node(self, bus: str, node_id: int) -> str:
+        """Return the name of a node of a CAN bus, or `node 5`."""
+        namer = self._namer(bus, "can")
+        return namer.name(node_id) if isinstance(namer, CanopenNames) else f"node {node_id}"
+
+    def dictionary(self, bus: str, node_id: int) -> Dictionary | None:
+        """Return the object dictionary of a node of a CAN bus, as its EDS describes it; None without one."""
+        namer = self._namer(bus, "can")
+        return namer.dictionary(node_id) if isinstance(namer, CanopenNames) else None
 
     def words(self, entry: TraceEntry) -> str:
         """Return a message in one line."""
-        known, plain = self._of(entry), bus_of(entry.family)
+        plain = bus_of(entry.family)
         try:
-            if known is not None:
-                return in_words(known.namer(known.bus.decode(entry.data), entry.sender))
-            return entry.data.hex(" ") if plain is None else plain.show(plain.decode(entry.data))
+            text = in_words(self._namer(entry.bus, entry.family)(decoded(entry), entry.sender))
+            return text or (entry.data.hex(" ") if plain is None else plain.show(plain.decode(entry.data)))
         except ValueError:
             return entry.data.hex(" ")
 
-    def _of(self, entry: TraceEntry) -> _Known | None:
-        if self._config is None:
-            return None
-        if entry.bus not in self._known:
-            name = bus_in(self._config, entry.bus, entry.family)
-            self._known[entry.bus] = (
-                None if name is None else _Known(self._config.buses[name].bus, namer_of(self._config, name))
-            )
-        return self._known[entry.bus]
+    def _namer(self, bus: str, family: str) -> Namer:
+        namer = self._namers.get((bus, family))
+        if namer is None:
+            namer = self._namers[bus, family] = self._named.namer(bus, family)
+        return namer
 
 
 def bus_in(config: RigConfig, bus: str, family: str, given: Mapping[str, str] | None = None) -> str | None:

@@ -12,6 +12,7 @@ from fieldrig import load
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.codec import encode as modbus
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_devices.named_logs.named_log import NamedLog
 from fieldrig_devices.replay.comparison import compare_logs
 from fieldrig_devices.replay.diff_result import DiffResult
 from fieldrig_devices.replay.leave_out import leaving_out
@@ -23,7 +24,8 @@ Log = Sequence[TraceEntry]
 
 def compared(left: Log, right: Log, rig: str = "", leave_out: Sequence[str] = ()) -> DiffResult:
     config = load(ROOT / "configs" / rig, ("time=virtual",)) if rig else None
-    names = (LogNames(config), LogNames(config))
+    named = NamedLog(config=config)
+    names = (LogNames(named), LogNames(named))
     return compare_logs(lambda: left, lambda: right, leave_out=leaving_out(leave_out), names=names)
 
 

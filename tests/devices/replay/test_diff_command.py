@@ -39,8 +39,8 @@ def test_the_exit_code_is_0_without_a_difference(a: Path) -> None:
 def test_the_exit_code_is_1_with_one_and_the_first_is_told(a: Path) -> None:
     done = run(a, other(a))
     assert done.exit_code == 1
-    assert done.stdout.startswith("first difference at 0.130000 s: can0 181: missing in the second log\n")
-    assert "\n  > 0.130000 s  can0      181 [1] 0D\n" in done.stdout
+    assert done.stdout.startswith("first difference at 0.130000 s: can0 181 TPDO 1 node 1: missing in the second log\n")
+    assert "\n  > 0.130000 s  can0      TPDO 1 node 1 0D\n" in done.stdout
 
 
 def test_json_has_every_stream(a: Path) -> None:

@@ -1,0 +1,109 @@
+"""A log played to a rig in real time: to the one that runs at the control endpoint, or to one that is started for it.
+
+The host decides how exact that is: a message is sent when the timer of this process is served, and arrives when the
+process of the bus has taken it.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+from fieldrig.bus import Bus
+from fieldrig.clock import MS, Clock
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.control.endpoint import NoRigError
+from fieldrig.control.messages import Client
+from fieldrig.errors import UsageError
+from fieldrig.hub.tool_member import OnEnd, join_all
+from fieldrig.link import Link
+from fieldrig.real.live_rig import LiveRig
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_devices.replay.judge import COMPARED, Judge
+from fieldrig_devices.replay.player import Pace, Player
+from fieldrig_devices.replay.schedule import schedule
+from fieldrig_devices.replay.sides import Sides
+
+MEMBER: Final = "replay"
+LEAD_NS: Final = 200 * MS
+"""Time until the log begins, in which the links become ready."""
+FAMILIES: Final = COMPARED | {"wires"}
+
+Begin = Callable[[int], tuple[Iterable[TraceEntry], Pace]]
+"""Returns the log and its pace, for the instant at which it may begin."""
+
+
+def play(begin: Begin, config: RigConfig, sides: Sides, judge: Judge) -> None:
+    """Play a log in real time.  BusError, RigError or UsageError if the rig does not run and cannot be started."""
+    buses = {name: entry.bus for name, entry in config.buses.items() if entry.bus.family in FAMILIES}
+    with _running(config) as run:
+        join_all(list(buses.values()), run, MEMBER, _Performance(begin, sides, judge, buses).start)
+
+
+@contextmanager
+def _running(config: RigConfig) -> Iterator[Path]:
+    """Yield the run folder of the rig that runs, or of one that is started."""
+    if config.time != "real":
+        raise UsageError(f"{config.name} has virtual time", "leave out --real and --speed, or --set time=real")
+    try:
+        with Client(config.control) as client:
+            status = client.ask("rig/status")
+    except NoRigError:
+        with LiveRig(config.path, *config.overrides) as live:
+            yield live.run
+        return
+    if status["rig"] != config.name or status["time"] != "real":
+        raise UsageError(
+            f"the rig at {config.control} is {status['rig']} in {status['time']} time, not {config.name} in real time",
+            "stop it with `fieldrig stop`, or name its file",
+        )
+    yield Path(status["run"])
+
+
+class _Performance:
+    """One log played to the ends of the buses."""
+
+    def __init__(self, begin: Begin, sides: Sides, judge: Judge, buses: Mapping[str, Bus[Any]]) -> None:
+        self._begin, self._sides, self._judge, self._buses = begin, sides, judge, buses
+
+    def start(self, clock: Clock, links: Mapping[str, Link[Any]], on_end: OnEnd) -> None:
+        log, pace = self._begin(clock.now_ns() + LEAD_NS)
+        dues = schedule(log, self._sides, self._buses, self._judge.result)
+        own = {name: _OwnLink(link, self._buses[name], clock) for name, link in links.items()}
+        player = Player(dues, self._judge, pace, clock, clock.now_ns, lambda _, bus: own[bus], lambda: on_end(None))
+        for name, link in links.items():
+            own[name].player = player
+            self._listen(player, name, link, clock)
+        player.start()
+
+    def _listen(self, player: Player, name: str, link: Link[Any], clock: Clock) -> None:
+        bus = self._buses[name]
+
+        def hear(message: Any) -> None:
+            if isinstance(message, ModbusResponse):
+                player.answered(name, message, clock.now_ns())
+            elif isinstance(message, ModbusRequest):
+                player.asked(name, message)
+            else:
+                player.heard(TraceEntry(clock.now_ns(), name, bus.family, "", bus.encode(message)))
+
+        link.on_receive(hear, sorted(self._sides.selection.units) if bus.family == "modbus" else None)
+
+
+class _OwnLink:
+    """An end that plays: what it sends has arrived, as far as this process knows."""
+
+    player: Player
+
+    def __init__(self, link: Link[Any], bus: Bus[Any], clock: Clock) -> None:
+        self._link, self._bus, self._clock = link, bus, clock
+
+    def send(self, message: Any) -> None:
+        self.player.heard_own(
+            TraceEntry(self._clock.now_ns(), self._bus.name, self._bus.family, MEMBER, self._bus.encode(message))
+        )
+        self._link.send(message)
+
+    def on_receive(self, handler: Callable[[Any], None], interest: Any = None) -> None:
+        """Do nothing, as the end is listened to itself."""

@@ -1,0 +1,327 @@
+"""Plays one side of a log to a rig, and waits for its answers where the log shows them.
+
+It is driven by a clock and by what the rig sends, so it is the same in virtual time and in real time.  A message of the
+log is sent at its instant, later by as much as the rig has answered later than the log so far: a dialogue goes on when
+the answer came, and what follows is shifted.
+"""
+
+import struct
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import count
+from typing import Any, Final
+
+from fieldrig.clock import MS, NEVER_NS, Clock, S, Timer
+from fieldrig.link import Link
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.can.acceptance import REMOTE
+from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
+from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_devices.canopen.names import ERROR_CONTROL, LSS_MASTER, LSS_SLAVE, NODES
+from fieldrig_devices.dialogues import ModbusDialogues, ModbusExchange
+from fieldrig_devices.replay.gates import AnswerGate, ByteGate, FrameGate, Gate
+from fieldrig_devices.replay.judge import Judge
+from fieldrig_devices.replay.replay_result import ReplayResult
+from fieldrig_devices.replay.schedule import Due
+
+AHEAD_NS: Final = 500 * MS
+"""How far before its instant an expected message of the log is read."""
+SETTLED_NS: Final = S
+"""Time between two looks at what can be decided."""
+HEAD_OF_FRAME: Final = 5
+ABORT: Final = struct.Struct("<B3sI")
+ABORTED, TIMED_OUT = 0x80, 0x0504_0000
+"""An abort of a client (CiA 301 version 4.2, 7.2.4.3.17 and table 22)."""
+MOST_EXCHANGES: Final = 4_096
+
+LinkOf = Callable[[str, str], Link[Any]]
+"""Returns the end of a bus that plays a sender of the log, by sender and bus."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """When a log is played."""
+
+    begin_ns: int = 0
+    """The instant of the rig at which the log begins."""
+    log_ns: int = 0
+    """The instant of the log that this is."""
+    speed: float = 1.0
+    """Seconds of the log in a second of the rig."""
+    timeout_ns: int = S
+    """Longest wait for an answer that the log shows."""
+
+
+class Player:
+    """Plays a log.  The owner hands over what the rig sends, and is called at the end."""
+
+    def __init__(
+        self,
+        dues: Iterator[Due],
+        judge: Judge,
+        pace: Pace,
+        clock: Clock,
+        now_ns: Callable[[], int],
+        link_of: LinkOf,
+        on_end: Callable[[], None],
+    ) -> None:
+        self._dues, self._judge, self._pace = dues, judge, pace
+        self._clock, self._now_ns, self._link_of, self._on_end = clock, now_ns, link_of, on_end
+        self._result: ReplayResult = judge.result
+        self._next: Due | None = None
+        self._shift_ns = 0
+        self._last_ns = pace.begin_ns
+        self._timer: Timer | None = None
+        self._gates: dict[tuple[str, str, int], Gate] = {}
+        self._waiting_since_ns = NEVER_NS
+        self._settle_ns = pace.begin_ns + SETTLED_NS
+        self._numbers = count(1)
+        self._exchanges = ModbusDialogues()
+        self._exchange_of: dict[int, int] = {}
+        self._asked: dict[tuple[str, int], deque[int]] = {}
+        """The requests of the rig's clients that the log has to answer, by bus and unit."""
+        self.is_ended = False
+        judge.begin_ns, judge.timeout_ns = pace.begin_ns, pace.timeout_ns
+
+    def start(self) -> None:
+        """Begin, at the instant of `Pace.begin_ns`."""
+        self._next = next(self._dues, None)
+        self._at(self._pace.begin_ns)
+
+    # what the rig does
+
+    def heard(self, entry: TraceEntry) -> None:
+        """Take a message that a device of the rig has sent, with its instant."""
+        if self.is_ended or entry.time_ns < self._pace.begin_ns:
+            return
+        self._judge.heard(entry)
+        if entry.family == "can":
+            self._heard_frame(entry)
+        elif entry.family == "serial" and entry.data[:1] == b"\0":
+            self._bytes(entry.bus).heard(entry.time_ns, len(entry.data) - 1)
+        self._go_on()
+
+    def heard_own(self, entry: TraceEntry) -> None:
+        """Take a message that was played, with the instant at which it arrived."""
+        if not self.is_ended and entry.family == "can":
+            self._judge.sdo.take_own(entry)
+
+    def answered(self, bus: str, response: ModbusResponse, time_ns: int) -> None:
+        """Take the answer of the rig to a request that was played."""
+        self._judge.modbus.heard(response.exchange, response.pdu, time_ns)
+        gate = self._gates.get((bus, "modbus", response.exchange))
+        if isinstance(gate, AnswerGate):
+            gate.heard(time_ns)
+        self._go_on()
+
+    def asked(self, bus: str, request: ModbusRequest) -> None:
+        """Take a request of the rig that the log has to answer."""
+        waiting = self._asked.setdefault((bus, request.unit), deque(maxlen=MOST_EXCHANGES))
+        waiting.append(request.exchange)
+        gate = self._gates.get((bus, "server", request.unit))
+        if isinstance(gate, AnswerGate):
+            gate.heard(self._now_ns())
+        self._go_on()
+
+    # the log
+
+    def _go_on(self) -> None:
+        if self._waiting_since_ns != NEVER_NS and self._gate() is None:
+            self._advance()
+
+    def _advance(self) -> None:
+        """Do everything that is due now, and set the timer to what is next."""
+        now_ns = self._now_ns()
+        if now_ns >= self._settle_ns:
+            self._settle_ns = now_ns + SETTLED_NS
+            self._judge.settle(now_ns - AHEAD_NS)
+        while (due := self._next) is not None:
+            at_ns = self._instant(due.due_ns)
+            if due.message is None:
+                if at_ns - AHEAD_NS > now_ns:
+                    self._at(at_ns - AHEAD_NS)
+                    return
+                self._expect(due, at_ns)
+            else:
+                if at_ns - AHEAD_NS > now_ns or not self._may_send(now_ns):
+                    if self._waiting_since_ns == NEVER_NS:
+                        self._at(at_ns - AHEAD_NS)
+                    return
+                at_ns = self._instant(due.due_ns)
+                if at_ns > now_ns:
+                    self._at(at_ns)
+                    return
+                self._play(due, now_ns)
+            self._next = next(self._dues, None)
+        if not self._may_send(now_ns):
+            return
+        end_ns = self._last_ns + self._judge.tolerances.time_ns + MS
+        if now_ns < end_ns:
+            self._at(end_ns)
+        else:
+            self._end()
+
+    def _may_send(self, now_ns: int) -> bool:
+        """Return whether nothing is awaited; if something is, wait for it until its time-out."""
+        gate = self._gate()
+        while gate is not None:
+            since_ns = gate.since_ns
+            assert since_ns is not None
+            if now_ns < since_ns + self._pace.timeout_ns:
+                self._waiting_since_ns = since_ns
+                self._at(since_ns + self._pace.timeout_ns)
+                return False
+            gate.give_up()
+            gate = self._gate()
+        if self._waiting_since_ns != NEVER_NS:
+            self._judge.waited(self._waiting_since_ns, now_ns)
+            self._shift_ns += max(0, now_ns - self._waiting_since_ns)
+            self._waiting_since_ns = NEVER_NS
+        for key in [key for key, each in self._gates.items() if isinstance(each, AnswerGate)]:
+            del self._gates[key]
+        return True
+
+    def _gate(self) -> Gate | None:
+        """Return the gate that has waited least, as the others are open by its time-out at the latest."""
+        waiting = [gate for gate in self._gates.values() if gate.since_ns is not None]
+        return max(waiting, key=lambda gate: gate.since_ns or 0) if waiting else None
+
+    def _instant(self, log_ns: int) -> int:
+        """Return the instant of the rig for one of the log."""
+        since_ns = log_ns - self._pace.log_ns
+        if self._pace.speed != 1.0:
+            since_ns = round(since_ns / self._pace.speed)
+        return self._pace.begin_ns + since_ns + self._shift_ns
+
+    def _at(self, when_ns: int) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = self._clock.call_at(max(when_ns, self._now_ns()), self._advance)
+
+    def _end(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        if self.is_ended:
+            return
+        self.is_ended = True
+        self._result.shift_ns = self._shift_ns
+        self._result.duration_ns = self._last_ns - self._pace.begin_ns
+        self._judge.finish(self._last_ns)
+        self._on_end()
+
+    # expected
+
+    def _expect(self, due: Due, at_ns: int) -> None:
+        entry = TraceEntry(at_ns, due.entry.bus, due.entry.family, due.entry.sender, due.entry.data)
+        self._last_ns = max(self._last_ns, at_ns)
+        if entry.family == "modbus":
+            self._expect_modbus(due, entry)
+            return
+        self._judge.expect(entry, due.due_ns)
+        if entry.family == "can":
+            self._expect_frame(entry)
+        elif entry.family == "serial" and entry.data[:1] == b"\0":
+            self._bytes(entry.bus).expect(at_ns, len(entry.data) - 1)
+
+    def _expect_modbus(self, due: Due, entry: TraceEntry) -> None:
+        for exchange in self._exchanges.take(due.number, entry):
+            mine = self._exchange_of.pop(exchange.entries[0], None) if isinstance(exchange, ModbusExchange) else None
+            if mine is None or not isinstance(exchange, ModbusExchange) or exchange.response is None:
+                continue
+            is_there = self._judge.modbus.is_answered(mine)
+            self._judge.modbus.expect(mine, exchange.response, entry.time_ns)
+            if not is_there:
+                self._gates[entry.bus, "modbus", mine] = AnswerGate(entry.time_ns)
+        self._judge.expect(entry, due.due_ns)
+        if entry.data[0] in (1, 2, 3) and not self._asked.get((entry.bus, entry.data[1])):
+            self._gates[entry.bus, "server", entry.data[1]] = AnswerGate(entry.time_ns)
+
+    def _expect_frame(self, entry: TraceEntry) -> None:
+        gate = self._frames(entry)
+        if gate is not None and len(entry.data) > HEAD_OF_FRAME:
+            gate.expect(entry.time_ns, entry.data[HEAD_OF_FRAME])
+
+    def _heard_frame(self, entry: TraceEntry) -> None:
+        gate = self._frames(entry)
+        if gate is not None and len(entry.data) > HEAD_OF_FRAME:
+            gate.heard(entry.time_ns, entry.data[HEAD_OF_FRAME])
+
+    def _frames(self, entry: TraceEntry) -> FrameGate | None:
+        """Return the gate of a frame that is an answer; None for one that is no answer."""
+        word = int.from_bytes(entry.data[:4], "little")
+        end = self._judge.sdo.end_of(entry.bus, word)
+        if end is not None:
+            return self._frame_gate(entry.bus, "sdo", end.request_key)
+        key = entry.bus, "asked", word & ~REMOTE
+        found = self._gates.get(key)
+        return found if isinstance(found, FrameGate) else None
+
+    def _frame_gate(self, bus: str, what: str, number: int) -> FrameGate:
+        gate = self._gates.get((bus, what, number))
+        if not isinstance(gate, FrameGate):
+            gate = self._gates[bus, what, number] = FrameGate()
+        return gate
+
+    def _bytes(self, bus: str) -> ByteGate:
+        gate = self._gates.get((bus, "bytes", 0))
+        if not isinstance(gate, ByteGate):
+            gate = self._gates[bus, "bytes", 0] = ByteGate()
+        return gate
+
+    # played
+
+    def _play(self, due: Due, now_ns: int) -> None:
+        at_ns = now_ns + due.lead_ns
+        entry = TraceEntry(at_ns, due.entry.bus, due.entry.family, due.entry.sender, due.entry.data)
+        self._last_ns = max(self._last_ns, at_ns)
+        message = due.message
+        if entry.family == "can" and not self._begin_or_go_on(entry):
+            return
+        if isinstance(message, ModbusRequest):
+            message = self._as_ours(due, message, at_ns)
+        elif isinstance(message, ModbusResponse):
+            waiting = self._asked.get((entry.bus, message.unit))
+            if not waiting:
+                self._result.note(f"unit {message.unit}: the rig did not ask for all answers of the log")
+                return
+            message = ModbusResponse(message.unit, message.pdu, waiting.popleft())
+        self._result.played += 1
+        self._link_of(entry.sender, entry.bus).send(message)
+
+    def _as_ours(self, due: Due, request: ModbusRequest, at_ns: int) -> ModbusRequest:
+        """Return a request with a number of our own, so that its answer is found."""
+        number = next(self._numbers)
+        self._exchange_of[due.number] = number
+        if len(self._exchange_of) > MOST_EXCHANGES:
+            del self._exchange_of[next(iter(self._exchange_of))]
+        self._exchanges.take(due.number, due.entry)
+        self._judge.modbus.asked(number, due.entry.bus, request.unit, request.pdu, at_ns, at_ns)
+        return ModbusRequest(request.unit, request.pdu, number)
+
+    def _begin_or_go_on(self, entry: TraceEntry) -> bool:
+        """Return whether a frame is to be sent: one of a transfer that the rig has ended in another way is not."""
+        word = int.from_bytes(entry.data[:4], "little")
+        sdo = self._judge.sdo
+        end = sdo.end_of(entry.bus, word)
+        if end is None:
+            self._judge.played(entry)
+            if word & REMOTE and (word & ~REMOTE) - ERROR_CONTROL in NODES:
+                self._gates[entry.bus, "asked", word & ~REMOTE] = FrameGate()
+            elif word == LSS_MASTER:
+                self._gates[entry.bus, "asked", LSS_SLAVE] = FrameGate()
+            return True
+        begins = sdo.take_log(entry)
+        gate = self._frame_gate(entry.bus, "sdo", end.request_key)
+        if begins:
+            if gate.is_broken:
+                self._give_up_transfer(entry, end.request_key)
+            gate.begin()
+        return not gate.is_broken
+
+    def _give_up_transfer(self, entry: TraceEntry, request_key: int) -> None:
+        """End a transfer with which the log cannot go on, as a client does that has no use for the answer."""
+        left_open = self._judge.sdo.left_open(entry.bus, request_key)
+        if left_open is not None:
+            abort = CanFrame(request_key & STANDARD_MASK, ABORT.pack(ABORTED, left_open, TIMED_OUT))
+            self._link_of(entry.sender, entry.bus).send(abort)

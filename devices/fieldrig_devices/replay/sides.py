@@ -1,0 +1,242 @@
+"""The sides of a log: the messages that are played, and those that the rig is expected to send.
+
+By default everything is played that no device of the rig sends, which is the master's side.  The sender in the log
+decides where it has one of the rig's names.  Otherwise the identifier of CAN does (CiA 301, predefined connection set,
+and the PDOs of the nodes' EDS files), and on Modbus the direction: requests come from outside.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum, auto
+from fnmatch import fnmatchcase
+from typing import Final, NamedTuple, Self
+
+from fieldrig.config.entries import DeviceEntry
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.errors import UsageError
+from fieldrig.text.nearest import closest
+from fieldrig.traces.names import Member, Namer, members_of, namer_of
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
+from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
+from fieldrig_bus.modbus.codec import RESPONSE
+from fieldrig_devices.canopen.names import NMT, NODES, SDO_REQUEST, SYNC, TIME, CanopenNames
+from fieldrig_devices.replay.log_names import bus_in
+
+MASTER: Final = "master"
+WAYS: Final = "expected master, node=5, id=185, unit=3, client=10.0.0.7, sender=plc, or a device of the rig"
+
+
+class Side(Enum):
+    """The part of a message of a log."""
+
+    PLAYED = auto()
+    EXPECTED = auto()
+    OUTSIDE = auto()
+    """It is of a bus that the rig does not have, or of a device that is not there."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The messages that a user wants to be played."""
+
+    is_master: bool = True
+    nodes: frozenset[int] = frozenset()
+    identifiers: frozenset[int] = frozenset()
+    units: frozenset[int] = frozenset()
+    senders: tuple[str, ...] = ()
+    """Patterns of senders, of clients of Modbus as well."""
+    devices: frozenset[str] = frozenset()
+    """Devices of the rig that the log takes the place of."""
+
+    @classmethod
+    def of(cls, words: Sequence[str], config: RigConfig) -> Self:
+        """Return the selection that these words describe.  UsageError for a word that is not understood."""
+        found = cls(is_master=not words or MASTER in words)
+        for word in words:
+            if word != MASTER:
+                found = found._with(word, config)
+        return found._with_devices(config)
+
+    def _with(self, word: str, config: RigConfig) -> Self:
+        key, equals, value = word.partition("=")
+        if not equals:
+            if word not in config.devices:
+                raise UsageError(f"--play {word}: the rig has no such device", closest(word, [*config.devices, MASTER]))
+            return replace(self, devices=self.devices | {word})
+        try:
+            match key.strip():
+                case "node":
+                    return replace(self, nodes=self.nodes | {_within(int(value, 0), NODES)})
+                case "id":
+                    return replace(self, identifiers=self.identifiers | {int(value.removesuffix("h"), 16)})
+                case "unit":
+                    return replace(self, units=self.units | {_within(int(value, 0), range(256))})
+                case "client" | "sender":
+                    return replace(self, senders=(*self.senders, value.strip()))
+        except ValueError as wrong:
+            raise UsageError(f"--play {word}: {wrong}", WAYS) from wrong
+        raise UsageError(f"--play {word}: there is no {key!r}", WAYS)
+
+    def _with_devices(self, config: RigConfig) -> Self:
+        """Return the selection with the devices whose nodes and units are played, and the other way round."""
+        nodes, units, devices = set(self.nodes), set(self.units), set(self.devices)
+        for bus in config.buses:
+            for member in members_of(config, bus):
+                ids = {claim.value for claim in member.claims("node-ID") if isinstance(claim.value, int)}
+                served = {claim.value for claim in member.claims("unit") if isinstance(claim.value, int)}
+                if member.entry.name in self.devices:
+                    nodes |= ids
+                    units |= served
+                elif ids & self.nodes or served & self.units:
+                    devices.add(member.entry.name)
+        return replace(self, nodes=frozenset(nodes), units=frozenset(units), devices=frozenset(devices))
+
+
+def _within(number: int, numbers: range) -> int:
+    if number not in numbers:
+        raise ValueError(f"expected {numbers[0]} to {numbers[-1]}, got {number}")
+    return number
+
+
+def without(config: RigConfig, devices: Collection[str]) -> RigConfig:
+    """Return the rig without these devices, whose place the log takes."""
+    if not devices:
+        return config
+    return replace(config, devices={name: entry for name, entry in config.devices.items() if name not in devices})
+
+
+class _Bus(NamedTuple):
+    """A bus of the rig that a bus of the log is."""
+
+    name: str
+    namer: Namer
+    nodes: frozenset[int]
+    """Node-IDs of devices that the rig has."""
+    units: frozenset[int]
+    mastered: frozenset[int]
+    """Node-IDs of slaves whose master is a device of the rig."""
+
+
+@dataclass
+class Sides:
+    """Divides the messages of a log into what is played and what is expected."""
+
+    config: RigConfig
+    """The rig, with the devices that are played."""
+    selection: Selection
+    buses: Mapping[str, str] = field(default_factory=dict)
+    """The bus of the rig by that of the log, where the names say nothing."""
+    strangers: dict[int, None] = field(default_factory=dict)
+    """The nodes of the log that the rig does not have, and whose messages are played."""
+    strange_units: dict[int, None] = field(default_factory=dict)
+    """The Modbus units of the log that the rig does not have."""
+    _known: dict[str, _Bus | None] = field(default_factory=dict)
+
+    def bus_of(self, entry: TraceEntry) -> str | None:
+        """Return the bus of the rig that a message belongs to."""
+        known = self._of(entry)
+        return None if known is None else known.name
+
+    def side(self, entry: TraceEntry) -> Side:
+        """Return the side of a message."""
+        known = self._of(entry)
+        if known is None:
+            return Side.OUTSIDE
+        if entry.family == "can":
+            return self._can(known, entry)
+        if entry.family == "modbus":
+            return self._modbus(known, entry)
+        device = self._device(entry.sender)
+        if device is not None:
+            return self._of_device(device)
+        is_wanted = self._is_sender(entry.sender) or (self.selection.is_master and bool(entry.sender))
+        return Side.PLAYED if is_wanted else Side.OUTSIDE
+
+    def _can(self, known: _Bus, entry: TraceEntry) -> Side:
+        word = int.from_bytes(entry.data[:4], "little")
+        if len(entry.data) < 5 or word & ~(EXTENDED | REMOTE | 0x1FFF_FFFF):
+            return Side.OUTSIDE  # a notice of a controller
+        identifier = word & 0x1FFF_FFFF
+        selection = self.selection
+        if identifier in selection.identifiers:
+            return Side.PLAYED
+        node = self._node(known, word)
+        if node is not None:
+            if node in selection.nodes:
+                return Side.PLAYED
+            if node in known.nodes:
+                return Side.EXPECTED
+        if node is None:
+            device = self._device(entry.sender)
+            if device is not None:
+                return self._of_device(device)
+            if not entry.sender and known.mastered and _is_of_master(identifier, known.mastered):
+                return Side.EXPECTED
+        elif selection.is_master and node not in selection.nodes:
+            self.strangers[node] = None
+        is_wanted = selection.is_master or self._is_sender(entry.sender)
+        return Side.PLAYED if is_wanted else Side.OUTSIDE
+
+    def _node(self, known: _Bus, word: int) -> int | None:
+        """Return the node-ID of the node that sends this identifier, as far as it is known."""
+        if word & EXTENDED or not isinstance(known.namer, CanopenNames):
+            return None
+        is_remote = bool(word & REMOTE)
+        return known.namer.sender_of(CanFrame(word & STANDARD_MASK, is_remote=is_remote))
+
+    def _modbus(self, known: _Bus, entry: TraceEntry) -> Side:
+        kind, unit = (entry.data[0], entry.data[1]) if len(entry.data) > 1 else (0xFF, 0)
+        device = self._device(entry.sender)
+        if kind == RESPONSE:
+            if unit in self.selection.units:
+                return Side.PLAYED
+            return Side.EXPECTED if unit in known.units or unit in (0, 255) or device else Side.OUTSIDE
+        if kind > 3:
+            return Side.OUTSIDE
+        if device is not None:
+            return self._of_device(device)
+        is_there = unit in known.units or unit in (0, 255)
+        if not is_there:
+            self.strange_units[unit] = None
+        is_wanted = self.selection.is_master or self._is_sender(entry.sender)
+        return Side.PLAYED if is_wanted and is_there else Side.OUTSIDE
+
+    def _of_device(self, device: DeviceEntry) -> Side:
+        return Side.PLAYED if device.name in self.selection.devices else Side.EXPECTED
+
+    def _device(self, sender: str) -> DeviceEntry | None:
+        return self.config.devices.get(sender)
+
+    def _is_sender(self, sender: str) -> bool:
+        return any(fnmatchcase(sender, pattern) for pattern in self.selection.senders)
+
+    def _of(self, entry: TraceEntry) -> _Bus | None:
+        if entry.bus not in self._known:
+            self._known[entry.bus] = self._found(entry)
+        return self._known[entry.bus]
+
+    def _found(self, entry: TraceEntry) -> _Bus | None:
+        name = bus_in(self.config, entry.bus, entry.family, self.buses)
+        if name is None or self.config.buses[name].bus.family != entry.family:
+            return None
+        selected = self.selection
+        members = [member for member in members_of(self.config, name) if member.entry.name not in selected.devices]
+        return _Bus(
+            name,
+            namer_of(self.config, name),
+            _claimed(members, "node-ID"),
+            _claimed(members, "unit"),
+            _claimed(members, "master of node-ID"),
+        )
+
+
+def _claimed(members: Sequence[Member], what: str) -> frozenset[int]:
+    claims = (claim for member in members for claim in member.claims(what))
+    return frozenset(claim.value for claim in claims if isinstance(claim.value, int))
+
+
+def _is_of_master(identifier: int, nodes: Collection[int]) -> bool:
+    """Return whether the master of these nodes sends frames with this identifier."""
+    is_request = identifier & 0x780 == SDO_REQUEST and identifier & 0x7F in nodes
+    return is_request or identifier in (NMT, SYNC, TIME)

@@ -1,0 +1,64 @@
+"""Tolerances of a replay: differences of time and of values, and objects that are not compared."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from typing import Final
+
+from fieldrig.clock import MS
+from fieldrig.errors import UsageError
+from fieldrig.traces.parts import Part, PartDifference, differences
+
+TIME_NS: Final = 20 * MS
+"""Default of the tolerance for times: what a device may be faster or slower than the one in the log."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """The tolerances of one comparison."""
+
+    time_ns: int = TIME_NS
+    values: Mapping[str, float] = field(default_factory=dict)
+    """The largest difference of a value by its object (`6064h`) or register, with the device before it if need be."""
+    leave_out: Sequence[str] = ()
+    """Patterns of objects and registers that are not compared."""
+
+    def differences(self, node: str, expected: Sequence[Part], actual: Sequence[Part]) -> Iterator[PartDifference]:
+        """Yield the parts that differ by more than they may."""
+        for found in differences(expected, actual):
+            if not self._is_left_out(node, found) and not self._is_within(node, found):
+                yield found
+
+    def is_left_out(self, node: str, key: str, name: str = "") -> bool:
+        """Return whether an object or register is not compared."""
+        names = (key.lower(), name.lower(), f"{node}/{key}".lower(), f"{node}/{name}".lower())
+        return any(fnmatchcase(text, pattern.lower()) for text in names if text for pattern in self.leave_out)
+
+    def _is_left_out(self, node: str, found: PartDifference) -> bool:
+        part = found.expected or found.actual
+        return part is not None and self.is_left_out(node, part.key, part.name)
+
+    def _is_within(self, node: str, found: PartDifference) -> bool:
+        expected, actual = found.expected, found.actual
+        if expected is None or actual is None:
+            return False
+        if not isinstance(expected.value, int | float) or not isinstance(actual.value, int | float):
+            return False
+        names = {expected.key.lower(), expected.name.lower(), f"{node}/{expected.key}".lower()}
+        allowed = [limit for name, limit in self.values.items() if name.lower() in names]
+        return bool(allowed) and abs(expected.value - actual.value) <= max(allowed)
+
+
+def value_tolerances(words: Sequence[str]) -> dict[str, float]:
+    """Return the tolerances of words such as `6064h=3` and `io/6401h:01=5`.  UsageError for any other word."""
+    found: dict[str, float] = {}
+    for word in words:
+        name, equals, number = word.rpartition("=")
+        try:
+            limit = float(number)
+        except ValueError:
+            limit = -1.0
+        if not equals or not name or not limit >= 0:
+            raise UsageError(f"{word!r} is not a tolerance", "expected an object or register and a number, as 6064h=3")
+        found[name.strip()] = limit
+    return found
