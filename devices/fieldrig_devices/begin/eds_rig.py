@@ -1,21 +1,19 @@
 """Creates a rig with one CANopen node or one drive from an EDS or DCF file."""
 
 import json
-import re
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from string import Template
 
 from fieldrig.cli.common import reading
 from fieldrig.errors import UsageError
+from fieldrig.text.device_names import name_for
 from fieldrig_devices.canopen.eds import reader as eds
-from fieldrig_devices.canopen.eds.source import parse_number
+from fieldrig_devices.canopen.eds.commissioning import commissioned
 from fieldrig_devices.cia402.single.foreign import is_drive
 
 BIT_RATES = (500_000, 250_000, 1_000_000, 125_000, 800_000, 50_000, 20_000, 10_000)
 """Bit rates in order of preference: the first that the file supports is used."""
-COMMISSIONING = re.compile(r"(?ims)^[ \t]*\[DeviceComm?issioning\](.*?)(?=^[ \t]*\[|\Z)")
-KEY = re.compile(r"(?m)^[ \t]*(\w+)[ \t]*=[ \t]*(\w+)")
 DEVICE_TYPE = 0x1000
 DRIVE_NOTE = """\
 note: the file describes a drive (CiA 402), so the node is a `cia402.drive` with a motor and a load of its own.
@@ -77,17 +75,12 @@ def test_a_master_reads_the_device_type_by_sdo(fieldrig_rig: RigMaker) -> None:
 ''')
 
 
-def name_for(file: Path) -> str:
-    """Return a name for the device, made from that of the EDS file so that it is valid in a rig file."""
-    name = re.sub(r"[^a-z0-9_-]+", "-", file.stem.lower()).strip("-_")
-    return name if re.match(r"[a-z]", name) and name != "can0" else f"node-{name}".rstrip("-")
-
-
 def content_for(file: Path) -> Mapping[PurePosixPath, bytes]:
     """Return the files of the rig by path, the rig file first.  Raises UsageError if no node fits the EDS file."""
     try:
         with reading(file, "expected an EDS or DCF file"):
-            node_id, bit_rate = _commissioning(file)
+            node_id, bit_rate = commissioned(file)
+            node_id = node_id or NODE_ID
             dictionary = eds.load(file, node_id)
             data = file.read_bytes()
     except ValueError as cause:
@@ -115,19 +108,3 @@ def content_for(file: Path) -> Mapping[PurePosixPath, bytes]:
 def note_for(file: Path) -> str:
     """Return what else the user should know about the rig of the EDS file; empty if there is nothing to say."""
     return DRIVE_NOTE if is_drive(eds.load(file, NODE_ID)) else ""
-
-
-def _commissioning(file: Path) -> tuple[int, int | None]:
-    """Return node-ID and bit rate of a DCF (CiA 306-1 6.2.2); the defaults are `NODE_ID` and None."""
-    text = file.read_text(encoding="latin-1")
-    section = COMMISSIONING.search(text)
-    keys = dict(KEY.findall(section[1].lower())) if section else {}
-    node_id, kilobits = _number(keys.get("nodeid", "")), _number(keys.get("baudrate", ""))
-    return node_id if 1 <= node_id <= 127 else NODE_ID, kilobits * 1000 if 10 <= kilobits <= 1000 else None
-
-
-def _number(text: str) -> int:
-    try:
-        return parse_number(text)
-    except ValueError:
-        return 0

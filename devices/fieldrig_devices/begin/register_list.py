@@ -4,7 +4,6 @@ Lists differ, so columns are known by the words that people use for them, in any
 assumed, and what cannot be read is left out; the notes say both, with the lines.
 """
 
-import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
+from fieldrig.text.flow import flow
 from fieldrig_devices.begin.list_scales import NOTHING, PRODUCT, factor, name_registers
 from fieldrig_devices.registers.entries import Bit, Register, words_of
 from fieldrig_devices.registers.table import SPACES
@@ -71,7 +71,7 @@ class RegisterList:
         lines += [f"# {note}" for note in self.notes]
         for space in SPACES:
             if self.entries[space]:
-                lines += ["", f"{space}:", *(f"  - {_flow(entry)}" for entry in self.entries[space])]
+                lines += ["", f"{space}:", *(f"  - {flow(entry)}" for entry in self.entries[space])]
         return "\n".join(lines) + "\n"
 
 
@@ -301,14 +301,3 @@ def _access(text: str) -> str | None:
 def _short(number: float) -> int | float:
     rounded = float(f"{number:.12g}")
     return int(rounded) if rounded.is_integer() and abs(rounded) < 1e15 else rounded
-
-
-def _flow(entry: Mapping[str, Any]) -> str:
-    """Return an entry in one line of YAML."""
-    return "{" + ", ".join(f"{key}: {_scalar(value)}" for key, value in entry.items()) + "}"
-
-
-def _scalar(value: Any) -> str:
-    is_plain = isinstance(value, str) and re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", value) is not None
-    is_word = isinstance(value, str) and value.lower() in ("true", "false", "null", "yes", "no", "on", "off", "y", "n")
-    return value if is_plain and not is_word else json.dumps(value, ensure_ascii=False)

@@ -6,7 +6,7 @@ from string import Template
 
 from fieldrig.cli.common import reading
 from fieldrig.errors import UsageError
-from fieldrig_devices.begin.eds_rig import name_for
+from fieldrig.text.device_names import name_for
 from fieldrig_devices.begin.register_list import RegisterList, read_list
 from fieldrig_devices.registers.table import SPACES
 

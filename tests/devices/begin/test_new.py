@@ -13,9 +13,10 @@ from fieldrig.clock import S
 from fieldrig.config.keys import NAME
 from fieldrig.errors import UsageError
 from fieldrig.pytest_plugin import RigMaker
+from fieldrig.text.device_names import name_for
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.begin.command import complete_example
-from fieldrig_devices.begin.eds_rig import content_for, name_for
+from fieldrig_devices.begin.eds_rig import content_for
 from fieldrig_devices.begin.examples import content_of, folder, menu
 
 CONFIGS = Path(__file__).parents[3] / "configs"

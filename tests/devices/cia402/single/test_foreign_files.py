@@ -13,8 +13,9 @@ import pytest
 from single_drive_bench import SingleDriveBench
 
 from fieldrig.config.rig_file import from_dict, load
+from fieldrig.text.device_names import name_for
 from fieldrig.virtual.rig import Rig
-from fieldrig_devices.begin.eds_rig import content_for, name_for
+from fieldrig_devices.begin.eds_rig import content_for
 from fieldrig_devices.cia402.single.foreign import declared
 from fieldrig_devices.cia402.single.oddities import oddities
 from fieldrig_devices.conformance.description import Description
