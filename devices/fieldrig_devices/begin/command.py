@@ -2,7 +2,7 @@
 
 import shlex
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Annotated
 
@@ -13,6 +13,8 @@ from fieldrig.errors import UsageError
 
 SECTION = "Files"
 """The group of the command in the help of `fieldrig`."""
+MOST_NAMED = 20
+"""Files that are named."""
 Content = Mapping[PurePosixPath, bytes]
 
 
@@ -49,6 +51,24 @@ def new(
             "--registers", metavar="FILE", help="Create a rig for this CSV list of registers.", show_default=False
         ),
     ] = None,
+    recording: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            metavar="RECORDING",
+            help="Create a rig with the devices of this recording.",
+            show_default=False,
+        ),
+    ] = None,
+    described: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--with",
+            metavar="[NODE=]FILE",
+            help="The EDS or DCF file of a node of the recording. May be given several times.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Create a rig with its files and a passing test.
 
@@ -57,36 +77,53 @@ def new(
         fieldrig new lab bench             the files of the example `lab`, in the folder bench
         fieldrig new --eds drive.eds       a CANopen node from an EDS file, in the folder drive
         fieldrig new --registers meter.csv a Modbus device from a list of its registers, in the folder meter
+        fieldrig new --from machine.blf    the devices that a recording shows, in the folder machine
 
     Existing files are never overwritten.
     """
-    for name, what in ((example, "an example" if eds is registers is None else "a folder"), (folder, "a folder")):
+    given = [
+        name for name, file in (("--eds", eds), ("--registers", registers), ("--from", recording)) if file is not None
+    ]
+    for name, what in ((example, "a folder" if given else "an example"), (folder, "a folder")):
         if name is not None and not name.strip():
             raise typer.BadParameter(f"expected the name of {what}, got {name!r}; `.` is the current folder")
-    if eds is not None and registers is not None:
-        raise typer.BadParameter("expected either --eds or --registers")
-    if folder is not None and (eds is not None or registers is not None):
-        raise typer.BadParameter(
-            f"expected only the folder with --{'registers' if eds is None else 'eds'}, and no example"
-        )
+    if len(given) > 1:
+        raise typer.BadParameter(f"expected either {' or '.join(given)}")
+    if folder is not None and given:
+        raise typer.BadParameter(f"expected only the folder with {given[0]}, and no example")
+    if described and recording is None:
+        raise typer.BadParameter("--with goes with --from: it describes a node of a recording")
     if registers is not None:
         _from_list(registers, example)
     elif eds is not None:
         _from_eds(eds, example)
+    elif recording is not None:
+        _from_recording(recording, described or (), example)
     else:
         _from_menu(example, Path(folder) if folder is not None else None)
 
 
 def _from_eds(eds: Path, folder: str | None) -> None:
-    from fieldrig_devices.begin.eds_rig import content_for, name_for, note_for
+    from fieldrig.text.device_names import name_for
+    from fieldrig_devices.begin.eds_rig import content_for, note_for
 
     _make(content_for(eds), Path(folder or name_for(eds)))
     if note := note_for(eds):
         typer.echo(f"\n{note}")
 
 
+def _from_recording(recording: Path, described: Sequence[str], folder: str | None) -> None:
+    from fieldrig.text.device_names import name_for
+    from fieldrig_devices.from_recording.content import content_for
+
+    content, notes = content_for(recording, described)
+    _make(content, Path(folder or name_for(recording)))
+    if notes:
+        typer.echo("\n" + "\n".join(f"note: {note}" for note in notes))
+
+
 def _from_list(registers: Path, folder: str | None) -> None:
-    from fieldrig_devices.begin.eds_rig import name_for
+    from fieldrig.text.device_names import name_for
     from fieldrig_devices.begin.register_rig import content_for
 
     content, notes = content_for(registers)
@@ -143,11 +180,17 @@ def _is_taken(file: Path, data: bytes) -> bool:
     return any(parent.exists() and not parent.is_dir() for parent in file.parents)
 
 
+def _some(words: list[str]) -> str:
+    """Return the first words of many, and how many there are besides."""
+    more = len(words) - MOST_NAMED
+    return ", ".join(words[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
 def _tell(content: Content, folder: Path) -> None:
     from importlib.util import find_spec
 
     rig = shlex.quote(str(folder / next(iter(content))))
-    typer.echo(f"{folder}: {', '.join(map(str, content))}\n\nnext:")
+    typer.echo(f"{folder}: {_some(list(map(str, content)))}\n\nnext:")
     typer.echo(f"  fieldrig check {rig}")
     typer.echo(f"  fieldrig up {rig}")
     hint = "" if find_spec("pytest") else "    # after: python -m pip install pytest"

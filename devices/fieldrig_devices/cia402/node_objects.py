@@ -28,6 +28,8 @@ class NodeFacts:
     received_pdos: int
     transmitted_pdos: int
     comments: Sequence[str]
+    vendor_number: int = 0
+    revision: int = 0x0001_0000
 
 
 def head(facts: NodeFacts) -> str:
@@ -51,10 +53,10 @@ ModifiedBy=fieldrig
 
 [DeviceInfo]
 VendorName={facts.vendor}
-VendorNumber=0x00000000
+VendorNumber={facts.vendor_number:#010x}
 ProductName={facts.product}
 ProductNumber={facts.product_code:#010x}
-RevisionNumber=0x00010000
+RevisionNumber={facts.revision:#010x}
 OrderCode={facts.product}
 {rates}
 SimpleBootUpMaster=0

@@ -1,0 +1,1 @@
+"""`fieldrig new --from`: a rig with one device for each that a recording shows."""

@@ -1,0 +1,210 @@
+"""The files of a rig that is made from a recording."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PurePosixPath
+from string import Template
+from tempfile import TemporaryDirectory
+from typing import Final, NamedTuple
+
+from fieldrig.errors import UsageError
+from fieldrig.points.values import counted
+from fieldrig.text.device_names import name_for
+from fieldrig_devices.from_recording.can_log import CanLog
+from fieldrig_devices.from_recording.can_part import can_part
+from fieldrig_devices.from_recording.known_files import KnownFile, known_file
+from fieldrig_devices.from_recording.modbus_part import modbus_part
+from fieldrig_devices.from_recording.parts import RigPart, comment
+from fieldrig_devices.from_recording.recording import BusLog, Recording
+
+HEAD: Final = Template("""\
+# Made from the recording $source: $what.
+# `fieldrig up $name.yaml` starts it and prints its connections; `fieldrig check $name.yaml` explains mistakes.
+# The comments say what the recording shows and what it does not. `fieldrig new --from` with `--with FILE.eds` fills in
+# what an EDS file knows.
+time: real                        # the clock of this host
+
+buses:
+""")
+TEST: Final = Template('''\
+"""The devices of $name.yaml in virtual time answer as in the recording."""
+
+from pathlib import Path
+
+import pytest
+
+from fieldrig import RigMaker, S
+$imports
+RIG = Path(__file__).with_name("$name.yaml")
+BOOTED_S = $booted_s
+$tests''')
+NODE_TEST: Final = Template("""
+NODES = $rows
+
+
+@pytest.mark.parametrize(("bus", "node_id"), NODES)
+def test_the_node_is_there(fieldrig_rig: RigMaker, bus: str, node_id: int) -> None:
+    rig = fieldrig_rig(RIG)
+    received: list[CanFrame] = []
+    rig.attach("master").link(bus).on_receive(received.append, interest=[(0x700 + node_id, 0x7FF)])
+    rig.run_until(BOOTED_S * S)
+    assert received[0].data == b"\\x00"
+""")
+READ_TEST: Final = Template("""
+READS = $rows
+
+
+@pytest.mark.parametrize(("bus", "node_id", "request_", "data"), READS)
+def test_a_master_reads_what_was_recorded(
+    fieldrig_rig: RigMaker, bus: str, node_id: int, request_: str, data: str
+) -> None:
+    rig = fieldrig_rig(RIG)
+    rig.run_until(BOOTED_S * S)
+    received: list[CanFrame] = []
+    can = rig.attach("master").link(bus)
+    can.on_receive(received.append, interest=[(0x580 + node_id, 0x7FF)])
+    for _ in range(2):  # a drive may lose the first request
+        can.send(CanFrame(0x600 + node_id, bytes.fromhex(request_)))
+        rig.run_for(1 * S)
+    expected = bytes.fromhex(data)
+    assert received[0].data[4 : 4 + len(expected)] == expected
+""")
+MODBUS_TEST: Final = Template("""
+REQUESTS = $rows
+
+
+@pytest.mark.parametrize(("bus", "unit", "request_", "response"), REQUESTS)
+def test_a_master_gets_the_recorded_response(
+    fieldrig_rig: RigMaker, bus: str, unit: int, request_: str, response: str
+) -> None:
+    rig = fieldrig_rig(RIG)
+    rig.run_until(BOOTED_S * S)
+    received: list[ModbusResponse] = []
+    master = rig.attach("master").link(bus)
+    master.on_receive(received.append)
+    master.send(ModbusRequest(unit, bytes.fromhex(request_)))
+    rig.until(lambda: received, within=60 * S)
+    assert received[0].pdu == bytes.fromhex(response)
+""")
+
+
+class Made(NamedTuple):
+    """The files by path, the rig file first, and what the user should know at once."""
+
+    content: Mapping[PurePosixPath, bytes]
+    notes: list[str]
+
+
+def content_for(file: Path, words: Sequence[str] = ()) -> Made:
+    """Return the files of a rig with one device for each that the recording shows.
+
+    `words` are those of `--with`, such as `drive.eds` or `5=drive.eds`.  UsageError for a file that is no recording or
+    shows no device, and for a file of `--with` that cannot be used.
+    """
+    files = [known_file(word) for word in words]
+    recording = Recording(file)
+    with TemporaryDirectory() as folder:
+        parts = [
+            _part(name, bus, log, file.name, recording, Path(folder), place, files)
+            for place, (name, bus, log) in enumerate(_named(recording.buses))
+        ]
+    notes = [remark for part in parts for remark in part.remarks] + _left_out(recording)
+    used = [part for part in parts if part.nodes]
+    if not used:
+        raise UsageError(f"{file} shows no device of which a rig could be made", "\n".join(notes) or _hint(recording))
+    if files and not any(isinstance(log, CanLog) for log in recording.buses.values()):
+        raise UsageError("--with describes a CANopen node, and the recording has none", "leave it out")
+    return Made(_content(file, used, notes), notes)
+
+
+def _part(
+    name: str,
+    bus: str,
+    log: BusLog,
+    source: str,
+    recording: Recording,
+    folder: Path,
+    place: int,
+    files: Sequence[KnownFile],
+) -> RigPart:
+    alike = sum(type(other) is type(log) for other in recording.buses.values())
+    prefix = f"{name}-" if alike > 1 else ""
+    if isinstance(log, CanLog):
+        return can_part(name, log, source, prefix, folder, files, place)
+    return modbus_part(name, log, source, prefix, place)
+
+
+def _named(buses: Mapping[str, BusLog]) -> list[tuple[str, str, BusLog]]:
+    """Return the buses with names that a rig file allows."""
+    named: list[tuple[str, str, BusLog]] = []
+    for bus, log in buses.items():
+        plain = re.sub(r"[^a-z0-9_-]+", "-", bus.lower()).strip("-_")
+        name = plain if re.match(r"[a-z]", plain) else f"bus-{plain}".rstrip("-")
+        taken = {other for other, _, _ in named}
+        named.append((next(word for word in _numbered(name) if word not in taken), bus, log))
+    return named
+
+
+def _numbered(name: str) -> list[str]:
+    return [name, *(f"{name}-{number}" for number in range(2, 100))]
+
+
+def _left_out(recording: Recording) -> list[str]:
+    notes = [f"{recording.file.name}: {oddity}" for oddity in recording.odd]
+    notes += [
+        f"{counted(count, 'message')} of the family {family}: no device can be made of them"
+        for family, count in sorted(recording.others.items())
+    ]
+    if recording.left_out:
+        notes.append(f"{counted(recording.left_out, 'message')} of further buses, which are too many")
+    return notes
+
+
+def _hint(recording: Recording) -> str:
+    return "a device is seen by what it sends: record the bus from the start of the machine on"
+
+
+def _content(file: Path, parts: Sequence[RigPart], notes: Sequence[str]) -> Mapping[PurePosixPath, bytes]:
+    name = name_for(file)
+    devices = sum(len(part.nodes) for part in parts)
+    what = f"{counted(devices, 'device')} on {counted(len(parts), 'bus', 'buses')}"
+    lines = [line for part in parts for line in (*part.buses, "")]
+    lines += ["devices:", *(line for part in parts for line in part.devices)]
+    unused = [note for note in notes if not any(note in part.remarks for part in parts)]
+    head = HEAD.substitute(source=file.name, what=what, name=name)
+    tail = "".join(f"{line}\n" for note in unused for line in comment(f"Left out: {note}", 0))
+    rig = head + "\n".join(lines) + "\n" + tail
+    test = _test(name, parts)
+    return {
+        PurePosixPath(f"{name}.yaml"): rig.encode(),
+        PurePosixPath(f"test_{name.replace('-', '_')}.py"): test.encode(),
+        **{path: data for part in parts for path, data in part.files.items()},
+    }
+
+
+def _test(name: str, parts: Sequence[RigPart]) -> str:
+    can = [part for part in parts if part.is_can]
+    modbus = [part for part in parts if not part.is_can]
+    imports = "from fieldrig_bus.can import CanFrame\n" if can else ""
+    backs = [back for part in modbus for back in part.read_backs]
+    imports += "from fieldrig_bus.modbus import ModbusRequest, ModbusResponse\n" if backs else ""
+    tests = "\n".join(
+        template.substitute(rows=_listed(rows))
+        for template, rows in (
+            (NODE_TEST, [(part.name, node_id) for part in can for node_id in part.nodes]),
+            (READ_TEST, [back for part in can for back in part.read_backs]),
+            (MODBUS_TEST, backs),
+        )
+        if rows
+    )
+    booted_s = max(part.booted_s for part in parts)
+    return TEST.substitute(name=name, imports=imports, tests=tests, booted_s=booted_s)
+
+
+def _listed(rows: Sequence[tuple[object, ...]]) -> str:
+    return "\n".join(["[", *(f"    {_row(row)}," for row in rows), "]"])
+
+
+def _row(row: tuple[object, ...]) -> str:
+    words = (f'"{word}"' if isinstance(word, str) else str(word) for word in row)
+    return f"({', '.join(words)})"

@@ -1,0 +1,62 @@
+"""The behaviour of a drive of a recording as keys of the rig file, and the objects that no master has asked for."""
+
+from typing import Final
+
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.eds import reader
+from fieldrig_devices.cia402.behaviour import Behaviour
+from fieldrig_devices.cia402.objects import ENCODER_RESOLUTION
+from fieldrig_devices.cia402.single.own_objects import EDS
+from fieldrig_devices.cia402.single.personality import PersonalitySettings, personality, scale_speeds
+from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
+from fieldrig_devices.from_recording.drive_fit import Fit, fit
+from fieldrig_devices.from_recording.drive_signs import brake_lift_ms, signs_of
+from fieldrig_devices.from_recording.drive_words import words_of
+from fieldrig_devices.from_recording.node_model import NodeModel
+from fieldrig_devices.from_recording.refusals import refused_indices
+
+BRAKE_NM: Final = 2.0
+"""Torque of a holding brake, which no recording says: more than that of the motor of a drive by default."""
+
+CYCLE_MS: Final = 1.0
+"""Cycle of the emulated drive, which it takes besides."""
+
+
+class DriveModel:
+    """The choice for one drive."""
+
+    def __init__(self, model: NodeModel) -> None:
+        self._model, self._logs = model, model.log.objects
+        words = words_of(self._logs.words, model.pdos)
+        self._lift = brake_lift_ms(words)
+        refused = frozenset(refused_indices(self._logs.by_key))
+        self._fit: Fit = fit(signs_of(model.log, words), self._logs, refused)
+
+    def write(self) -> None:
+        """Give the node the keys of the rig file, once it has its dictionary."""
+        model, chosen = self._model, self._fit
+        if chosen.personality is not None:
+            model.more["personality"] = chosen.personality
+        if chosen.behaviour:
+            model.more["behaviour"] = chosen.behaviour
+        if self._lift is not None:
+            model.more["motor"] = {"brake_torque_nm": BRAKE_NM, "brake_lift_ms": max(self._lift - CYCLE_MS, 0.0)}
+            model.decisions.append(f"it takes {self._lift:g} ms to enable, as a motor whose holding brake has to open")
+        for key in chosen.objects:
+            variable = model.dictionary.get(int(key[:4], 16), int(key[5:], 16))
+            if variable is not None:
+                model.objects.setdefault(key, variable.type.decode(variable.start))
+        model.decisions += chosen.why
+
+    @property
+    def settings(self) -> PersonalitySettings:
+        """The whole behaviour."""
+        return personality(self._fit.personality, PersonalitySettings.model_validate(self._fit.behaviour))
+
+    def unknown_objects(self) -> Dictionary:
+        """Return our own drive's objects, with velocities in the units of this drive."""
+        dictionary = reader.load(EDS, reader.CHECKED_AS)
+        counts, turns = (self._logs.number(ENCODER_RESOLUTION, subindex) for subindex in (1, 2))
+        increments = (counts or INCREMENTS_PER_TURN) // (turns or 1) or INCREMENTS_PER_TURN
+        scale_speeds(dictionary, self.settings.behaviour(Behaviour(), increments).velocity_unit, {})
+        return dictionary

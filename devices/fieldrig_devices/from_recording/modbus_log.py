@@ -1,0 +1,243 @@
+"""One Modbus bus of a recording: units, their registers, what they refuse, and how long they take.
+
+Source: Modbus application protocol V1.1b3, chapter 6, for the places of addresses and values in requests and responses.
+"""
+
+import struct
+from array import array
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Final, NamedTuple
+
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.modbus.codec import REQUEST_ON_ASCII, REQUEST_ON_RTU
+from fieldrig_devices.dialogues import Dialogue, ModbusDialogues, ModbusExchange
+from fieldrig_devices.from_recording.series import Series
+from fieldrig_devices.registers.table import SPACES
+
+COILS, DISCRETE_INPUTS, HOLDING_REGISTERS, INPUT_REGISTERS = SPACES
+READERS: Final = {1: COILS, 2: DISCRETE_INPUTS, 3: HOLDING_REGISTERS, 4: INPUT_REGISTERS, 23: HOLDING_REGISTERS}
+"""The space that a function reads."""
+BITS: Final = frozenset({COILS, DISCRETE_INPUTS})
+WRITE_COIL, WRITE_REGISTER, WRITE_COILS, WRITE_REGISTERS, MASK_WRITE, READ_WRITE = 5, 6, 15, 16, 22, 23
+STATUS, SERVER_ID, INTERFACE, READ_DEVICE_ID = 7, 17, 43, 14
+EXCEPTION: Final = 0x80
+ON_LINE: Final = (bytes((REQUEST_ON_RTU,)), bytes((REQUEST_ON_ASCII,)))
+"""The first byte of the requests of a serial line."""
+ON: Final = 0xFF00
+MOST_INSTANTS: Final = 4_096
+MOST_GROUPS: Final = 2_000
+_TWO: Final = struct.Struct(">HH")
+
+
+class Group(NamedTuple):
+    """The addresses that a master reads or writes at once: function code, first address and quantity."""
+
+    function: int
+    address: int
+    quantity: int
+
+
+class RegisterLog:
+    """One register or bit."""
+
+    __slots__ = ("first", "is_moved", "is_read", "is_written", "last", "values")
+
+    def __init__(self) -> None:
+        self.is_read = self.is_written = self.is_moved = False
+        self.first: int | None = None
+        """The value of the first read before any write."""
+        self.last: int | None = None
+        self.values = Series()
+
+    def read(self, time_ns: int, value: int) -> None:
+        if not self.is_read and not self.is_written:
+            self.first = value
+        self.is_moved |= self.last is not None and value != self.last
+        self.is_read, self.last = True, value
+        self.values.take(time_ns, value)
+
+    def write(self, value: int) -> None:
+        self.is_written, self.last = True, value
+
+    @property
+    def start(self) -> int:
+        """The value that the emulated device begins with: the one before any write, else the last one."""
+        return (self.last or 0) if self.first is None else self.first
+
+
+class GroupLog:
+    """How a master uses a group."""
+
+    def __init__(self) -> None:
+        self.instants = array("q")
+        self.count = 0
+        self.refused: Counter[int] = Counter()
+        """Exception codes."""
+        self.refused_request = b""
+        self.sample: tuple[bytes, bytes] | None = None
+        """The first request with its response."""
+
+
+class UnitLog:
+    """One unit."""
+
+    def __init__(self) -> None:
+        self.spaces: dict[str, dict[int, RegisterLog]] = {space: {} for space in SPACES}
+        self.groups: dict[Group, GroupLog] = {}
+        self.identification: dict[int, bytes] = {}
+        self.server_id: bytes | None = None
+        self.status: int | None = None
+        self.answer_ns = array("q")
+        self.functions: Counter[int] = Counter()
+        """Functions of which nothing is taken."""
+        self.refused_functions: dict[bytes, int] = {}
+        """Exception codes of functions without an address, by the requests."""
+        self.unanswered = self.answers = self.left_out = 0
+
+    def take(self, exchange: ModbusExchange) -> None:
+        request, response = exchange.request, exchange.response
+        if response is None or exchange.end_ns is None or not response:
+            self.unanswered += 1
+            return
+        self.answers += 1
+        if len(self.answer_ns) < MOST_INSTANTS:
+            self.answer_ns.append(exchange.end_ns - exchange.begin_ns)
+        group = group_of(request)
+        log = None if group is None else self._group(group)
+        if log is not None:
+            log.count += 1
+            if len(log.instants) < MOST_INSTANTS:
+                log.instants.append(exchange.begin_ns)
+        if response[0] & EXCEPTION:
+            code = response[1] if len(response) > 1 else 0
+            if log is not None:
+                log.refused[code] += 1
+                log.refused_request = request
+            else:
+                self.refused_functions.setdefault(request, code)
+            return
+        if log is not None and log.sample is None:
+            log.sample = request, response
+        self._carry_out(exchange.begin_ns, request, response)
+
+    def _group(self, group: Group) -> GroupLog | None:
+        log = self.groups.get(group)
+        if log is None and len(self.groups) < MOST_GROUPS:
+            log = self.groups[group] = GroupLog()
+        self.left_out += log is None
+        return log
+
+    def _carry_out(self, time_ns: int, request: bytes, response: bytes) -> None:
+        function = request[0]
+        for space, address, value in _written(request):
+            self._register(space, address).write(value)
+        if function in READERS:
+            for space, address, value in _read(request, response):
+                self._register(space, address).read(time_ns, value)
+        elif function == MASK_WRITE and len(request) == 7:
+            self._mask(request)
+        elif function == STATUS and len(response) == 2:
+            self.status = response[1]
+        elif function == SERVER_ID and len(response) > 2:
+            self.server_id = response[2:]
+        elif function == INTERFACE and request[1:2] == bytes((READ_DEVICE_ID,)):
+            self._identify(response)
+        elif function not in (WRITE_COIL, WRITE_REGISTER, WRITE_COILS, WRITE_REGISTERS):
+            self.functions[function] += 1
+
+    def _mask(self, request: bytes) -> None:
+        address, and_mask, or_mask = struct.unpack(">HHH", request[1:])
+        register = self._register(HOLDING_REGISTERS, address)
+        register.write((register.last or 0) & and_mask | or_mask & ~and_mask & 0xFFFF)
+
+    def _register(self, space: str, address: int) -> RegisterLog:
+        registers = self.spaces[space]
+        register = registers.get(address)
+        if register is None:
+            register = registers[address] = RegisterLog()
+        return register
+
+    def _identify(self, response: bytes) -> None:
+        """Take the objects of an answer of function 43/14: a head of 7 bytes, then id, length and text of each."""
+        at = 7
+        while at + 2 <= len(response):
+            number, size = response[at], response[at + 1]
+            text = response[at + 2 : at + 2 + size]
+            if len(text) == size:
+                self.identification[number] = text
+            at += 2 + size
+
+
+class ModbusLog:
+    """One bus."""
+
+    def __init__(self) -> None:
+        self.units: dict[int, UnitLog] = {}
+        self.start_ns = self.end_ns = 0
+        self.broadcasts = 0
+        self.is_line = False
+        self._dialogues = ModbusDialogues()
+
+    def take(self, number: int, entry: TraceEntry) -> None:
+        """Take a message; `number` is its place in the recording, from 0."""
+        self.is_line |= entry.data[:1] in ON_LINE
+        self._take_all(self._dialogues.take(number, entry))
+
+    def end(self, start_ns: int, end_ns: int) -> None:
+        """Take what the recording, which is from `start_ns` to `end_ns`, has left open."""
+        self.start_ns, self.end_ns = start_ns, end_ns
+        self._take_all(self._dialogues.unfinished())
+
+    def _take_all(self, ended: Sequence[Dialogue]) -> None:
+        for exchange in ended:
+            if not isinstance(exchange, ModbusExchange):
+                continue
+            if exchange.is_broadcast:
+                self.broadcasts += 1
+            else:
+                self.units.setdefault(exchange.unit, UnitLog()).take(exchange)
+
+
+def group_of(request: bytes) -> Group | None:
+    """Return what a request names; None for a function without addresses, and for a request that is too short."""
+    function = request[0]
+    if function in (WRITE_COIL, WRITE_REGISTER, MASK_WRITE) and len(request) >= 5:
+        return Group(function, int.from_bytes(request[1:3], "big"), 1)
+    if (function in READERS or function in (WRITE_COILS, WRITE_REGISTERS)) and len(request) >= 5:
+        return Group(function, *_TWO.unpack_from(request, 1))
+    return None
+
+
+def _read(request: bytes, response: bytes) -> Iterator[tuple[str, int, int]]:
+    """Yield space, address and value of what a response has; nothing if its length is wrong."""
+    space = READERS[request[0]]
+    address, quantity = _TWO.unpack_from(request, 1)
+    data = response[2:]
+    if space in BITS:
+        if len(data) == (quantity + 7) // 8:
+            yield from ((space, address + place, data[place // 8] >> place % 8 & 1) for place in range(quantity))
+    elif len(data) == 2 * quantity:
+        values = struct.unpack(f">{quantity}H", data)
+        yield from ((space, address + place, value) for place, value in enumerate(values))
+
+
+def _written(request: bytes) -> Iterator[tuple[str, int, int]]:
+    """Yield space, address and value of what a request writes."""
+    function = request[0]
+    if function in (WRITE_COIL, WRITE_REGISTER) and len(request) == 5:
+        address, value = _TWO.unpack_from(request, 1)
+        yield (COILS, address, int(value == ON)) if function == WRITE_COIL else (HOLDING_REGISTERS, address, value)
+    elif function == WRITE_COILS and len(request) > 6:
+        address, quantity = _TWO.unpack_from(request, 1)
+        data = request[6:]
+        if len(data) == (quantity + 7) // 8:
+            yield from ((COILS, address + place, data[place // 8] >> place % 8 & 1) for place in range(quantity))
+    elif function in (WRITE_REGISTERS, READ_WRITE):
+        at = 1 if function == WRITE_REGISTERS else 5
+        if len(request) >= at + 5:
+            address, quantity = _TWO.unpack_from(request, at)
+            data = request[at + 5 :]
+            if len(data) == 2 * quantity:
+                values = struct.unpack(f">{quantity}H", data)
+                yield from ((HOLDING_REGISTERS, address + place, value) for place, value in enumerate(values))

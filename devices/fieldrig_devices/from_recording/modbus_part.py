@@ -1,0 +1,110 @@
+"""A Modbus bus of a recording as a part of a rig file, with its register tables and recorded values."""
+
+from collections.abc import Iterator
+from pathlib import PurePosixPath
+from typing import Final
+
+from fieldrig.points.values import counted
+from fieldrig.text.flow import flow
+from fieldrig_devices.from_recording.columns import csv_of
+from fieldrig_devices.from_recording.modbus_log import ModbusLog, UnitLog
+from fieldrig_devices.from_recording.modbus_unit import UnitModel
+from fieldrig_devices.from_recording.parts import RigPart, comment
+
+FIRST_PORT: Final = 5_020
+UNIT_IDS: Final = range(1, 248)
+DEVICE_ITSELF: Final = (255, 0)
+"""Unit ids of a device on TCP that is no gateway (guide V1.0b, 4.4.2)."""
+NO_TARGET: Final = frozenset({10, 11})
+"""Exceptions of a gateway that reaches no device."""
+
+
+def modbus_part(name: str, log: ModbusLog, source: str, prefix: str, place: int) -> RigPart:
+    """Return the part for a bus; `place` numbers the buses, `prefix` begins the names of the devices."""
+    remarks: list[str] = []
+    models = [
+        UnitModel(f"{prefix}unit{asked_as}", unit_id, asked_as, unit, log.start_ns)
+        for asked_as, unit_id, unit in _units(log, remarks)
+    ]
+    if log.broadcasts:
+        remarks.append(f"{counted(log.broadcasts, 'broadcast')}, of which nothing is taken")
+    part = RigPart(name, is_can=False, nodes=[model.unit_id for model in models])
+    direct = next((model.unit_id for model in models if model.asked_as in DEVICE_ITSELF), None)
+    part.buses = [*_bus(name, log, remarks, place, direct if len(models) > 1 else None)]
+    for model in models:
+        path = PurePosixPath("registers", f"{model.name}.yaml")
+        part.files[path] = model.table(source)
+        if model.columns:
+            part.files[model.recorded], cut_ns = csv_of(model.columns, log.end_ns - log.start_ns)
+            if cut_ns is not None:
+                model.remarks.append(f"values after {cut_ns / 1e9:.3f} s, because {model.recorded} would be too long")
+        part.devices += _device(name, model, path)
+        part.read_backs += model.read_backs(name)
+    part.remarks = [f"{name}: {remark}" for remark in remarks]
+    return part
+
+
+def _units(log: ModbusLog, remarks: list[str]) -> Iterator[tuple[int, int, UnitLog]]:
+    """Yield the units that answered: the id of the recording, and that in the rig."""
+    is_direct = False
+    for asked_as, unit in sorted(log.units.items()):
+        if not unit.answers or _is_beyond_a_gateway(unit):
+            why = (
+                f"never answered {counted(unit.unanswered, 'request')}"
+                if not unit.answers
+                else ("was not reached by its gateway (exception 10 or 11)")
+            )
+            if asked_as or not log.is_line:
+                remarks.append(f"unit {asked_as} {why}: it is no device here")
+        elif asked_as in UNIT_IDS:
+            yield asked_as, asked_as, unit
+        elif asked_as in DEVICE_ITSELF and not log.is_line and not is_direct:
+            is_direct = True
+            yield asked_as, next(free for free in UNIT_IDS if free not in log.units), unit
+        else:
+            remarks.append(f"unit {asked_as} has an id that no device of a rig can have: it is left out")
+
+
+def _is_beyond_a_gateway(unit: UnitLog) -> bool:
+    """True if all that came was that a gateway reached nothing."""
+    codes = {code for group in unit.groups.values() for code in group.refused} | {*unit.refused_functions.values()}
+    has_done = any(group.sample is not None for group in unit.groups.values())
+    is_known = unit.identification or unit.server_id is not None or unit.status is not None or unit.functions
+    return bool(codes) and codes <= NO_TARGET and not has_done and not is_known
+
+
+def _bus(name: str, log: ModbusLog, remarks: list[str], place: int, direct: int | None) -> Iterator[str]:
+    for remark in remarks:
+        yield from comment(remark, 2)
+    yield f"  {name}:"
+    if log.is_line:
+        yield "    kind: modbus.rtu"
+        yield "    baud: 19200  # the recording does not say it: set that of your line"
+        yield f"    pty: {name}"
+    else:
+        yield "    kind: modbus.tcp"
+        yield f"    listen: 127.0.0.1:{FIRST_PORT + place}"
+        if any(not unit.answers for unit in log.units.values()):
+            yield "    unknown_unit: silence"
+        if direct is not None:
+            yield f"    direct_unit: {direct}"
+
+
+def _device(bus: str, model: UnitModel, table: PurePosixPath) -> Iterator[str]:
+    yield ""
+    for sentence in model.seen():
+        yield from comment(sentence, 2)
+    yield from comment("Not known:", 2)
+    for sentence in model.unknown():
+        yield from comment(f"- {sentence}", 2)
+    yield f"  {model.name}:"
+    yield "    kind: modbus.device"
+    yield f"    table: {flow(str(table))}"
+    yield f"    unit_id: {model.unit_id}"
+    yield f"    turnaround_ms: {model.turnaround_ms:g}"
+    yield f"    links: {{modbus: {bus}}}"
+    for key, value in model.more.items():
+        yield f"    {key}: {flow(value)}"
+    if model.faults:
+        yield "    faults:"
+        yield from (f"      - {flow(fault)}" for fault in model.faults)

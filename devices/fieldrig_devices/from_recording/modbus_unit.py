@@ -1,0 +1,243 @@
+"""A unit of a recording as a Modbus device: its register table, its recorded values, and what it refuses."""
+
+from collections.abc import Iterator, Mapping
+from itertools import groupby
+from pathlib import PurePosixPath
+from statistics import median
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from fieldrig.clock import MS
+from fieldrig.points.values import counted
+from fieldrig.text.flow import flow
+from fieldrig_bus.modbus.codec import EXCEPTIONS, FUNCTIONS
+from fieldrig_bus.modbus.identification import Identification, ServerId
+from fieldrig_bus.modbus.message import ModbusRequest
+from fieldrig_bus.modbus.server import ModbusServer
+from fieldrig_devices.from_recording.columns import TIME, Column, column_of
+from fieldrig_devices.from_recording.modbus_log import BITS, EXCEPTION, READERS, Group, GroupLog, RegisterLog, UnitLog
+from fieldrig_devices.from_recording.parts import ReadBack, comment
+from fieldrig_devices.from_recording.rhythm import period_of
+from fieldrig_devices.modbus.unit import ModbusUnit
+from fieldrig_devices.registers.table import SPACES, Table
+
+SHORT: Final = {"coils": "coil", "discrete_inputs": "input", "holding_registers": "h", "input_registers": "i"}
+"""The words with which the names of values begin."""
+TEXTS: Final = ("vendor_name", "product_code", "revision", "vendor_url", "product_name", "model_name",
+                "user_application_name")  # fmt: skip
+"""The keys of `identification` by the ids of function 43/14."""
+MOST_FAULTS: Final = 100
+MOST_READ_BACKS: Final = 8
+
+
+class UnitModel:
+    """One unit, as it is written."""
+
+    def __init__(self, name: str, unit_id: int, asked_as: int, log: UnitLog, begin_ns: int) -> None:
+        """`asked_as` is the unit id of the recording, which is another one for a unit that has none of its own."""
+        self.name, self.unit_id, self.asked_as, self.log = name, unit_id, asked_as, log
+        self.remarks: list[str] = []
+        self.columns: dict[str, Column] = {}
+        self.recorded = PurePosixPath("recorded", f"{name}.csv")
+        self.entries = {space: self._entries(space, log.spaces[space], begin_ns) for space in SPACES}
+        self.more = self._more()
+        self.faults = list(self._faults())
+
+    @property
+    def turnaround_ms(self) -> float:
+        """The usual time from a request to its answer."""
+        return float(f"{median(self.log.answer_ns) / MS:.3g}") if self.log.answer_ns else 0.0
+
+    def _entries(self, space: str, registers: Mapping[int, RegisterLog], begin_ns: int) -> list[dict[str, Any]]:
+        entries: list[dict[str, Any]] = []
+        for address in sorted(registers):
+            register = registers[address]
+            name = f"{SHORT[space]}{address}"
+            entry: dict[str, Any] = {"address": address, "name": name}
+            column = column_of(register.values, begin_ns, str) if register.is_moved else None
+            if column is not None and column.moves and not register.is_written:
+                self.columns[name] = column
+                entry["source"] = {"kind": "replay", "file": f"../{self.recorded}", "column": name, "time_column": TIME}
+            elif register.start:
+                entry["initial"] = bool(register.start) if space in BITS else register.start
+            if register.is_moved and register.is_written:
+                self.remarks.append(f"{name} was written, and changed by itself too: it keeps what is written")
+            if column is not None and column.left_out:
+                self.remarks.append(f"{name} changed {column.left_out} times more than its column has")
+            entries.append(entry)
+        return _joined(entries)
+
+    def _more(self) -> dict[str, Any]:
+        """Return the further keys of the device."""
+        more: dict[str, Any] = {}
+        texts = {number: text.decode("ascii", "replace") for number, text in self.log.identification.items()}
+        if texts:
+            known: dict[str, Any] = {key: texts[number] for number, key in enumerate(TEXTS) if number in texts}
+            extended = {number: text for number, text in texts.items() if number >= 0x80}
+            self._take(more, "identification", Identification, known | ({"extended": extended} if extended else {}))
+        if self.log.server_id is not None:
+            self._take(more, "server_id", ServerId, _server_id(self.log.server_id))
+        if self.log.status is not None:
+            more["exception_status"] = self.log.status
+        return more
+
+    def _take(self, more: dict[str, Any], key: str, model: type[Any], value: dict[str, Any]) -> None:
+        try:
+            model.model_validate(value)
+        except ValidationError:
+            self.remarks.append(f"its {key.replace('_', ' ')} has characters that the key {key} does not take")
+            return
+        more[key] = value
+
+    # ---- refusals
+
+    def _faults(self) -> Iterator[dict[str, Any]]:
+        server, count = self._server(), 0
+        for group, log in sorted(self.log.groups.items()):
+            for code, times in log.refused.items():
+                if self._answers(server, log.refused_request) == bytes((group.function | EXCEPTION, code)):
+                    continue
+                address = self._refusing_address(group)
+                if address is None or len(log.refused) > 1 or log.sample is not None or count >= MOST_FAULTS:
+                    self.remarks.append(
+                        f"{_words(group)} ended in {_exception(code)} {times} times, which is not repeated here"
+                    )
+                    continue
+                count += 1
+                yield {"what": "exception", "function": group.function, "address": address, "code": code}
+        for request, code in self.log.refused_functions.items():
+            if self._answers(server, request) != bytes((request[0] | EXCEPTION, code)) and count < MOST_FAULTS:
+                count += 1
+                yield {"what": "exception", "function": request[0], "code": code}
+
+    def _answers(self, server: ModbusServer, request: bytes) -> bytes | None:
+        return server.answer(ModbusRequest(self.unit_id, request))
+
+    def _server(self) -> ModbusServer:
+        plain = {space: [_without_source(entry) for entry in entries] for space, entries in self.entries.items()}
+        unit = ModbusUnit(Table.model_validate(plain), "server_failure", 0, lambda signal: None, lambda: None)
+        identification = Identification.model_validate(self.more.get("identification", {}))
+        return ModbusServer(unit, identification, ServerId.model_validate(self.more.get("server_id", {})))
+
+    def _refusing_address(self, refused: Group) -> int | None:
+        """Return an address that only refused requests of the function name; None if there is none."""
+        done = {
+            address
+            for group, log in self.log.groups.items()
+            if group.function == refused.function and log.sample is not None
+            for address in _addresses(group)
+        }
+        return next((address for address in _addresses(refused) if address not in done), None)
+
+    # ---- words and files
+
+    def table(self, source: str) -> bytes:
+        """Return the register table."""
+        lines = [f"# Unit {self.asked_as} of the recording {source}. Addresses are as on the wire, from 0."]
+        for group, log in sorted(self.log.groups.items()):
+            lines += comment(_use(group, log), 0)
+        for space in SPACES:
+            if self.entries[space]:
+                lines += ["", f"{space}:", *(f"  - {flow(entry)}" for entry in self.entries[space])]
+        return ("\n".join(lines) + "\n").encode()
+
+    def read_backs(self, bus: str) -> Iterator[ReadBack]:
+        """Yield requests whose answers stay the same."""
+        count = 0
+        for group, log in sorted(self.log.groups.items()):
+            space = READERS.get(group.function)
+            if space is None or log.sample is None or log.refused or group.function == 23 or count == MOST_READ_BACKS:
+                continue
+            registers = self.log.spaces[space]
+            logs = [registers[address] for address in _addresses(group) if address in registers]
+            if any(register.is_moved or register.is_written for register in logs):
+                continue
+            request, response = log.sample
+            count += 1
+            yield ReadBack(bus, self.unit_id, request.hex(" "), response.hex(" "))
+
+    def seen(self) -> Iterator[str]:
+        log = self.log
+        counts = [counted(len(log.spaces[space]), SHORT_WORDS[space]) for space in SPACES if log.spaces[space]]
+        words = f"unit {self.asked_as}: {', '.join(counts) or 'no register'}"
+        if log.answer_ns:
+            words += f"; it answers after {self.turnaround_ms:g} ms, at most {max(log.answer_ns) / MS:.3g} ms"
+        yield words
+        if self.asked_as != self.unit_id:
+            yield f"unit {self.asked_as} is the device itself, which has the unit id {self.unit_id} here"
+
+    def unknown(self) -> Iterator[str]:
+        yield from self.remarks
+        yield "registers that no master read or wrote: they do not exist here (exception 02)"
+        yield "names, units and types of the registers: a value of two registers is two numbers of 16 bits here"
+        if self.log.unanswered:
+            yield f"why {counted(self.log.unanswered, 'request')} had no answer"
+        for function, count in sorted(self.log.functions.items()):
+            yield f"what function {function} has answered {counted(count, 'time')}: nothing is taken of it"
+        if self.log.left_out:
+            yield f"{counted(self.log.left_out, 'request')} of further groups, which are too many"
+
+
+SHORT_WORDS: Final = {
+    "coils": "coil", "discrete_inputs": "discrete input", "holding_registers": "holding register",
+    "input_registers": "input register",
+}  # fmt: skip
+
+
+def _joined(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the entries with runs of plain zeros as one entry each, as a table of hundreds of them reads badly."""
+    joined: list[dict[str, Any]] = []
+    for is_plain, run in groupby(entries, lambda entry: len(entry) == 2):
+        pending = list(run)
+        while is_plain and pending:
+            length = next(
+                (
+                    place
+                    for place in range(1, len(pending))
+                    if pending[place]["address"] != pending[0]["address"] + place
+                ),
+                len(pending),
+            )
+            joined.append(pending[0] | ({"count": length} if length > 1 else {}))
+            del pending[:length]
+        joined += pending
+    return joined
+
+
+def _without_source(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an entry that refuses what one with a source refuses, without its file."""
+    plain = {key: value for key, value in entry.items() if key != "source"}
+    return plain | ({"access": "ro"} if "source" in entry else {})
+
+
+def _server_id(data: bytes) -> dict[str, Any]:
+    """Return the keys for the answer of function 17: an id of one byte, the run indicator, and text.
+
+    The standard leaves the length of the id to the maker; the first byte that is 00h or FFh after it is the indicator.
+    """
+    at = next((place for place in range(1, len(data)) if data[place] in (0x00, 0xFF)), len(data) - 1)
+    text = data[at + 1 :].decode("ascii", "replace")
+    return {"server_id": data[:at].hex() or "00", "is_running": data[at] == 0xFF, "additional": text}
+
+
+def _addresses(group: Group) -> range:
+    return range(group.address, min(group.address + group.quantity, 0x1_0000))
+
+
+def _words(group: Group) -> str:
+    what = FUNCTIONS.get(group.function, f"function {group.function}")
+    last = group.address + group.quantity - 1
+    return f"{what} {group.address}" + (f" to {last}" if group.quantity > 1 else "")
+
+
+def _exception(code: int) -> str:
+    return f"exception {code:02d} ({EXCEPTIONS.get(code, 'unknown')})"
+
+
+def _use(group: Group, log: GroupLog) -> str:
+    words = f"{_words(group)}: {counted(log.count, 'time')}"
+    if log.count > 2:
+        words += f", every {period_of(log.instants) / MS:.4g} ms"
+    refused = [f"{_exception(code)} {counted(times, 'time')}" for code, times in log.refused.items()]
+    return words + (f"; {', '.join(refused)}" if refused else "")

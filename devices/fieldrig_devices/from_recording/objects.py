@@ -1,0 +1,157 @@
+"""The objects of a node in a recording: what SDO transfers read, wrote and were refused."""
+
+from collections import Counter
+from typing import Final
+
+from fieldrig_devices.cia402.objects import CONTROL_WORD, MODE, MODE_DISPLAY, STATUS_WORD
+from fieldrig_devices.dialogues import SdoTransfer
+from fieldrig_devices.from_recording.series import Series
+
+MOST_OBJECTS: Final = 20_000
+"""Objects of one node that are kept: a scan of all indices and sub-indices would be 16 million."""
+MOST_ABORTS: Final = 64
+MOST_WORDS: Final = 50_000
+WORDS: Final = frozenset({CONTROL_WORD, STATUS_WORD, MODE, MODE_DISPLAY})
+WORD: Final = 8
+"""Largest size of a value that is followed as a number."""
+Key = tuple[int, int]
+"""Index and sub-index."""
+
+
+class ObjectLog:
+    """One object of one node."""
+
+    __slots__ = (
+        "_is_certain",
+        "aborts",
+        "first",
+        "first_write_ns",
+        "is_moved",
+        "is_read",
+        "is_written",
+        "last",
+        "refused_sizes",
+        "sizes",
+        "values",
+        "writes",
+    )  # fmt: skip
+
+    def __init__(self) -> None:
+        self.is_read = self.is_written = False
+        self.is_moved = False
+        """True if a read value differs from the one that was read or written before, so the device changed it."""
+        self.first: bytes | None = None
+        """The value of the first read before any write."""
+        self.last: bytes | None = None
+        self.sizes: Counter[int] = Counter()
+        self.values = Series()
+        """Read values as numbers."""
+        self.writes = 0
+        self.first_write_ns: int | None = None
+        self.aborts: Counter[tuple[bool, int]] = Counter()
+        """Abort codes of the device, each with whether a write was refused."""
+        self.refused_sizes: Counter[int] = Counter()
+        """Sizes of the refused writes, where the log shows them."""
+        self._is_certain = True
+
+    def read(self, time_ns: int, data: bytes) -> None:
+        if not self.is_read and not self.is_written:
+            self.first = data
+        if self.last is not None and data != self.last and self._is_certain:
+            self.is_moved = True
+        self.is_read, self.last, self._is_certain = True, data, True
+        self.sizes[len(data)] += 1
+        if len(data) <= WORD:
+            self.values.take(time_ns, int.from_bytes(data, "little"))
+
+    def write(self, time_ns: int, data: bytes) -> None:
+        if self.first_write_ns is None:
+            self.first_write_ns = time_ns
+        self.is_written, self.last, self._is_certain = True, data, True
+        self.writes += 1
+        self.sizes[len(data)] += 1
+
+    def forget(self) -> None:
+        """The node begins again: the next value may differ from the last one without having moved."""
+        self._is_certain = False
+
+    def refuse(self, transfer: SdoTransfer) -> None:
+        assert transfer.abort is not None
+        key = transfer.is_download, transfer.abort
+        if key in self.aborts or len(self.aborts) < MOST_ABORTS:
+            self.aborts[key] += 1
+        if transfer.is_download and transfer.data is not None:
+            self.refused_sizes[len(transfer.data)] += 1
+
+    @property
+    def is_there(self) -> bool:
+        return self.is_read or self.is_written
+
+    @property
+    def start(self) -> bytes | None:
+        """The value that the emulated node begins with: the one before any write, else the last one."""
+        return self.last if self.first is None else self.first
+
+
+class ObjectLogs:
+    """The objects of one node."""
+
+    def __init__(self) -> None:
+        self.by_key: dict[Key, ObjectLog] = {}
+        self.answer_ns: list[int] = []
+        """Times from the first requests to their answers."""
+        self.unanswered = self.left_out = self.cancelled = 0
+        self.words: list[SdoTransfer] = []
+        """Transfers of control word, status word and mode of a drive."""
+        self.lost_first: bool | None = None
+        """True if the first request after a boot-up had no answer; None if the recording has no boot-up."""
+        self._is_after_boot = False
+
+    def take(self, transfer: SdoTransfer) -> None:
+        if self._is_after_boot:
+            self.lost_first, self._is_after_boot = bool(self.lost_first) or transfer.end_ns is None, False
+        if transfer.index in WORDS and not transfer.subindex and len(self.words) < MOST_WORDS:
+            self.words.append(transfer)
+        if transfer.end_ns is None:
+            self.unanswered += 1
+            return
+        if transfer.abort is not None and transfer.abort_by_client:
+            self.cancelled += 1
+            return
+        log = self._log((transfer.index, transfer.subindex))
+        if log is None:
+            return
+        if len(transfer.entries) == 2 and len(self.answer_ns) < 4_096:
+            self.answer_ns.append(transfer.end_ns - transfer.begin_ns)
+        if transfer.abort is not None:
+            log.refuse(transfer)
+        elif transfer.data is not None and transfer.is_download:
+            log.write(transfer.begin_ns, transfer.data)
+        elif transfer.data is not None:
+            log.read(transfer.begin_ns, transfer.data)
+
+    def boot(self) -> None:
+        """The node has sent its boot-up message."""
+        self._is_after_boot = True
+        self.forget()
+
+    def forget(self) -> None:
+        """The node is reset, so its values are those of power-on."""
+        for log in self.by_key.values():
+            log.forget()
+
+    def _log(self, key: Key) -> ObjectLog | None:
+        log = self.by_key.get(key)
+        if log is None and len(self.by_key) < MOST_OBJECTS:
+            log = self.by_key[key] = ObjectLog()
+        self.left_out += log is None
+        return log
+
+    def number(self, index: int, subindex: int = 0) -> int | None:
+        """Return the last value of an object as a number; None if the recording does not have it."""
+        log = self.by_key.get((index, subindex))
+        return None if log is None or log.last is None else int.from_bytes(log.last, "little")
+
+    def there(self) -> dict[Key, ObjectLog]:
+        """Return the objects that exist, in their order."""
+        return {key: log for key, log in sorted(self.by_key.items()) if log.is_there}

@@ -1,0 +1,45 @@
+"""A part of the rig of a recording: one bus with its devices, their files, and what a test reads of them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import PurePosixPath
+from textwrap import wrap
+from typing import NamedTuple
+
+WIDTH = 116
+
+
+class ReadBack(NamedTuple):
+    """A request of a master whose answer the recording has, in hex."""
+
+    bus: str
+    node: int
+    request: str
+    answer: str
+
+
+@dataclass
+class RigPart:
+    """A bus."""
+
+    name: str
+    is_can: bool
+    booted_s: int = 1
+    """Seconds after which its devices answer."""
+    nodes: list[int] = field(default_factory=list)
+    """Node-IDs or unit ids of its devices."""
+    buses: list[str] = field(default_factory=list)
+    """Lines of the rig file below `buses`."""
+    devices: list[str] = field(default_factory=list)
+    """Lines below `devices`."""
+    files: dict[PurePosixPath, bytes] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
+    """Facts that the user should know at once."""
+    read_backs: list[ReadBack] = field(default_factory=list)
+
+
+def comment(sentence: str, indent: int) -> Iterator[str]:
+    """Yield the lines of a comment."""
+    text = "".join(character if character.isprintable() else "?" for character in sentence)
+    head = f"{' ' * indent}# "
+    yield from wrap(text, WIDTH, initial_indent=head, subsequent_indent=f"{head}  ", break_on_hyphens=False)

@@ -1,0 +1,239 @@
+"""A rig of a CANopen log: what each kind of traffic becomes.  The bytes are those of CiA 301's protocol pictures."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from made_rigs import SdoMaster, keys_of, read_by_sdo, rig_file, virtual, written_log
+
+from fieldrig.clock import MS, S
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen.eds.check import check_eds
+
+BOOT = "0 705#00"
+STARTED = "0.1 000#0105"
+TYPE = read_by_sdo(0.05, 5, "4300100091010F00")
+
+
+def heard(rig_path: Path, identifier: int, until_ns: int, start: bool = True) -> list[tuple[int, str]]:
+    """Return the frames of an identifier in the rig; the node is started after 0.1 s."""
+    with virtual(rig_path) as rig:
+        frames: list[tuple[int, str]] = []
+        can = rig.attach("master").link("can0")
+        can.on_receive(lambda frame: frames.append((rig.now_ns, frame.data.hex(" "))), [(identifier, 0x7FF)])
+        rig.run_until(100 * MS)
+        if start:
+            can.send(CanFrame(0, b"\x01\x05"))
+        rig.run_until(until_ns)
+        return frames
+
+
+def test_a_heartbeat_has_the_period_of_the_log(tmp_path: Path) -> None:
+    log = written_log(tmp_path, BOOT, *(f"{0.25 * beat} 705#7F" for beat in range(1, 20)))
+    beats = heard(rig_file(log), 0x705, 1 * S, start=False)
+    assert [(round(at / MS), data) for at, data in beats[1:]] == [(250 * beat, "7f") for beat in range(1, 4)]
+
+
+def test_node_guarding_is_told_from_a_heartbeat(tmp_path: Path) -> None:
+    guarded = [
+        line
+        for turn in range(20)
+        for line in (f"{0.1 * turn + 0.1} 705#R", f"{0.1 * turn + 0.101} 705#{0x7F | turn % 2 << 7:02X}")
+    ]
+    rig = rig_file(written_log(tmp_path, BOOT, *guarded))
+    assert "node guarding every 100 ms" in rig.read_text()
+    with virtual(rig) as running:
+        frames: list[str] = []
+        can = running.attach("master").link("can0")
+        running.run_until(10 * MS)
+        can.on_receive(lambda frame: frames.append(frame.data.hex()), [(0x705, 0x7FF)])
+        for _ in range(2):
+            can.send(CanFrame(0x705, is_remote=True, remote_length=1))
+            running.run_for(10 * MS)
+        assert frames == ["7f", "ff"]
+
+
+def test_a_node_that_no_command_has_started_starts_by_itself(tmp_path: Path) -> None:
+    log = written_log(tmp_path, *(f"{0.1 * beat} 705#05" for beat in range(10)))
+    with virtual(rig_file(log)) as rig:
+        rig.run_until(10 * MS)
+        assert rig.get("node5/nmt.state") == "operational"
+
+
+@pytest.mark.parametrize(("every", "type"), [(1, 1), (4, 4)])
+def test_a_synchronous_pdo_is_told_by_its_place_after_sync(tmp_path: Path, every: int, type: int) -> None:
+    lines = [BOOT, STARTED]
+    for turn in range(40):
+        lines.append(f"{0.2 + 0.01 * turn} 080#")
+        lines += [f"{0.2 + 0.01 * turn + 0.0004} 185#{turn:02X}"] if turn % every == 0 else []
+    with virtual(rig_file(written_log(tmp_path, *lines))) as rig:
+        assert rig.get("node5/1800:02") == type
+
+
+def test_a_pdo_with_a_timer_is_sent_in_its_period(tmp_path: Path) -> None:
+    log = written_log(tmp_path, BOOT, STARTED, *(f"{0.13 + 0.05 * turn} 185#0102" for turn in range(20)))
+    sent = heard(rig_file(log), 0x185, 400 * MS)
+    distances = {round((later - earlier) / MS) for (earlier, _), (later, _) in pairwise(sent[1:])}
+    assert distances == {50}
+    assert {data for _, data in sent} == {"01 02"}
+
+
+def test_a_pdo_of_events_repeats_its_values_at_their_instants(tmp_path: Path) -> None:
+    changes = [(0.2, "185#00FF"), (0.27, "185#01FF"), (0.5, "185#02FF"), (0.91, "185#03FF")]
+    log = written_log(tmp_path, BOOT, STARTED, *(f"{at} {frame}" for at, frame in changes), "2 705#05")
+    sent = heard(rig_file(log), 0x185, 1_900 * MS)
+    assert [data for _, data in sent] == ["00 ff", "01 ff", "02 ff", "03 ff"]
+    assert [round(at / MS) for at, _ in sent[1:]] == [270, 500, 910]
+
+
+def test_a_value_that_stays_has_no_column(tmp_path: Path) -> None:
+    log = written_log(tmp_path, BOOT, STARTED, *(f"{0.2 + 0.1 * turn} 185#07{turn:02X}" for turn in range(9)))
+    assert list(keys_of(rig_file(log))["devices"]["node5"]["sources"]) == ["5800:02"]
+
+
+MAPPED = [
+    *read_by_sdo(0.01, 5, "4F001A0002000000"),
+    *read_by_sdo(0.02, 5, "43001A0108010060"),  # 6000h sub-index 1, 8 bits
+    *read_by_sdo(0.03, 5, "43001A0210010264"),  # 6402h sub-index 1, 16 bits
+]
+
+
+def test_a_mapping_that_was_read_names_the_objects_of_a_pdo(tmp_path: Path) -> None:
+    log = written_log(tmp_path, BOOT, *MAPPED, STARTED, "0.2 185#011027", "0.3 185#02102F", "0.4 185#021030")
+    rig = rig_file(log)
+    with virtual(rig) as running:
+        running.run_until(350 * MS)
+        assert (running.get("node5/6000:01"), running.get("node5/6402:01")) == (2, 0x2F10)
+    assert [data for _, data in heard(rig, 0x185, 1 * S)][-1] == "02 10 30"
+
+
+def test_a_mapping_that_was_read_in_part_leaves_the_rest_as_bytes(tmp_path: Path) -> None:
+    log = written_log(tmp_path, BOOT, *MAPPED[:4], STARTED, "0.2 185#011027", "0.3 185#02102F")
+    with virtual(rig_file(log)) as rig:
+        rig.run_until(350 * MS)
+        assert (rig.get("node5/6000:01"), rig.get("node5/5800:02")) == (2, 0x2F10)
+
+
+def test_a_pdo_on_an_identifier_of_its_own_belongs_to_its_node(tmp_path: Path) -> None:
+    moved = read_by_sdo(0.04, 5, "4300180133030040")
+    log = written_log(tmp_path, BOOT, *moved, STARTED, *(f"{0.2 + turn / 10} 333#{turn:02X}" for turn in range(5)))
+    sent = heard(rig_file(log), 0x333, 650 * MS)
+    assert list(dict.fromkeys(data for _, data in sent)) == ["00", "01", "02", "03", "04"]
+
+
+def test_objects_have_size_value_and_access_of_the_log(tmp_path: Path) -> None:
+    lines = [
+        *TYPE,
+        *read_by_sdo(0.1, 5, "4B002000D2040000"),  # 2000h = 1234, two bytes
+        "0.2 605#2F01200007000000", "0.201 585#6001200000000000",  # 2001h := 7, one byte
+    ]  # fmt: skip
+    with virtual(rig_file(written_log(tmp_path, BOOT, *lines))) as rig:
+        master = SdoMaster(rig)
+        rig.run_until(10 * MS)
+        assert master.read(5, 0x1000) == "43 00 10 00 91 01 0f 00"
+        assert master.read(5, 0x2000) == "4b 00 20 00 d2 04 00 00"
+        assert master.read(5, 0x2001) == "4f 01 20 00 07 00 00 00"
+        assert master.write(5, 0x2001, 0, 9, 1) == "60 01 20 00 00 00 00 00"
+        assert master.write(5, 0x2000, 0, 9, 2) == "80 00 20 00 02 00 01 06"  # read-only
+
+
+def test_a_text_in_segments_is_a_text(tmp_path: Path) -> None:
+    name = [
+        "0.1 605#4008100000000000", "0.101 585#4108100006000000",
+        "0.102 605#6000000000000000", "0.103 585#0350756D703100",  # seven bytes: no SDO message
+        "0.104 605#6000000000000000", "0.105 585#0350756D70203100",
+    ]  # fmt: skip
+    with virtual(rig_file(written_log(tmp_path, BOOT, *name))) as rig:
+        assert rig.get("node5/1008:00") == "Pump 1"
+
+
+def test_the_first_value_counts_where_a_master_wrote_another_one(tmp_path: Path) -> None:
+    lines = [*read_by_sdo(0.1, 5, "4B00200001000000"), "0.2 605#2B00200005000000", "0.201 585#6000200000000000"]
+    rig = rig_file(written_log(tmp_path, BOOT, *lines))
+    assert "written after it was read: 2000:00" in rig.read_text()
+    with virtual(rig) as running:
+        assert running.get("node5/2000:00") == 1
+
+
+@pytest.mark.parametrize(
+    ("request_", "abort"),
+    [
+        ("4000200000000000", "8000200000000206"),  # reading: no such object
+        ("4018100900000000", "8018100911000906"),  # reading: no such sub-index
+        ("4010200000000000", "8010200022000008"),  # reading: device state
+        ("2F00100001000000", "8000100002000106"),  # writing: read-only
+        ("2311200001000000", "8011200030000906"),  # writing: invalid value
+    ],
+)
+def test_a_refusal_has_the_abort_code_of_the_log(tmp_path: Path, request_: str, abort: str) -> None:
+    identity = read_by_sdo(0.03, 5, "4318100107000000")
+    log = written_log(tmp_path, BOOT, *TYPE, *identity, f"0.2 605#{request_}", f"0.201 585#{abort}")
+    with virtual(rig_file(log)) as rig:
+        master = SdoMaster(rig)
+        rig.run_until(10 * MS)
+        assert master.ask(5, request_) == bytes.fromhex(abort).hex(" ")
+
+
+def test_values_that_moved_are_replayed_and_those_that_a_master_wrote_are_not(tmp_path: Path) -> None:
+    lines = [line for turn in range(5) for line in read_by_sdo(0.1 + turn, 5, f"4B002000{turn:02X}000000")]
+    lines += ["5.2 605#2B00210005000000", "5.201 585#6000210000000000", *read_by_sdo(5.3, 5, "4B00210005000000")]
+    rig = rig_file(written_log(tmp_path, BOOT, *lines))
+    with virtual(rig) as running:
+        master = SdoMaster(running)
+        values = []
+        for turn in range(5):
+            running.run_until(100 * MS + turn * S)
+            values.append(master.read(5, 0x2000))
+        assert values == [f"4b 00 20 00 0{turn} 00 00 00" for turn in range(5)]
+    assert list(keys_of(rig)["devices"]["node5"]["sources"]) == ["2000:00"]
+
+
+def test_a_node_that_was_reset_counts_from_its_reset(tmp_path: Path) -> None:
+    before = [line for turn in range(3) for line in read_by_sdo(0.1 + turn, 5, f"4B002000{turn + 90:02X}000000")]
+    after = [line for turn in range(3) for line in read_by_sdo(5.1 + turn, 5, f"4B002000{turn:02X}000000")]
+    log = written_log(tmp_path, BOOT, *before, "5 000#8105", "5.0 705#00", *after)
+    with virtual(rig_file(log)) as rig:
+        master = SdoMaster(rig)
+        rig.run_until(5 * S)
+        master.can.send(CanFrame(0, b"\x81\x05"))
+        rig.run_until(7_100 * MS)
+        assert master.read(5, 0x2000) == "4b 00 20 00 02 00 00 00"
+
+
+def test_an_eds_of_1021h_describes_the_node(tmp_path: Path) -> None:
+    eds = Path(__file__).parents[3] / "configs/eds/level-sensor.eds"
+    data = eds.read_bytes()
+    lines = ["0.1 606#4021100000000000", f"0.101 586#41211000{len(data).to_bytes(4, 'little').hex()}"]
+    for place in range(0, len(data), 7):
+        part, toggle = data[place : place + 7], 0x10 * (place // 7 % 2)
+        head = toggle | 7 - len(part) << 1 | (place + 7 >= len(data))
+        lines += [
+            f"0.2 606#{0x60 | toggle:02X}00000000000000",
+            f"0.2 586#{bytes((head, *part)).ljust(8, bytes(1)).hex()}",
+        ]
+    rig = rig_file(written_log(tmp_path, "0 706#00", *lines))
+    assert (rig.parent / "eds/node6.eds").read_bytes() == data
+
+
+def test_the_written_eds_has_no_findings(tmp_path: Path) -> None:
+    guard = ["0.3 705#R", "0.301 705#7F", "0.4 705#R", "0.401 705#FF"]
+    log = written_log(
+        tmp_path, BOOT, *TYPE, *MAPPED, *guard, STARTED, "0.5 185#010203", "0.6 205#01", "0.7 085#3081110000000000"
+    )
+    assert list(check_eds(rig_file(log).parent / "eds/node5.eds")) == []
+
+
+def test_a_file_of_the_maker_fills_what_is_not_known(tmp_path: Path) -> None:
+    eds = Path(__file__).parents[3] / "configs/eds/level-sensor.eds"
+    lines = ["0 706#00", *read_by_sdo(0.1, 6, "4300100094010200"), *read_by_sdo(0.2, 6, "4B171000E8030000")]
+    rig = rig_file(written_log(tmp_path, *lines, "1.2 706#7F"), str(eds))
+    with virtual(rig) as running:
+        assert running.get("node6/1017:00") == 1000
+        assert running.get("node6/1008:00") == "Level sensor"
+
+
+def test_the_bit_rate_is_that_of_frames_without_a_gap(tmp_path: Path) -> None:
+    # a frame without data and stuff bits has 47 bits with its intermission; 555h has no stuff bits in its identifier
+    lines = [BOOT] + [f"{1 + turn * 47 / 250_000:.6f} 555#" for turn in range(40)]
+    rig = rig_file(written_log(tmp_path, *lines))
+    assert keys_of(rig)["buses"]["can0"]["bitrate"] in (125_000, 250_000, 500_000)

@@ -1,0 +1,120 @@
+"""A rig of a Modbus log: units, registers, refusals and answer times.  The PDUs are those of V1.1b3, chapter 6."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+from made_rigs import keys_of, rig_file, save, virtual
+
+from fieldrig import Rig
+from fieldrig.clock import MS, S
+from fieldrig.config.yaml_source import read
+from fieldrig.errors import UsageError
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.modbus import codec
+from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
+from fieldrig_devices.from_recording.content import content_for
+
+READ = "03 006B 0003"  # 6.3: holding registers 107 to 109
+VALUES = "03 06 022B 0000 0064"
+
+
+def exchanges(
+    *rows: tuple[float, int, str, str | None], answer_ms: float = 5, line: bool = False
+) -> Iterable[TraceEntry]:
+    """Yield requests with their responses, as instant in seconds, unit, and both PDUs in hex."""
+    state = LineState(1, 0) if line else None
+    for number, (at_s, unit, request, response) in enumerate(rows):
+        asked = ModbusRequest(unit, bytes.fromhex(request), number, state)
+        yield TraceEntry(round(at_s * S), "mb", "modbus", "client", codec.encode(asked))
+        if response is not None:
+            answered = ModbusResponse(unit, bytes.fromhex(response), number)
+            at_ns = round(at_s * S + answer_ms * MS)
+            yield TraceEntry(at_ns, "mb", "modbus", "server", codec.encode(answered))
+
+
+def made(tmp_path: Path, *rows: tuple[float, int, str, str | None], answer_ms: float = 5, line: bool = False) -> Path:
+    return rig_file(save(list(exchanges(*rows, answer_ms=answer_ms, line=line)), tmp_path / "meter.jsonl"))
+
+
+def ask(rig: Rig, unit: int, request: str) -> tuple[str, int]:
+    """Return the response in hex, and the time that it took in ms."""
+    received: list[ModbusResponse] = []
+    master = rig.attach(f"master at {rig.now_ns}").link("mb")
+    master.on_receive(received.append)
+    begin_ns = rig.now_ns
+    master.send(ModbusRequest(unit, bytes.fromhex(request)))
+    rig.until(lambda: received, within=1 * S)
+    return received[0].pdu.hex(), round((rig.now_ns - begin_ns) / MS)
+
+
+@pytest.mark.parametrize(
+    ("request_", "response"),
+    [
+        ("01 0013 0013", "01 03 CD 6B 05"),  # 6.1
+        ("02 00C4 0016", "02 03 AC DB 35"),  # 6.2
+        (READ, VALUES),  # 6.3
+        ("04 0008 0001", "04 02 000A"),  # 6.4
+        ("03 0FFF 0001", "83 02"),
+        ("06 0001 0003", "86 04"),
+        ("07", "07 6D"),  # 6.7
+        ("07", "87 01"),
+        ("2B 0E 01 00", "2B 0E 01 81 00 00 03 00 04 41 42 43 44 01 02 45 46 02 01 31"),
+    ],
+)
+def test_a_request_has_the_response_of_the_log(tmp_path: Path, request_: str, response: str) -> None:
+    with virtual(made(tmp_path, (0, 7, request_, response))) as rig:
+        assert ask(rig, 7, request_)[0] == bytes.fromhex(response).hex()
+
+
+def test_an_answer_takes_its_usual_time(tmp_path: Path) -> None:
+    with virtual(made(tmp_path, *((turn, 7, READ, VALUES) for turn in range(5)), answer_ms=23)) as rig:
+        assert ask(rig, 7, READ)[1] == 23
+
+
+def test_registers_that_moved_are_replayed_and_others_stay(tmp_path: Path) -> None:
+    rows = [(float(turn), 7, READ, f"03 06 022B {turn:04X} 0064") for turn in range(5)]
+    path = made(tmp_path, *rows)
+    table = read((path.parent / "registers/unit7.yaml").read_text(), "").data
+    assert [entry.get("source", {}).get("kind") for entry in table["holding_registers"]] == [None, "replay", None]
+    with virtual(path) as rig:
+        for turn, (at_s, unit, request, response) in enumerate(rows):
+            rig.run_until(round(at_s * S))
+            assert (turn, ask(rig, unit, request)[0]) == (turn, bytes.fromhex(response).hex())
+
+
+def test_a_register_that_a_client_wrote_keeps_what_is_written(tmp_path: Path) -> None:
+    rows = [(0.0, 7, READ, VALUES), (1.0, 7, "06 006C 0007", "06 006C 0007"), (2.0, 7, READ, "03 06 022B 0007 0064")]
+    with virtual(made(tmp_path, *rows)) as rig:
+        assert ask(rig, 7, READ)[0] == bytes.fromhex(VALUES).hex()
+        ask(rig, 7, "06 006C 0009")
+        assert ask(rig, 7, READ)[0] == bytes.fromhex("03 06 022B 0009 0064").hex()
+
+
+def test_a_group_that_reaches_beyond_the_registers_is_refused(tmp_path: Path) -> None:
+    with virtual(made(tmp_path, (0, 7, READ, VALUES))) as rig:
+        assert ask(rig, 7, "03 006B 0004")[0] == "8302"
+
+
+def test_each_unit_is_a_device(tmp_path: Path) -> None:
+    path = made(tmp_path, (0, 1, READ, VALUES), (1, 2, READ, VALUES), (2, 9, READ, None))
+    keys = keys_of(path)
+    assert {name: device["unit_id"] for name, device in keys["devices"].items()} == {"unit1": 1, "unit2": 2}
+    assert keys["buses"]["mb"]["unknown_unit"] == "silence"
+    assert "unit 9 never answered 1 request" in path.read_text()
+
+
+def test_unit_255_is_the_device_itself(tmp_path: Path) -> None:
+    with virtual(made(tmp_path, (0, 255, READ, VALUES), (1, 3, READ, "03 06 0001 0002 0003"))) as rig:
+        assert ask(rig, 255, READ)[0] == bytes.fromhex(VALUES).hex()
+
+
+def test_requests_of_a_serial_line_make_a_serial_line(tmp_path: Path) -> None:
+    assert keys_of(made(tmp_path, (0, 7, READ, VALUES), line=True))["buses"]["mb"]["kind"] == "modbus.rtu"
+
+
+def test_a_log_without_answers_has_no_device(tmp_path: Path) -> None:
+    log = save(list(exchanges((0, 7, READ, None))), tmp_path / "meter.jsonl")
+    with pytest.raises(UsageError, match="shows no device") as refused:
+        content_for(log)
+    assert "unit 7 never answered 1 request" in str(refused.value)

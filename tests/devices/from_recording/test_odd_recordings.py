@@ -1,0 +1,120 @@
+"""Recordings of which no rig can be made, or only a part of one: sensible words, and never half a folder."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from made_rigs import keys_of, read_by_sdo, rig_file, virtual, written_log
+from typer.testing import CliRunner
+
+from fieldrig.cli.app import app
+from fieldrig.errors import UsageError
+from fieldrig_devices.from_recording.content import content_for
+
+ASKED = [f"{turn} 605#4000100000000000" for turn in range(5)]
+
+
+def words_about(log: Path, *words: str) -> str:
+    with pytest.raises(UsageError) as refused:
+        content_for(log, words)
+    return str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ([], "has no message"),
+        (["0 20000080#0000000000000000"], "has no message"),
+        ([f"{turn} 18FEF100#FFFFFFFFFFFFFFFF" for turn in range(9)], "9 frames with identifiers of 29 bits, as J1939"),
+        ([f"{turn} 123#0102" for turn in range(9)], "identifiers that no node accounts for: 123h (9 frames)"),
+        (ASKED, "node 5 never answered 5 SDO requests"),
+        ([f"{turn} 705#R" for turn in range(3)], "node 5 never answered 3 guarding requests"),
+        ([f"{turn} 0A5#0102030405060708" for turn in range(3)], "shows no device"),
+    ],
+)
+def test_a_log_without_a_device_says_what_it_has(tmp_path: Path, lines: list[str], words: str) -> None:
+    assert words in words_about(written_log(tmp_path, *lines))
+
+
+def test_no_folder_is_made_of_such_a_log(tmp_path: Path) -> None:
+    log = written_log(tmp_path, *ASKED)
+    result = CliRunner().invoke(app, ["new", "--from", str(log), str(tmp_path / "rig")])
+    assert result.exit_code != 0
+    assert not (tmp_path / "rig").exists()
+
+
+def test_two_buses_are_two_parts_of_one_rig(tmp_path: Path) -> None:
+    log = written_log(
+        tmp_path, "0 can0 705#00", "0.1 can1 705#00", "0.2 can0 705#7F", "0.3 can1 705#05", "0.4 can1 705#05"
+    )
+    keys = keys_of(rig_file(log))
+    assert list(keys["buses"]) == ["can0", "can1"]
+    assert {name: device["links"]["can"] for name, device in keys["devices"].items()} == {
+        "can0-node5": "can0",
+        "can1-node5": "can1",
+    }
+
+
+def test_a_log_that_begins_in_a_transfer_is_read_from_the_next_one_on(tmp_path: Path) -> None:
+    middle = ["0 585#0041424344454647", "0.01 605#7000000000000000", "0.02 585#1041424344454647"]
+    log = written_log(tmp_path, *middle, *read_by_sdo(0.1, 5, "4B00200007000000"))
+    with virtual(rig_file(log)) as rig:
+        assert rig.get("node5/2000:00") == 7
+
+
+def test_a_master_that_others_watch_is_no_device(tmp_path: Path) -> None:
+    watched = ["0.1 605#23161001C8007F00", "0.101 585#6016100100000000"]
+    log = written_log(tmp_path, "0 705#00", *watched, *(f"{0.2 + turn / 10} 77F#05" for turn in range(9)))
+    rig = rig_file(log)
+    assert list(keys_of(rig)["devices"]) == ["node5"]
+    assert "node 127 sends nothing but a heartbeat" in " ".join(rig.read_text().split("#"))
+
+
+@pytest.mark.long
+def test_127_nodes_share_the_process_of_their_bus(tmp_path: Path) -> None:
+    log = written_log(tmp_path, *(f"{node / 1000} {0x700 + node:03X}#00" for node in range(1, 128)))
+    keys = keys_of(rig_file(log))
+    assert len(keys["devices"]) == 127
+    assert {device["process"] for device in keys["devices"].values()} == {"can0"}
+
+
+def test_a_file_that_fits_no_node_is_refused_with_the_nodes(tmp_path: Path) -> None:
+    eds = Path(__file__).parents[3] / "configs/eds/io32.eds"
+    log = written_log(
+        tmp_path,
+        "0 705#00",
+        "0.1 706#00",
+        *read_by_sdo(1, 5, "4300100001000000"),
+        *read_by_sdo(2, 6, "4300100002000000"),
+    )
+    assert "the nodes are 5, 6: write --with NODE=" in words_about(log, str(eds))
+    assert "the nodes are 5, 6" in words_about(log, f"7={eds}")
+    assert "128 is no node-ID" in words_about(log, f"128={eds}")
+
+
+def test_with_needs_from() -> None:
+    result = CliRunner().invoke(app, ["new", "--with", "x.eds"])
+    assert result.exit_code != 0
+    assert "--with goes with --from" in result.output
+
+
+FRAMES = st.tuples(
+    st.sampled_from(["000", "080", "085", "100", "185", "205", "285", "585", "605", "705", "7E5", "123", "18FEF100"]),
+    st.one_of(st.binary(max_size=8).map(bytes.hex), st.sampled_from(["R", "R1", "00", "05", "7F"])),
+)
+
+
+@pytest.mark.long
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(FRAMES, max_size=40))
+def test_any_frames_make_a_valid_rig_or_a_refusal(tmp_path: Path, frames: list[tuple[str, str]]) -> None:
+    log = written_log(
+        tmp_path, *(f"{place / 100} {identifier}#{data}" for place, (identifier, data) in enumerate(frames))
+    )
+    try:
+        rig = rig_file(log)
+    except UsageError:
+        return
+    with virtual(rig) as running:
+        running.run_until(100_000_000)
