@@ -13,8 +13,8 @@ from fieldrig_devices.canopen.eds.source import NODE_ID
 from fieldrig_devices.canopen.emcy import COB_ID as EMCY_COB_ID
 from fieldrig_devices.canopen.pdo import rpdo, tpdo
 from fieldrig_devices.canopen.pdo_maps import TO_MAPPING
-from fieldrig_devices.canopen.variable import FIRST_APPLICATION_INDEX
-from fieldrig_devices.cia402.objects import Row
+from fieldrig_devices.canopen.variable import FIRST_APPLICATION_INDEX, Access
+from fieldrig_devices.cia402.objects import MODE, MODE_DISPLAY, Row
 from fieldrig_devices.from_recording.known_objects import (
     BOOLEAN,
     OCTETS,
@@ -62,12 +62,22 @@ class DescribedNode:
             self.rows[key] = self._row(key, log)
             if key[0] < FIRST_APPLICATION_INDEX and log.last is not None:
                 self.written[key] = int.from_bytes(log.last, "little")
+        display = logs.by_key.get((MODE_DISPLAY, 0))
+        mode = self.rows.get((MODE, 0))
+        if (
+            self.is_drive
+            and mode is not None
+            and display is not None
+            and display.first
+            and not logs.by_key[MODE, 0].first
+        ):
+            self.rows[MODE, 0] = replace(mode, start=int.from_bytes(display.first, "little", signed=True))
 
     def _row(self, key: Key, log: ObjectLog) -> Row:
         index, subindex = key
         known = standard_variable(index, subindex, self.is_drive)
-        size = next(iter(log.sizes)) if len(log.sizes) == 1 else None
         data = log.start or b""
+        size = next(iter(log.sizes)) if len(log.sizes) == 1 else len(data) if not log.sizes else None
         type = type_number(index, subindex, size, data, self.is_drive)
         access = _access(log, "ro" if known is None else known.access.value)
         name = (known.name if known is not None else "") or (
@@ -76,6 +86,8 @@ class DescribedNode:
         start: Value = self._start(key, type, data)
         if isinstance(start, int) and start & 0x7F == self.node_id and self._is_own_cob_id(index, subindex, start):
             start = f"{NODE_ID}+{start - self.node_id:#x}"
+        if self.is_drive and log.first is None and known is not None and known.access is Access.RWW:
+            start = int(known.value)  # an order of the master, which says nothing of the value at power-on
         if index in COMMANDS and log.first is None and (subindex or index == 0x1003):
             start = COMMANDS[index]
         return Row(index, subindex, name, type, access, start, known is not None and known.is_mappable)

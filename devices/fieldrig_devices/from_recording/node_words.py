@@ -59,6 +59,9 @@ def unknown(model: NodeModel) -> Iterator[str]:
         listed = ", ".join(both[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
         them = "it was" if len(both) == 1 else "they were"
         yield f"written after {them} read: {listed}; the node begins with the value before"
+    announced = [f"{index:04X}:{sub:02X}" for (index, sub), log in objects.there().items() if _is_announced(log)]
+    if announced:
+        yield f"the content of {', '.join(announced[:MOST_LISTED])}: its transfer was not finished, so it is zeros"
     if not life.boots:
         yield "its boot-up, because the recording begins later, or it was not switched on"
     if not life.heartbeats and not life.answers:
@@ -108,6 +111,10 @@ def _pdo(model: PdoModel) -> str:
 
 def _is_read(log: ObjectLog) -> bool:
     return log.is_read
+
+
+def _is_announced(log: ObjectLog) -> bool:
+    return not log.is_read and not log.is_written
 
 
 def _is_written(log: ObjectLog) -> bool:

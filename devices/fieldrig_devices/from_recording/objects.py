@@ -9,6 +9,7 @@ from fieldrig_devices.from_recording.series import Series
 
 MOST_OBJECTS: Final = 20_000
 """Objects of one node that are kept: a scan of all indices and sub-indices would be 16 million."""
+MOST_ANNOUNCED: Final = 4_096
 MOST_ABORTS: Final = 64
 MOST_WORDS: Final = 50_000
 WORDS: Final = frozenset({CONTROL_WORD, STATUS_WORD, MODE, MODE_DISPLAY})
@@ -24,6 +25,7 @@ class ObjectLog:
     __slots__ = (
         "_is_certain",
         "aborts",
+        "announced",
         "first",
         "first_write_ns",
         "is_moved",
@@ -38,6 +40,8 @@ class ObjectLog:
 
     def __init__(self) -> None:
         self.is_read = self.is_written = False
+        self.announced = 0
+        """Size of a value that was announced, and not transferred to its end; 0 without one."""
         self.is_moved = False
         """True if a read value differs from the one that was read or written before, so the device changed it."""
         self.first: bytes | None = None
@@ -85,11 +89,16 @@ class ObjectLog:
 
     @property
     def is_there(self) -> bool:
-        return self.is_read or self.is_written
+        return self.is_read or self.is_written or self.announced > 0
 
     @property
     def start(self) -> bytes | None:
-        """The value that the emulated node begins with: the one before any write, else the last one."""
+        """The value that the emulated node begins with: the one before any write, else the last one.
+
+        Of a value that was only announced, nothing is known but its size.
+        """
+        if self.first is None and self.last is None and self.announced:
+            return bytes(self.announced)
         return self.last if self.first is None else self.first
 
 
@@ -100,7 +109,7 @@ class ObjectLogs:
         self.by_key: dict[Key, ObjectLog] = {}
         self.answer_ns: list[int] = []
         """Times from the first requests to their answers."""
-        self.unanswered = self.left_out = self.cancelled = 0
+        self.unanswered = self.left_out = 0
         self.words: list[SdoTransfer] = []
         """Transfers of control word, status word and mode of a drive."""
         self.lost_first: bool | None = None
@@ -112,11 +121,9 @@ class ObjectLogs:
             self.lost_first, self._is_after_boot = bool(self.lost_first) or transfer.end_ns is None, False
         if transfer.index in WORDS and not transfer.subindex and len(self.words) < MOST_WORDS:
             self.words.append(transfer)
-        if transfer.end_ns is None:
-            self.unanswered += 1
-            return
-        if transfer.abort is not None and transfer.abort_by_client:
-            self.cancelled += 1
+        if transfer.end_ns is None or transfer.abort_by_client:
+            self.unanswered += transfer.end_ns is None
+            self._announce(transfer)
             return
         log = self._log((transfer.index, transfer.subindex))
         if log is None:
@@ -125,10 +132,17 @@ class ObjectLogs:
             self.answer_ns.append(transfer.end_ns - transfer.begin_ns)
         if transfer.abort is not None:
             log.refuse(transfer)
+            self._announce(transfer)
         elif transfer.data is not None and transfer.is_download:
             log.write(transfer.begin_ns, transfer.data)
         elif transfer.data is not None:
             log.read(transfer.begin_ns, transfer.data)
+
+    def _announce(self, transfer: SdoTransfer) -> None:
+        """Take an upload that was broken off: what the node has announced exists."""
+        log = self._log((transfer.index, transfer.subindex)) if transfer.size and not transfer.is_download else None
+        if log is not None:
+            log.announced = min(transfer.size or 0, MOST_ANNOUNCED)
 
     def boot(self) -> None:
         """The node has sent its boot-up message."""

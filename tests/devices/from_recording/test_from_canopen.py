@@ -147,6 +147,16 @@ def test_a_text_in_segments_is_a_text(tmp_path: Path) -> None:
         assert rig.get("node5/1008:00") == "Pump 1"
 
 
+def test_an_object_whose_transfer_was_broken_off_exists(tmp_path: Path) -> None:
+    broken = ["0.1 605#4000200000000000", "0.101 585#4100200011000000", *read_by_sdo(0.2, 5, "4300100091010F00")]
+    rig = rig_file(written_log(tmp_path, BOOT, *broken))
+    assert "the content of 2000:00: its transfer was not finished" in rig.read_text()
+    with virtual(rig) as running:
+        master = SdoMaster(running)
+        running.run_until(10 * MS)
+        assert master.read(5, 0x2000) == "41 00 20 00 11 00 00 00"
+
+
 def test_the_first_value_counts_where_a_master_wrote_another_one(tmp_path: Path) -> None:
     lines = [*read_by_sdo(0.1, 5, "4B00200001000000"), "0.2 605#2B00200005000000", "0.201 585#6000200000000000"]
     rig = rig_file(written_log(tmp_path, BOOT, *lines))

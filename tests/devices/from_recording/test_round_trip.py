@@ -17,7 +17,7 @@ from fieldrig_devices.cia402.single.personality import Name
 
 pytestmark = pytest.mark.long
 CONFIGS = Path(__file__).parents[3] / "configs"
-MOST_EARLY_OR_LATE_NS = 12 * MS
+MOST_LATE_NS = 12 * MS
 """A control cycle of the slowest drive, and the time of some frames."""
 LAB = ((0x1000, 0), (0x1018, 1), (0x1018, 2), (0x1017, 0), (0x1A00, 0), (0x1A00, 1), (0x1A00, 2), (0x1A01, 0),
        (0x1A01, 1), (0x1A01, 2), (0x1A01, 3), (0x1A01, 4), (0x1800, 1), (0x2FFF, 0), (0x1018, 9))  # fmt: skip
@@ -35,19 +35,26 @@ def streams(entries: Sequence[TraceEntry], log: Sequence[TraceEntry]) -> dict[tu
     return found
 
 
-def differences(log: Sequence[TraceEntry], got: Sequence[TraceEntry], tolerance: int = 0) -> list[str]:
-    """Return what differs; numbers at the end of an SDO answer may differ by `tolerance`."""
+def differences(
+    log: Sequence[TraceEntry], got: Sequence[TraceEntry], tolerance: int = 0, late_ns: int = MOST_LATE_NS
+) -> list[str]:
+    """Return what differs.
+
+    Numbers at the end of an SDO answer may differ by `tolerance`, and instants by `late_ns`.
+    """
     wanted, found = streams(log, log), streams(got, log)
     wrong = [f"{key}: only in one of the two" for key in wanted.keys() ^ found.keys()]
     for key in wanted.keys() & found.keys():
         if len(wanted[key]) != len(found[key]):
             wrong.append(f"{key}: {len(found[key])} messages, expected {len(wanted[key])}")
         for expected, entry in zip(wanted[key], found[key], strict=False):
-            late_ns = entry.time_ns - expected.time_ns
+            later_ns = entry.time_ns - expected.time_ns
             far = abs(_number(entry) - _number(expected)) if tolerance and len(entry.data) == 13 else 0
             is_same = entry.data[:9] == expected.data[:9] and far <= tolerance if far else entry.data == expected.data
-            if abs(late_ns) > MOST_EARLY_OR_LATE_NS or not is_same:
-                wrong.append(f"{key}: {entry.data.hex()} at {entry.time_ns}, expected {expected.data.hex()}, {late_ns}")
+            if abs(later_ns) > late_ns or not is_same:
+                wrong.append(
+                    f"{key}: {entry.data.hex()} at {entry.time_ns}, expected {expected.data.hex()}, {later_ns}"
+                )
     return wrong
 
 
@@ -145,6 +152,87 @@ def test_the_personality_of_a_drive_is_recognised(tmp_path: Path, personality: s
     device = keys_of(rig_file(save(moved(personality), tmp_path / "drive.jsonl")))["devices"]["node3"]
     assert (device["kind"], device.get("personality")) == ("cia402.drive", personality)
     assert "missing" not in device.get("behaviour", {})
+
+
+def axis() -> list[TraceEntry]:
+    """Record the axis of a MAx-4 on CAN: a master identifies, enables and turns it, and stops it."""
+    with Rig(load(CONFIGS / "conveyor.yaml", ["time=virtual"])) as rig:
+        entries = recorded(rig)
+        master = SdoMaster(rig, pause_ns=20 * MS)
+        rig.run_until(4 * S)
+        for index in (0x1000, 0x1001, 0x6502, 0x6041, 0x6061, 0x6064, 0x6083, 0x1017):
+            master.read(1, index)
+        for index, subindex in ((0x1018, 1), (0x1018, 2), (0x1A00, 0), (0x1A00, 1), (0x1A00, 2), (0x1800, 1)):
+            master.read(1, index, subindex)
+        master.write(1, 0x1017, 0, 200, 2)
+        master.can.send(CanFrame(0, b"\x01\x01"))
+        rig.run_for(200 * MS)
+        master.write(1, 0x6060, 0, 3, 1)
+        master.read(1, 0x6061)
+        for word in (6, 7, 0xF):
+            master.write(1, 0x6040, 0, word, 2)
+            rig.run_for(100 * MS)
+            master.read(1, 0x6041)
+        for speed in (200_000, 0):
+            master.write(1, 0x60FF, 0, speed, 4)
+            for _ in range(6):
+                rig.run_for(50 * MS)
+                master.read(1, 0x606C)
+                master.read(1, 0x6041)
+        master.write(1, 0x6040, 0, 6, 2)
+        return [entry for entry in entries if entry.family == "can"]
+
+
+def test_the_axis_of_a_controller_turns_as_it_was_recorded(tmp_path: Path) -> None:
+    """How long a change of the speed takes depends on the load, which no log shows: up to 21 ms less here.
+
+    The timers of the PDOs begin at these changes, so only changes are compared.
+    """
+    log = axis()
+    with virtual(rig_file(save(log, tmp_path / "axis.jsonl"))) as rig:
+        found = differences(changes(log), changes(played(rig, log)), tolerance=200_000, late_ns=25 * MS)
+    assert found == []
+
+
+def changes(entries: Sequence[TraceEntry]) -> list[TraceEntry]:
+    """Return the messages without the PDOs that repeat their data."""
+    kept, last = [], dict[bytes, bytes]()
+    for entry in entries:
+        is_pdo = entry.data[:2] in (b"\x81\x01", b"\x81\x02")
+        if not is_pdo or last.get(entry.data[:4]) != entry.data:
+            kept.append(entry)
+        last[entry.data[:4]] = entry.data
+    return kept
+
+
+def cell() -> list[TraceEntry]:
+    """Record the ARP cell, whose cards are masters themselves; what any master sends has the sender `master`."""
+
+    def sender(entry: TraceEntry) -> str:
+        identifier = int.from_bytes(entry.data[:4], "little")
+        is_master = identifier in (0, 0x201, 0x202, 0x214) or identifier & 0x780 == 0x600
+        return "master" if is_master else entry.sender
+
+    with Rig(load(CONFIGS / "arp-cell.yaml", ["time=virtual"])) as rig:
+        entries = recorded(rig)
+        master = SdoMaster(rig, pause_ns=20 * MS)
+        rig.run_until(1 * S)
+        for node_id in (1, 2, 11, 12, 20):
+            for index, subindex in ((0x1000, 0), (0x1018, 1), (0x1017, 0), (0x6401, 1), (0x6000, 1), (0x2000, 0)):
+                master.read(node_id, index, subindex)
+        return [entry._replace(sender=sender(entry)) for entry in entries if entry.family == "can"]
+
+
+def test_the_cell_differs_only_in_what_its_rig_file_lists(tmp_path: Path) -> None:
+    log = cell()
+    path = rig_file(save(log, tmp_path / "cell.jsonl"))
+    text = " ".join(path.read_text().replace("#", " ").split())
+    assert "identifiers that no node accounts for: 24Bh (1 frame), 24Ch (1 frame)" in text
+    assert text.count("it sends none by itself here") == 2  # EMCY of the two cards: 8Bh and 8Ch
+    with virtual(path) as rig:
+        found = differences(log, played(rig, log))
+    missing = [f"('can0', {identifier}): only in one of the two" for identifier in (0x8B, 0x8C, 0x24B, 0x24C)]
+    assert sorted(found) == sorted(missing)
 
 
 def test_frames_are_compared() -> None:
