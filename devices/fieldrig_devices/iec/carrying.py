@@ -61,7 +61,7 @@ def _parts(old: Type, new: Type) -> Iterator[tuple[int, int, Type, Type]]:
                 yield first * old.element.size, second * new.element.size, old.element, new.element
         case StructType(), StructType():
             for name, field in new.fields.items():
-                if name in old.fields:
+                if name in old.fields and old.fields[name].bit == field.bit:
                     yield old.fields[name].offset, field.offset, old.fields[name].type, field.type
         case BlockType(), BlockType():
             known = {member.name.lower(): member for member in members(old) if not member.is_reference}

@@ -7,7 +7,7 @@ the tasks; and the data area with the global variables, among them all instances
 In an online change a variable of the same name and type keeps its address.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from typing import Final
@@ -18,6 +18,7 @@ from fieldrig_devices.iec.types import (
     ArrayType,
     BlockType,
     EnumType,
+    Field,
     InitialValue,
     ObjectType,
     PointerType,
@@ -222,7 +223,7 @@ class Images:
                 return cells + self.cells(element) * (count - len(given))
             case StructType():
                 own = initial if isinstance(initial, dict) else {}
-                parts = [(part.type, own.get(part.name.lower(), part.initial)) for part in kind.stored_fields]
+                parts = [(part.type, _started(part, own)) for part in kind.stored_fields]
                 return [cell for part, start in parts for cell in self.cells(part, start)]
             case BlockType():
                 own = initial if isinstance(initial, dict) else {}
@@ -256,6 +257,13 @@ class Images:
         stored = storage(kind)
         assert stored is not None, kind
         return bytes([kind_number(stored)]).ljust(kind.size, INSIDE)
+
+
+def _started(part: Field, own: Mapping[str, InitialValue]) -> InitialValue | None:
+    """Return the start value of a component, or of the byte with some BITs."""
+    if not part.bits:
+        return own.get(part.name.lower(), part.initial)
+    return sum(bool(own.get(one.name.lower(), one.initial)) << one.bit for one in part.bits)
 
 
 _REFERENCE: Final = bytes([KINDS[Elementary.DWORD]]).ljust(REFERENCE_SIZE, INSIDE)

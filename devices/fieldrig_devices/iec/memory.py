@@ -7,7 +7,7 @@ controller, which is little-endian.
 import struct
 from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.carrying import Run
@@ -105,6 +105,15 @@ def limiter(kind: Type) -> Callable[[Value], Value]:
     return lambda value: whole if low <= (whole := int(value)) <= high else cut(whole, number)
 
 
+class Kept(NamedTuple):
+    """The contents of the memory at an instant: all variables, and what __NEW has given."""
+
+    cells: Sequence[Value]
+    kinds: bytes
+    allocated: Mapping[int, int]
+    free: Mapping[int, Sequence[int]]
+
+
 class Memory:
     def __init__(self, host: Host, areas: Mapping[str, bytearray], images: Images, end: int) -> None:
         """`areas` are the contents of %I, %Q and %M; the cells reach up to `end`, the end of the program's layout."""
@@ -180,13 +189,16 @@ class Memory:
         """Return cells with their kinds."""
         return self.cells[address : address + size], bytes(self.kinds[address : address + size])
 
-    def kept(self) -> tuple[Sequence[Value], bytes]:
+    def kept(self) -> "Kept":
         """Return the contents of the data area, for `restore`."""
-        return self.cells[DATA:], bytes(self.kinds[DATA:])
+        free = {size: list(addresses) for size, addresses in self._free.items()}
+        return Kept(self.cells[DATA:], bytes(self.kinds[DATA:]), dict(self._allocated), free)
 
-    def restore(self, kept: tuple[Sequence[Value], bytes]) -> None:
+    def restore(self, kept: "Kept") -> None:
         """Give the data area contents that it had before, and forget what was on the first stack."""
-        self.cells[DATA:], self.kinds[DATA:] = kept
+        self.cells[DATA:], self.kinds[DATA:] = kept.cells, kept.kinds
+        self._allocated = dict(kept.allocated)
+        self._free = {size: list(addresses) for size, addresses in kept.free.items()}
         self.kinds[STACKS : STACKS + STACK_SIZE] = _UNKNOWN
         self._written.clear()
 

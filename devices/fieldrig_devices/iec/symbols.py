@@ -31,6 +31,8 @@ class Symbol:
     """The address of a variable with AT; it has no cell."""
     is_in_union: bool = False
     """True if its cells may have values of another type."""
+    bit: int = -1
+    """The number of a BIT in the byte at its address; -1 for other variables."""
 
     @property
     def is_value(self) -> bool:
@@ -159,7 +161,7 @@ def _part(symbol: Symbol, name: str) -> Symbol | None:
             return None
         path = f"{symbol.path}.{field.name}"
         part = replace(symbol, path=path, name=field.name, type=field.type, comment=field.comment)
-        part = replace(part, is_in_union=symbol.is_in_union or kind.is_union)
+        part = replace(part, is_in_union=symbol.is_in_union or kind.is_union, bit=field.bit)
         return _moved(part, field.offset)
     if not isinstance(kind, BlockType) or kind.pou is None:
         return None

@@ -77,6 +77,10 @@ class Field:
     offset: int = 0
     initial: "InitialValue | None" = None
     comment: str = ""
+    bit: int = -1
+    """The number of the bit in the byte at `offset`; -1 for a component that is no BIT."""
+    bits: "tuple[Field, ...]" = ()
+    """The BITs in a byte that stands for them where values are stored."""
 
 
 @dataclass(slots=True, eq=False)
@@ -93,11 +97,19 @@ class StructType:
     @property
     def stored_fields(self) -> "list[Field]":
         """The components that have cells of their own: of a union the first of the largest ones."""
-        fields = list(self.fields.values())
+        fields = [_stored(self, field) for field in self.fields.values() if field.bit <= 0 or self.is_union]
         return [max(fields, key=lambda field: field.type.size)] if self.is_union and fields else fields
 
     def __str__(self) -> str:
         return self.name
+
+
+def _stored(kind: StructType, field: Field) -> Field:
+    """Return a component, or the byte with it and the BITs behind it."""
+    if field.bit < 0:
+        return field
+    bits = tuple(other for other in kind.fields.values() if other.bit >= 0 and other.offset == field.offset)
+    return Field(field.name, Elementary.BYTE, field.offset, bits=bits)
 
 
 MOST_RANGES: Final = 100

@@ -1,6 +1,7 @@
 """The values of the variables of a loaded program, by their symbols: in its memory, or in the area %I, %Q or %M."""
 
 from collections.abc import Mapping
+from typing import Final
 
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.elementary import Elementary
@@ -9,6 +10,8 @@ from fieldrig_devices.iec.layout import AREAS, kind_number, storage
 from fieldrig_devices.iec.memory import Memory, limited
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.types import EnumType, StringType, SubrangeType, Type, Value
+
+_BYTE: Final = kind_number(Elementary.BYTE)
 
 
 class NoTargetError(ValueError):
@@ -28,6 +31,8 @@ class Values:
             raise ValueError(f"{symbol.path} is a {symbol.type}; expected one of its parts")
         if symbol.location is not None:
             return self.read_area(symbol)
+        if symbol.bit >= 0:
+            return bool(int(self._memory.value(self._address(symbol), _BYTE)) >> symbol.bit & 1)
         if symbol.is_in_union:
             return self._memory.value(self._address(symbol), kind_number(kind))
         value = self._memory.cells[self._address(symbol)]
@@ -36,6 +41,9 @@ class Values:
     def put(self, symbol: Symbol, value: Value) -> None:
         if symbol.location is not None:
             self.put_area(symbol, value)
+        elif symbol.bit >= 0:
+            rest = int(self._memory.value(self._address(symbol), _BYTE)) & ~(1 << symbol.bit)
+            self._memory.put_value(self._address(symbol), _BYTE, rest | bool(value) << symbol.bit)
         elif symbol.is_in_union and (kind := storage(symbol.type)) is not None:
             self._memory.put_value(self._address(symbol), kind_number(kind), value)
         else:

@@ -18,7 +18,7 @@ from fieldrig_devices.iec.check import (
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSource, Project, Start
 from fieldrig_devices.iec.check.sizes import DEEPEST, MOST_PARTS, Refused, Sizes
-from fieldrig_devices.iec.check.type_specs import TypeSpecs
+from fieldrig_devices.iec.check.type_specs import BIT, TypeSpecs
 from fieldrig_devices.iec.check.variables import Variables
 from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, OF_EDITION_3, Elementary
 from fieldrig_devices.iec.program import Constant, Pou, Space, Variable
@@ -52,6 +52,8 @@ class Declarations:
         project.types["string"] = StringType()
         if project.dialect.has_wide_strings:
             project.types["wstring"] = StringType(is_wide=True)
+        if project.dialect.has_bits:
+            project.types[BIT] = Elementary.BOOL
         if project.dialect.has_any_inputs:
             project.types.update(dict.fromkeys(any_types.NAMES, any_types.DESCRIPTION))
         project.types.update(project.host.object_types)

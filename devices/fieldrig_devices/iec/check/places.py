@@ -23,6 +23,7 @@ from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.program import (
     AddressOf,
+    Bit,
     CallFunction,
     Cell,
     Component,
@@ -257,11 +258,14 @@ def _field(context: Context, owner: Place, kind: StructType, node: tree.Member) 
         hint = context.project.reports.closest(node.name, known) or f"it has {', '.join(list(known)[:8])}"
         context.say(node, f"{kind} has no component {node.name}", "a component of the structure", hint)
         return None
+    stored = Elementary.BYTE if field.bit >= 0 else field.type
+    place: Place
     if kind.is_union:
-        return Target(AddressOf(owner, Elementary.DWORD), field.type)
-    place = Component(owner, field.offset, field.type)
-    context.project.components.append((place, field))
-    return place
+        place = Target(AddressOf(owner, Elementary.DWORD), stored)
+    else:
+        place = Component(owner, field.offset, stored)
+        context.project.components.append((place, field))
+    return Bit(place, field.bit) if field.bit >= 0 else place
 
 
 def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning | None:

@@ -96,10 +96,16 @@ class Sizes:
     def _structure(self, kind: StructType) -> int:
         if kind.is_union:
             return max((self.of(field.type) for field in kind.fields.values()), default=0)
-        offset = 0
+        offset, bits = 0, 0
         for field in kind.fields.values():
-            field.offset = offset
-            offset += self.of(field.type)
+            if field.bit < 0:
+                field.offset, bits = offset, 0
+                offset += self.of(field.type)
+                continue
+            if not bits % 8:
+                offset += 1
+            field.offset, field.bit = offset - 1, bits % 8
+            bits += 1
         return offset
 
     def instance(self, pou: Pou | None) -> int:

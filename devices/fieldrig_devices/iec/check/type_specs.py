@@ -24,6 +24,8 @@ from fieldrig_devices.iec.types import (
     Type,
 )
 
+BIT: Final = "bit"
+"""The name of a BOOL that has one bit of a byte in a structure."""
 DEEPEST: Final = 40
 """Levels of declared types of which each is needed for the one before."""
 
@@ -255,7 +257,9 @@ class TypeSpecs:
                 context.say(part, f"{part.name} is an instance of {block.name}, which is ABSTRACT", "another type")
             if spec.is_union and part.initial is not None:
                 context.say(part, f"{part.name} in a UNION has a start value", "a value that the program assigns")
-            kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment_of(part))
+            is_bit = isinstance(part.type, tree.NamedType) and self._key(part.type.name) == BIT
+            bit = 0 if is_bit and self._project.dialect.has_bits else -1
+            kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment_of(part), bit=bit)
         self._project.unfinished.discard(kind)
         return kind
 

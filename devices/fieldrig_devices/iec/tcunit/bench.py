@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
 from fieldrig.clock import MS, S, VirtualClock
@@ -40,7 +41,8 @@ class Bench:
         self.host.libraries = (natives.library(),)
         self.program = program.built(given, self.host)
         compiled = self.program.compiled
-        self._paths = paths.suites(compiled.program, _lists(self.program))
+        self.instances = paths.suites(compiled.program, _lists(self.program))
+        """The paths of the suites, and the names of their blocks, by address."""
         # Only one thread runs at a time, so that it may have the stacks of all.
         self.runtime = Runtime(compiled, self.host, MOST_STACKS * STACK_SIZE)
         natives.memory = self.runtime.contents
@@ -79,7 +81,12 @@ class Bench:
     # ---- for the session
 
     def _path_of(self, address: int) -> str:
-        return self._paths.get(address, f"{address:#x}")
+        return self.instances[address][0] if address in self.instances else f"{address:#x}"
+
+    def file_of(self, path: str) -> Path:
+        """Return the file with the block of a suite."""
+        block = next((name for known, name in self.instances.values() if known == path), "")
+        return Path(next((item.file for item in self.program.items if item.name == block.casefold()), ""))
 
     def _place(self) -> tuple[str, int]:
         """Return the file and the line of the assert that is running."""

@@ -8,22 +8,23 @@ from fieldrig_devices.iec.tcunit import library
 from fieldrig_devices.iec.types import ArrayType, BlockType, StructType, Type
 
 
-def suites(program: Program, lists: Mapping[str, str]) -> dict[int, str]:
-    """Return the paths of all instances of suites by address.
+def suites(program: Program, lists: Mapping[str, str]) -> dict[int, tuple[str, str]]:
+    """Return the paths of all instances of suites by address, each with the name of its block.
 
     `lists` has the names of the lists of global variables by those of their variables, in small letters.
     """
-    found: dict[int, str] = {}
+    found: dict[int, tuple[str, str]] = {}
     for name, variable in program.globals.items():
         if variable.location is not None:
             continue
         listed = lists.get(name)
         path = f"{listed}.{variable.name}" if listed else variable.name
-        found.update((address, inside) for inside, address in _below(path, variable.type, variable.offset))
+        for inside, address, block in _below(path, variable.type, variable.offset):
+            found[address] = inside, block
     return found
 
 
-def _below(path: str, kind: Type, address: int) -> Iterator[tuple[str, int]]:
+def _below(path: str, kind: Type, address: int) -> Iterator[tuple[str, int, str]]:
     if not _may_have_suites(kind):
         return
     match kind:
@@ -36,7 +37,7 @@ def _below(path: str, kind: Type, address: int) -> Iterator[tuple[str, int]]:
                 yield from _below(f"{path}.{field.name}", field.type, address + field.offset)
         case BlockType():
             if _is_suite(kind):
-                yield path, address
+                yield path, address, kind.name
             for member in members(kind):
                 if not member.is_reference:
                     yield from _below(f"{path}.{member.name}", member.type, address + member.offset)

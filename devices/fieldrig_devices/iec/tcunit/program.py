@@ -42,6 +42,10 @@ class LeftOut:
     name: str
     is_suite: bool
     reason: Mistake
+    file: str = ""
+    line: int = 0
+    words: frozenset[str] = frozenset()
+    """The words in it, in small letters."""
 
 
 @dataclass(slots=True)
@@ -197,11 +201,22 @@ class _Builder:
             if item in self._stubs.values() or (item in roots and _is_program(item)):
                 continue
             is_suite = reach.is_suite(self._units, item)
-            self._left_out[item] = LeftOut(item.title, is_suite, mistake)
+            self._left_out[item] = LeftOut(item.title, is_suite, mistake, item.file, item.line, item.words)
             if is_suite:
                 self._stubs[item] = _stub(item)
             is_new = True
         return is_new
+
+
+def origins(suite: LeftOut, left_out: Sequence[LeftOut]) -> list[Mistake]:
+    """Return why a suite is left out: its own mistake, and those of the units behind it that came first."""
+    found, words, waiting = [suite], set(suite.words), [one for one in left_out if not one.is_suite]
+    while new := [one for one in waiting if one.name.casefold() in words]:
+        found += new
+        waiting = [one for one in waiting if one not in new]
+        words |= {word for one in new for word in one.words}
+    order = {id(one): number for number, one in enumerate(left_out)}
+    return [one.reason for one in sorted(found, key=lambda one: order[id(one)])]
 
 
 def _is_program(item: Item) -> bool:

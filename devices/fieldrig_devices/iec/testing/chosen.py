@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Final
 
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.imports.plcproj import SUFFIX
 from fieldrig_devices.iec.testing import gathered
 from fieldrig_devices.iec.testing.blocks import BlockSource
 from fieldrig_devices.iec.testing.case import Case, Source
+from fieldrig_devices.iec.testing.suites import sources_in
 
 _WILD: Final = frozenset("*?[")
 _AND: Final = "::"
@@ -22,7 +24,13 @@ def split(path: str) -> tuple[Path, str]:
 
 def sources_of(paths: Sequence[Path], dialect: Dialect) -> list[Source]:
     """Return a source for each kind of tests in each place.  UsageError for a file that cannot be read."""
-    return [BlockSource(file, dialect) for file in dict.fromkeys(gathered.test_files(paths))]
+    blocks = [BlockSource(file, dialect) for file in dict.fromkeys(gathered.test_files(_texts(paths)))]
+    return [*blocks, *(source for path in paths for source in sources_in(path))]
+
+
+def _texts(paths: Sequence[Path]) -> list[Path]:
+    """Return the paths that may have TEST blocks: the list of files of a project has none."""
+    return [path for path in paths if path.suffix.casefold() != SUFFIX]
 
 
 def is_chosen(case: Case, names: Sequence[tuple[Path, str]], patterns: Sequence[str]) -> bool:
@@ -32,7 +40,7 @@ def is_chosen(case: Case, names: Sequence[tuple[Path, str]], patterns: Sequence[
 
 def _is_named(case: Case, names: Sequence[tuple[Path, str]]) -> bool:
     for path, name in names:
-        is_inside = case.file == path or path in case.file.parents
+        is_inside = case.file == path or path in case.file.parents or path.suffix.casefold() == SUFFIX
         if is_inside and (not name or fits(case.name, name, is_whole=True)):
             return True
     return False

@@ -1,0 +1,223 @@
+"""Projects with suites: what is read, what is compiled, and what is listed instead."""
+
+from pathlib import Path
+
+import pytest
+from tcunit_bench import SuiteBench, suite
+
+from fieldrig.errors import UsageError
+from fieldrig_devices.iec.imports.plcproj import read_plcproj
+from fieldrig_devices.iec.imports.report import Report
+from fieldrig_devices.iec.tcunit.bench import Bench
+from fieldrig_devices.iec.tcunit.project import opened, projects_in
+from fieldrig_devices.iec.testing.case import Limits, Verdict
+from fieldrig_devices.iec.testing.suites import sources_in
+
+HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
+PROJECT = (
+    HEAD
+    + """<Project DefaultTargets="Build" xmlns="http://schemas.microsoft.com/developer/msbuild/2003">
+  <PropertyGroup><Name>{name}</Name><Title>{title}</Title></PropertyGroup>
+  <ItemGroup>{files}</ItemGroup>
+  <ItemGroup>{references}</ItemGroup>
+</Project>
+"""
+)
+TCUNIT = """
+<PlaceholderReference Include="TcUnit"><Namespace>TcUnit</Namespace>
+  <Parameters><Parameter ListName="GVL_PARAM_TCUNIT">
+    <Key>LOGEXTENDEDRESULTS</Key><Value>FALSE</Value>
+  </Parameter></Parameters>
+</PlaceholderReference>
+"""
+
+
+def pou(name: str, declaration: str, body: str = "") -> str:
+    return (
+        f'{HEAD}<TcPlcObject Version="1.1.0.1"><POU Name="{name}" Id="{{0}}">\n'
+        f"<Declaration><![CDATA[{declaration}]]></Declaration>\n"
+        f"<Implementation><ST><![CDATA[{body}]]></ST></Implementation>\n</POU></TcPlcObject>\n"
+    )
+
+
+def gvl(name: str, declaration: str) -> str:
+    return (
+        f'{HEAD}<TcPlcObject Version="1.1.0.1"><GVL Name="{name}" Id="{{0}}">\n'
+        f"<Declaration><![CDATA[{declaration}]]></Declaration>\n</GVL></TcPlcObject>\n"
+    )
+
+
+def task(program: str, cycle_us: int) -> str:
+    return (
+        f'{HEAD}<TcPlcObject Version="1.1.0.1"><Task Name="PlcTask" Id="{{0}}"><CycleTime>{cycle_us}</CycleTime>'
+        f"<Priority>20</Priority><PouCall><Name>{program}</Name></PouCall></Task></TcPlcObject>\n"
+    )
+
+
+def project(folder: Path, files: dict[str, str], *references: str, title: str = "") -> Path:
+    """Write a project, whose file names may have folders in them as TwinCAT writes them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        path = folder / name.replace("\\", "/")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    included = "".join(f'<Compile Include="{name}"><SubType>Code</SubType></Compile>' for name in files)
+    path = folder / f"{folder.name}.plcproj"
+    path.write_text(
+        PROJECT.format(name=folder.name, title=title, files=included, references="".join((TCUNIT, *references)))
+    )
+    return path
+
+
+SUITE = pou(
+    "Pump_Test",
+    "FUNCTION_BLOCK Pump_Test EXTENDS TcUnit.FB_TestSuite\nVAR pump : Pump; END_VAR",
+    "TEST('runs');\npump(on := TRUE);\nAssertTrue(pump.runs, 'runs');\nTEST_FINISHED();",
+)
+PUMP = pou("Pump", "FUNCTION_BLOCK Pump\nVAR_INPUT on : BOOL; END_VAR\nVAR_OUTPUT runs : BOOL; END_VAR", "runs := on;")
+MAIN = pou("PRG_TEST", "PROGRAM PRG_TEST\nVAR\n  t : Pump_Test;\nEND_VAR", "TcUnit.RUN();")
+FILES = {
+    "POUs\\Pump.TcPOU": PUMP,
+    "Tests\\Pump_Test.TcPOU": SUITE,
+    "Tests\\PRG_TEST.TcPOU": MAIN,
+    "PlcTask.TcTTO": task("PRG_TEST", 1_000),
+}
+
+
+def test_a_project_runs_in_the_cycle_of_its_task(tmp_path: Path) -> None:
+    bench = Bench(opened(project(tmp_path / "Plant", FILES)))
+    bench.run()
+    assert [suite.path for suite in bench.session.suites.values()] == ["PRG_TEST.t"]
+    assert bench.interval_ns == 1_000_000
+    assert not bench.session.parameters.is_extended
+    assert bench.session.lines == []
+
+
+def test_a_file_that_is_not_there_is_named_and_one_of_another_kind_is_left_alone(tmp_path: Path) -> None:
+    path = project(tmp_path / "Plant", FILES)
+    text = (
+        path.read_text()
+        .replace("PlcTask.TcTTO", "Other.TcTTO")
+        .replace("</ItemGroup>", '<None Include="x.tmc"/></ItemGroup>', 1)
+    )
+    path.write_text(text)
+    assert opened(path).absent == ["the file Other.TcTTO"]
+
+
+@pytest.mark.parametrize("text", ["", "no project", "<Project", "<Solution/>", "<!DOCTYPE a><Project/>"])
+def test_what_is_no_project_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "x.plcproj"
+    path.write_text(text)
+    with pytest.raises(UsageError, match="cannot be read"):
+        opened(path)
+
+
+def test_a_path_cannot_lead_to_files_of_others(tmp_path: Path) -> None:
+    (tmp_path / "secret.TcPOU").write_text(PUMP)
+    report = Report("p")
+    text = PROJECT.format(name="p", title="", references="", files='<Compile Include="..\\..\\..\\..\\etc\\x.TcPOU"/>')
+    found = read_plcproj(tmp_path / "a" / "p.plcproj", text, report)
+    assert found is not None
+    assert (found.files, found.missing) == ([], ["..\\..\\..\\..\\etc\\x.TcPOU"])
+
+
+def test_a_library_is_found_by_its_name_in_the_folders_around(tmp_path: Path) -> None:
+    library = {
+        "Pump.TcPOU": PUMP.replace("runs := on;", "runs := on OR Limits.always;"),
+        "Limits.TcGVL": gvl("Limits", "VAR_GLOBAL CONSTANT\nalways : BOOL := FALSE;\nEND_VAR"),
+    }
+    project(tmp_path / "libs" / "Pumps", library, title="My pumps")
+    files = {name: text for name, text in FILES.items() if "POUs" not in name}
+    setting = '<Parameters><Parameter ListName="LIMITS"><Key>ALWAYS</Key><Value>1</Value></Parameter></Parameters>'
+    path = project(
+        tmp_path / "tests" / "PumpTests",
+        files
+        | {
+            "Tests\\Pump_Test.TcPOU": SUITE.replace("on := TRUE", "on := FALSE").replace(
+                "pump : Pump;", "pump : Pumps.Pump;"
+            )
+        },
+        f'<PlaceholderReference Include="My pumps"><Namespace>Pumps</Namespace>{setting}</PlaceholderReference>',
+    )
+    bench = Bench(opened(path))
+    bench.run()
+    assert (bench.program.left_out, bench.session.lines) == ([], [])
+
+
+def test_only_what_suites_reach_is_compiled_and_the_rest_never_read() -> None:
+    broken = "FUNCTION_BLOCK Unused VAR x : Missing; END_VAR END_FUNCTION_BLOCK"
+    bench = SuiteBench.ran(suite("TEST('t'); TEST_FINISHED();"), broken)
+    assert bench.program.reached == 2
+    assert bench.test("t").is_finished
+
+
+def test_a_unit_that_does_not_compile_stops_only_the_suites_that_need_it() -> None:
+    texts = [
+        "FUNCTION_BLOCK Drive VAR x : Axis; END_VAR END_FUNCTION_BLOCK",
+        "FUNCTION_BLOCK One EXTENDS FB_TestSuite VAR d : Drive; END_VAR TEST('one');\nEND_FUNCTION_BLOCK",
+        "FUNCTION_BLOCK Two EXTENDS FB_TestSuite TEST('two'); TEST_FINISHED(); END_FUNCTION_BLOCK",
+        "PROGRAM PRG_TEST VAR a : One; b : Two; END_VAR RUN(); END_PROGRAM",
+    ]
+    bench = SuiteBench(*texts)
+    bench.run()
+    assert [(one.name, one.is_suite, one.reason.what) for one in bench.program.left_out] == [
+        ("Drive", False, "the type Axis is not declared"),
+        ("One", True, "the type Drive is not declared"),
+    ]
+    assert [list(suite.tests) for suite in bench.suites] == [[], ["two"]]
+
+
+# ---- as tests of the runner
+
+
+def test_the_runner_lists_and_runs_the_tests_of_a_project(tmp_path: Path) -> None:
+    path = project(tmp_path / "Plant", FILES)
+    (source,) = sources_in(tmp_path)
+    (case,) = source.cases()
+    assert (case.name, case.suite, case.file.name, case.line) == ("runs", "PRG_TEST.t", "Pump_Test.TcPOU", 5)
+    (outcome,) = source.run([case], Limits())
+    assert (outcome.verdict, outcome.asserts, outcome.duration_ns) == (Verdict.PASSED, 1, 0)
+    assert path in source.files()
+
+
+def test_the_runner_gets_failures_skips_faults_and_tests_without_an_end(tmp_path: Path) -> None:
+    body = """
+    TEST('fails'); AssertEquals_INT(1, 2, 'm'); TEST_FINISHED();
+    TEST('disabled_later');
+    TEST('hangs');
+    """
+    fault = """
+    FUNCTION_BLOCK Bad EXTENDS FB_TestSuite VAR n : INT; END_VAR
+    TEST('faults'); n := 1 / n; TEST_FINISHED();
+    TEST('never'); TEST_FINISHED();
+    END_FUNCTION_BLOCK
+    """
+    lost = "FUNCTION_BLOCK Lost EXTENDS FB_TestSuite VAR d : Drive; END_VAR TEST('x'); END_FUNCTION_BLOCK"
+    main = "PROGRAM PRG_TEST VAR s : Suite; b : Bad; l : Lost; END_VAR RUN(); END_PROGRAM"
+    texts = [suite(body).partition("PROGRAM")[0], fault, lost, main]
+    for number, text in enumerate(texts):
+        (tmp_path / f"part{number}.st").write_text(text)
+    (source,) = sources_in(tmp_path)
+    outcomes = {outcome.case.name: outcome for outcome in source.run(source.cases(), Limits(longest_ns=100_000_000))}
+    assert {name: outcome.verdict for name, outcome in outcomes.items()} == {
+        "fails": Verdict.FAILED,
+        "disabled_later": Verdict.SKIPPED,
+        "hangs": Verdict.ERROR,
+        "faults": Verdict.ERROR,
+        "never": Verdict.SKIPPED,
+        "the suite compiles": Verdict.ERROR,
+    }
+    (failure,) = outcomes["fails"].failures
+    assert (failure.kind, failure.expected, failure.actual, failure.message) == ("INT", "1", "2", "m")
+    assert "a division by zero" in outcomes["faults"].failures[0].actual
+
+
+def test_a_folder_without_projects_is_one_and_one_without_suites_is_none(tmp_path: Path) -> None:
+    (tmp_path / "a.st").write_text("PROGRAM PLC_PRG END_PROGRAM")
+    assert sources_in(tmp_path) == []
+    assert projects_in(tmp_path) == [tmp_path]
+    (tmp_path / "b.TcPOU").write_text(
+        SUITE.replace("pump(on := TRUE);", "").replace("pump : Pump;", "").replace("pump.runs", "TRUE")
+    )
+    (source,) = sources_in(tmp_path)
+    assert [outcome.verdict for outcome in source.run(source.cases(), Limits())] == [Verdict.PASSED]
