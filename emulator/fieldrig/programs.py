@@ -102,17 +102,67 @@ class ProgramBench(ABC):
     def __setitem__(self, path: str, value: Any) -> None:
         self.set(path, value)
 
-    def until(self, condition: Callable[[], R], within: int) -> R:
-        """Let time pass until `condition()` is true, and return its value; it is looked at once in a millisecond.
+    def next_ns(self) -> int | None:
+        """Return the next instant at which something happens in the program; None if it is not known."""
+        return None
 
-        UnmetError, with the values that were read last, if it is not true in time.
+    def _watch(self, look: Callable[[], bool], during: int) -> None:
+        """Let time pass, and call `look()` now, at each instant at which something happens, and at the end.
+
+        It ends when `look()` is false.
         """
-        end_ns = self.now_ns + checked_duration(within)
-        while not (met := condition()):
-            if self.now_ns >= end_ns:
-                raise UnmetError(f"the condition did not hold within {within / MS:g} ms", self.told())
-            self.advance(min(LOOK_NS, end_ns - self.now_ns))
-        return met
+        end_ns = self.now_ns + checked_duration(during)
+        while look() and self.now_ns < end_ns:
+            look_ns, next_ns = self.now_ns + LOOK_NS, self.next_ns()
+            until_ns = min(end_ns, look_ns if next_ns is None else max(min(next_ns, look_ns), self.now_ns + 1))
+            self.advance(until_ns - self.now_ns)
+
+    def until(self, condition: Callable[[], R], within: int) -> R:
+        """Let time pass until `condition()` is true, and return its value.
+
+        It is called at each instant at which something happens, and once in a millisecond.  UnmetError, with the last changes, if it is
+        not true in time.
+        """
+        met: list[R] = []
+
+        def look() -> bool:
+            value = condition()
+            if value:
+                met.append(value)
+            return not value
+
+        self._watch(look, within)
+        if not met:
+            raise UnmetError(f"the condition did not hold within {within / MS:g} ms", self.told())
+        return met[0]
+
+    def stays(self, condition: Callable[[], object], during: int, until: Callable[[], object] | None = None) -> None:
+        """Let time pass, or until `until()` is true, in which `condition()` has to stay true.
+
+        UnmetError at the first instant at which it is not true, and if `until()` does not become true in time.
+        """
+        is_over: list[bool] = []
+
+        def look() -> bool:
+            if until is not None and until():
+                is_over.append(True)
+            elif not condition():
+                raise UnmetError(f"the condition no longer held at {self.now_ns / MS:g} ms", self.told())
+            return not is_over
+
+        self._watch(look, during)
+        if until is not None and not is_over:
+            raise UnmetError(f"the end did not come within {during / MS:g} ms", self.told())
+
+    def never(self, condition: Callable[[], object], during: int) -> None:
+        """Let time pass, at no instant of which `condition()` may be true.  UnmetError if it is."""
+
+        def look() -> bool:
+            if condition():
+                raise UnmetError(f"the condition held at {self.now_ns / MS:g} ms", self.told())
+            return True
+
+        self._watch(look, during)
 
     def told(self) -> str:
         """Return what happened lately, for a person whose test has failed."""

@@ -27,7 +27,7 @@ from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.system.exits import KILL
 from fieldrig.system.threads import threads
 from fieldrig.virtual.readings import Readings
-from fieldrig.virtual.until import run_until_met
+from fieldrig.virtual.until import run_until_met, run_while_met
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -107,6 +107,14 @@ class Branch:
     def until(self, condition: Callable[[], T], within: int) -> T:
         """Run until `condition()` is true, as `Rig.until` does.  It is called here, and reads the branch."""
         return run_until_met(self, condition, within, lambda readings: self._looked_at(condition, readings))
+
+    def stays(self, condition: Callable[[], object], during: int, until: Callable[[], object] | None = None) -> None:
+        """Run while `condition()` is true, as `Rig.stays` does.  Both functions are called here."""
+        run_while_met(self, condition, during, self._looked_at, until)
+
+    def never(self, condition: Callable[[], object], during: int) -> None:
+        """Run for `during` without `condition()`, as `Rig.never` does.  It is called here."""
+        run_while_met(self, condition, during, self._looked_at, is_wanted=False)
 
     def keys(self, device: str) -> dict[str, str]:
         """Return the keys of a device's points, each with its unit."""

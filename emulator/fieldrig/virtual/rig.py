@@ -40,7 +40,7 @@ from fieldrig.virtual.node import Deliveries, EventNode, LocalNode, Node, Outbox
 from fieldrig.virtual.readings import Readings, seconds
 from fieldrig.virtual.remote_node import RemoteNode
 from fieldrig.virtual.trace_hash import TraceHash
-from fieldrig.virtual.until import duration, run_until_met
+from fieldrig.virtual.until import duration, run_until_met, run_while_met
 
 if TYPE_CHECKING:
     from fieldrig.recording.recording import Recording
@@ -186,6 +186,18 @@ class Rig:
         UnmetError, with the points that it read and their last changes, if it is never true.
         """
         return run_until_met(self, condition, within, lambda readings: self._looked_at(condition, readings))
+
+    def stays(self, condition: Callable[[], object], during: int, until: Callable[[], object] | None = None) -> None:
+        """Run for `during` nanoseconds, or until `until()` is true, in which `condition()` has to stay true.
+
+        It is called as by `until`.  UnmetError at the first instant at which it is not true, and if the end that is
+        given by `until` does not come in time.
+        """
+        run_while_met(self, condition, during, self._looked_at, until)
+
+    def never(self, condition: Callable[[], object], during: int) -> None:
+        """Run for `during` nanoseconds, at no instant of which `condition()` may be true.  UnmetError if it is."""
+        run_while_met(self, condition, during, self._looked_at, is_wanted=False)
 
     def attach(self, member: str) -> EventNode:
         """Add a member from outside, such as a test, with a `clock` and a `link(bus)` to any bus of the rig."""

@@ -86,6 +86,38 @@ def test_what_a_condition_raises_reaches_the_test(rig: Rig) -> None:
         rig.until(lambda: False, within=0)
 
 
+def test_a_condition_stays_true_for_a_time(rig: Rig) -> None:
+    rig.stays(lambda: rig.get("dice/throws") <= 2, during=15 * MS)
+    assert rig.now_ns == 15 * MS
+    with pytest.raises(UnmetError) as unmet:
+        rig.stays(lambda: rig.get("dice/throws") < 4, during=S)
+    assert unmet.value.what == "the condition no longer held at 0.03 s, 0.015 s after 0.015 s"
+    assert unmet.value.remedy == "dice/throws = 4 since 0.03 s; before that 2 at 0.015 s, 3 at 0.02 s"
+
+
+def test_a_condition_is_never_true_for_a_time(rig: Rig) -> None:
+    rig.never(lambda: rig.get("dice/throws") == 4, during=29 * MS)
+    with pytest.raises(UnmetError, match=r"the condition held at 0.03 s, 0.001 s after 0.029 s"):
+        rig.never(lambda: rig.get("dice/throws") == 4, during=S)
+
+
+def test_a_condition_stays_true_until_another_one_is(rig: Rig) -> None:
+    rig.stays(lambda: rig.get("dice/throws") < 9, during=S, until=lambda: rig.get("dice/throws") == 5)
+    assert rig.now_ns == 40 * MS
+    with pytest.raises(UnmetError, match=r"the end did not come within 0.05 s"):
+        rig.stays(lambda: True, during=50 * MS, until=lambda: False)
+
+
+@pytest.mark.parametrize("call", ["stays", "never"])
+def test_what_is_no_condition_is_refused(rig: Rig, call: str) -> None:
+    with pytest.raises(ArgumentError, match="cannot take True"):
+        getattr(rig, call)(True, during=S)
+    with pytest.raises(ArgumentError, match="cannot take -1"):
+        getattr(rig, call)(lambda: True, during=-1)
+    with pytest.raises(ArgumentError, match="cannot take 5"):
+        rig.stays(lambda: True, during=S, until=5)  # type: ignore[arg-type]
+
+
 # ---- points
 
 

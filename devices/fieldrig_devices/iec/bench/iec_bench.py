@@ -62,6 +62,9 @@ class IecBench(ProgramBench):
         if faults:
             raise RigError(faults[0], "`events` has all that has happened")
 
+    def next_ns(self) -> int | None:
+        return self._program.clock.next_ns()
+
     # ---- variables
 
     def get(self, path: str) -> Any:

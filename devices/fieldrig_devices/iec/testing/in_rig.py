@@ -4,12 +4,13 @@ Each test has a branch of a rig that was booted once, where branches are possibl
 """
 
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fieldrig.clock import MS
-from fieldrig.errors import RigError, UsageError
+from fieldrig.errors import ControlError, RigError, UsageError
 from fieldrig.faults.words import fault_of_words
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.elementary import UNITS_NS, Elementary
@@ -112,8 +113,7 @@ class Linked:
         if self._stored is None:
             raise UsageError(f"{symbol.path} is a {symbol.type}", "expected a variable with one value at a place")
         self._place = place_of(rig, place)
-        self.seen: Value | None = None
-        self.of_rig(self._place.read())
+        self.seen: Value = self.of_rig(self._place.read())
 
     def of_rig(self, value: Value) -> Value:
         """Return a value of the rig as one of the variable."""
@@ -126,7 +126,11 @@ class Linked:
         return limited(value, stored)
 
     def read(self) -> Value:
-        return self.of_rig(self._place.read())
+        """Return the present value; the last one while the device has no power, or not this program."""
+        try:
+            return self.of_rig(self._place.read())
+        except ControlError:
+            return self.seen
 
     def write(self, value: Value) -> None:
         self._place.write(value)
@@ -190,7 +194,8 @@ class InRig:
         passed: list[tuple[Linked, Value]] = []
         with ExitStack() as ends:
             for one in self._linked:
-                ends.callback(one.listen(lambda value, one=one: passed.append((one, value))))  # type: ignore[misc]
+                with suppress(ControlError):  # its device has no power now
+                    ends.callback(one.listen(partial(_note, passed, one)))
             while True:
                 next_ns, last_ns = self._rig.next_ns(), min(until_ns, self.now_ns + LOOK_NS)
                 if next_ns is not None and next_ns <= last_ns:
@@ -232,6 +237,10 @@ class InRig:
             if value != one.seen:
                 one.write(value)
                 one.seen = value
+
+
+def _note(passed: list[tuple[Linked, Value]], one: Linked, value: Value) -> None:
+    passed.append((one, value))
 
 
 def _refused(wrong: RigError) -> ValueError:

@@ -1,6 +1,6 @@
 """Places of a rig by name: points of devices, and wires and other signals of buses."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Protocol
 
 from fieldrig.errors import ControlError
@@ -62,9 +62,10 @@ class BusSignal:
         if self._key in known:
             value: Value = known[self._key]["value"]
             return value
-        if self._rig.now_ns == 0:
-            return False
-        raise ControlError(f"no signal {self._key!r} was on {self._bus} yet", closest(self._key, list(known)))
+        named = {text for entry in self._rig.config.devices.values() for text in _texts(entry.settings.model_dump())}
+        if self._key in named:
+            return False  # a device listens to it, and nothing has been on it yet
+        raise ControlError(f"{self._bus} has no signal {self._key!r}", closest(self._key, [*known, *named]))
 
     def write(self, value: Value) -> None:
         if isinstance(value, str):
@@ -82,3 +83,16 @@ class BusSignal:
                 call(message.at(rig.now_ns))
 
         return rig.on_delivery(heard)
+
+
+def _texts(value: object) -> Iterator[str]:
+    """Yield every text in the settings of a device; the names of its wires are among them."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _texts(key)
+            yield from _texts(inner)
+    elif isinstance(value, list | tuple | set):
+        for inner in value:
+            yield from _texts(inner)

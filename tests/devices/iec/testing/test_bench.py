@@ -192,9 +192,23 @@ def test_a_forced_variable_keeps_its_value(plc: ProgramBench) -> None:
 def test_until_waits_for_a_condition_and_says_when_it_does_not_come(plc: ProgramBench) -> None:
     plc.start()
     plc.until(lambda: plc["Main.cycles"] == 5, within=100 * MS)
-    assert plc.now_ns <= 41 * MS
+    assert plc.now_ns // MS == 40
     with pytest.raises(UnmetError, match="within 20 ms"):
         plc.until(lambda: plc["Main.cycles"] == 5000, within=20 * MS)
+
+
+def test_an_expectation_over_time_ends_at_the_instant_at_which_it_fails(plc: ProgramBench) -> None:
+    plc.start()
+    plc.stays(lambda: plc["Main.cycles"] < 5, during=39 * MS)
+    plc.never(lambda: plc["Main.cycles"] == 6, during=10 * MS)
+    with pytest.raises(UnmetError, match=r"the condition held at 5\d"):
+        plc.never(lambda: plc["Main.cycles"] == 6, during=1 * S)
+    with pytest.raises(UnmetError, match=r"the condition no longer held at 10\d"):
+        plc.stays(lambda: plc["Main.cycles"] < 11, during=1 * S)
+    plc.stays(lambda: plc["Main.cycles"] < 20, during=1 * S, until=lambda: plc["Main.cycles"] == 15)
+    assert plc["Main.cycles"] == 15
+    with pytest.raises(UnmetError, match="the end did not come within 20 ms"):
+        plc.stays(lambda: True, during=20 * MS, until=lambda: plc["Main.cycles"] == 150)
 
 
 def test_a_fault_of_a_task_is_an_error(plc: ProgramBench) -> None:
