@@ -120,8 +120,8 @@ class ProgramBench(ABC):
     def until(self, condition: Callable[[], R], within: int) -> R:
         """Let time pass until `condition()` is true, and return its value.
 
-        It is called at each instant at which something happens, and once in a millisecond.  UnmetError, with the last changes, if it is
-        not true in time.
+        It is called at each instant at which something happens, and once in a millisecond.  UnmetError, with the last
+        changes, if it is not true in time.
         """
         met: list[R] = []
 
