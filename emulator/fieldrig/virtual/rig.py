@@ -88,6 +88,8 @@ class Rig:
             self._randoms[name] = random_of(name, config.seed)
             self._models[name].begin(0, self._randoms[name])
         self._nodes: dict[str, Node] = {}
+        self._interests: dict[tuple[str, str], Any] = {}
+        """What each member wants to hear of each bus."""
         self._outbox = Outbox(self.buses)
         """The outbox of all nodes in this process."""
         self._outside: dict[str, EventNode] = {}
@@ -347,6 +349,11 @@ class Rig:
         """Return the facts of each signal of a bus that has a value, such as a wire, by its name."""
         standing = self._model(bus).standing()
         return self.buses[bus].signals(standing, self.now_ns)
+
+    def interests(self, bus: str) -> dict[str, Any]:
+        """Return what each member of a bus listens to, by its name: names of wires, unit ids, or filters; None: all."""
+        self._model(bus)
+        return {name: interest for (name, known), interest in self._interests.items() if known == bus}
 
     def conditions(self, bus: str) -> Mapping[str, str]:
         """Return the states of a bus that are reported to a person, by a name of their own."""
@@ -856,6 +863,7 @@ class Rig:
             outbox.notes.clear()
         if outbox.listens:
             for name, bus, interest in outbox.listens:
+                self._interests[name, bus] = interest
                 models[bus].listen(now_ns, name, interest)
             outbox.listens.clear()
         last = None

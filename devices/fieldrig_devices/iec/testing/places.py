@@ -1,6 +1,6 @@
 """Places of a rig by name: points of devices, and wires and other signals of buses."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from fieldrig.errors import ControlError
@@ -62,10 +62,10 @@ class BusSignal:
         if self._key in known:
             value: Value = known[self._key]["value"]
             return value
-        named = {text for entry in self._rig.config.devices.values() for text in _texts(entry.settings.model_dump())}
-        if self._key in named:
+        heard = {name for names in self._rig.interests(self._bus).values() for name in names or ()}
+        if self._key in heard:
             return False  # a device listens to it, and nothing has been on it yet
-        raise ControlError(f"{self._bus} has no signal {self._key!r}", closest(self._key, [*known, *named]))
+        raise ControlError(f"{self._bus} has no signal {self._key!r}", closest(self._key, [*known, *map(str, heard)]))
 
     def write(self, value: Value) -> None:
         if isinstance(value, str):
@@ -83,16 +83,3 @@ class BusSignal:
                 call(message.at(rig.now_ns))
 
         return rig.on_delivery(heard)
-
-
-def _texts(value: object) -> Iterator[str]:
-    """Yield every text in the settings of a device; the names of its wires are among them."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, dict):
-        for key, inner in value.items():
-            yield from _texts(key)
-            yield from _texts(inner)
-    elif isinstance(value, list | tuple | set):
-        for inner in value:
-            yield from _texts(inner)

@@ -1,0 +1,23 @@
+"""The tests of the shipped rigs' programs pass: conveyor, feeder, labeller and wrapper."""
+
+from pathlib import Path
+
+import pytest
+
+from fieldrig_devices.iec.dialect import EPAS_4
+from fieldrig_devices.iec.testing.blocks import BlockSource
+from fieldrig_devices.iec.testing.case import Limits, Verdict
+
+CONFIGS = Path(__file__).parents[4] / "configs"
+FILES = [*sorted(CONFIGS.glob("*_test.st")), Path(__file__).parent / "wrapper" / "wrapper_test.st"]
+PATIENCE_S = 600.0
+"""Bounds a test that hangs, also on a busy host."""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_the_program_does_what_its_tests_say(file: Path) -> None:
+    source = BlockSource(file, EPAS_4)
+    done = list(source.run(source.cases(), Limits(PATIENCE_S)))
+    assert len(done) >= 5
+    assert [(one.case.name, one.failures) for one in done if one.verdict is not Verdict.PASSED] == []
