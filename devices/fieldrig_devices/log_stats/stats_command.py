@@ -65,4 +65,4 @@ def stats(
         echo_json(as_data(counted))
     else:
         show(counted)
-    messages.tell_oddities()
+    messages.report_oddities()
