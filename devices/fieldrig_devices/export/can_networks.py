@@ -10,6 +10,7 @@ from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.names import CanopenNames, KnownNode, namer
 from fieldrig_devices.canopen.signals import Binding, bind
 from fieldrig_devices.export import services
+from fieldrig_devices.export.masters import configure, declared_pdos, managed
 from fieldrig_devices.export.network import Network, free_name
 from fieldrig_devices.export.objects import Objects
 from fieldrig_devices.export.pdos import RECEIVED, SENT, pdos
@@ -31,7 +32,11 @@ def _network(config: RigConfig, bus: str) -> Network:
     members = members_of(config, bus)
     named = namer(config.buses[bus].bus, members)
     assert isinstance(named, CanopenNames), "it is that of CAN"
-    known = named.nodes
+    slaves = {slave.settings.node_id: slave for slave in managed(members)}
+    known = {node_id: slave.known for node_id, slave in slaves.items()} | dict(named.nodes)
+    for node_id, slave in slaves.items():
+        if (dictionary := known[node_id].dictionary) is not None:
+            configure(dictionary, slave.settings)
     names = _names(known)
     network, master = Network(bus), _master(members)
     network.nodes[master] = "master"
@@ -45,6 +50,8 @@ def _network(config: RigConfig, bus: str) -> Network:
     for kind in (SENT, RECEIVED):  # a PDO of two nodes is that of its producer
         for node_id, of in objects.items():
             network.add(pdos(kind, names[node_id], of, master))
+    for node_id in slaves.keys() - objects.keys():
+        network.add(declared_pdos(names[node_id], slaves[node_id].settings, master))
     for node_id, node in known.items():
         network.add(services.of_node(names[node_id], node_id, node.dictionary, master))
     counts_sync = any(of.dictionary.number(SYNC_OVERFLOW, 0) for of in objects.values())

@@ -181,6 +181,50 @@ def test_a_pdo_that_does_not_exist_and_one_with_29_bits() -> None:
     assert (found["node_TPDO2"].frame_id, found["node_TPDO2"].is_extended_frame) == (0x1234_5678, True)
 
 
+def test_a_master_of_the_rig_sends_what_a_master_sends() -> None:
+    """Its own node has no EDS, so it has no PDOs."""
+    nodes = {"io": {"node_id": 5}}
+    controller = {"kind": "hmiscu", "can_master": {"node_id": 100, "nodes": nodes}, "links": {"can": "can0"}}
+    network = databases(rig(press=controller, io=io(5)))["can0"]
+    assert [(node.name, node.comment) for node in network.nodes] == [
+        ("press", "node-ID 100, without an EDS"), ("io", "node-ID 5"),
+    ]  # fmt: skip
+    sent = {message.name for message in network.messages if message.senders == ["press"]}
+    assert sent >= {"NMT", "SYNC", "io_RPDO1", "io_SDO_request", "press_heartbeat"}
+    assert not [message.name for message in network.messages if re.match("press_.PDO", message.name)]
+
+
+def test_a_slave_outside_has_what_its_master_declares() -> None:
+    slave = {
+        "node_id": 9,
+        "inputs": {1: [{"name": "Main.ready", "type": "bool"}, {"name": "Main.t", "type": "s16"}]},
+        "outputs": {2: [{"name": "Main.set", "type": "f32"}]},
+    }
+    controller = {"kind": "hmiscu", "can_master": {"node_id": 100, "nodes": {"oven": slave}}, "links": {"can": "can0"}}
+    network = databases(rig(press=controller))["can0"]
+    assert decoded(network, 0x189, "03 ff 01") == {"message": "oven_TPDO1", "Main_ready": 1, "Main_t": -127}
+    assert decoded(network, 0x309, "00 00 c0 3f") == {"message": "oven_RPDO2", "Main_set": 1.5}
+    assert network.get_message_by_name("oven_RPDO2").senders == ["press"]
+    assert network.get_message_by_name("oven_heartbeat").frame_id == 0x709
+
+
+def test_what_a_master_maps_at_the_start_is_mapped() -> None:
+    mapping = {"1A00:00": "00", "1A00:01": "10010164", "1A00:02": "10020164"}
+    sdo = {**mapping, "1A00:00": "02"}
+    nodes = {"io": {"node_id": 5, "sdo": sdo}}
+    controller = {"kind": "hmiscu", "can_master": {"node_id": 100, "nodes": nodes}, "links": {"can": "can0"}}
+    network = databases(rig(press=controller, io=io(5)))["can0"]
+    names = [signal.name for signal in network.get_message_by_name("io_TPDO1").signals]
+    assert names == ["Analogue_input_1", "Analogue_input_2"]
+
+
+def test_a_slave_has_the_names_of_its_points() -> None:
+    feeder = databases(CONFIGS / "feeder.yaml")["can3"]
+    keys = [f"panel_key{number}" for number in range(1, 9)]
+    assert [signal.name for signal in feeder.get_message_by_name("sealer_TPDO1").signals][16:] == keys
+    assert feeder.get_message_by_name("sealer_RPDO2").get_signal_by_name("AQ1").start == 16
+
+
 def test_names_of_devices_become_names_of_c_that_differ() -> None:
     database = databases(rig(**{"a-b": io(1), "a_b": io(2), "master": io(3)}))["can0"]
     assert [node.name for node in database.nodes] == ["master", "a_b", "a_b_2", "master_2"]

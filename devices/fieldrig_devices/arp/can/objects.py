@@ -31,7 +31,7 @@ GROUPS: Final = (0x2300, 0x2301, 0x2302)
 WORDS: Final = {"V": 1000, "FLAG": 10, "OUT": 3, "INP": 3, "POS": 2, "VEL": 2}
 """Number of words for each name that programs use."""
 NUMBERS: Final = ("V", "POS", "VEL")
-"""Those of them that are numbers; the others are sets of bits."""
+"""The words that are numbers; the others are sets of bits."""
 _INDEX: Final = {"FLAG": FLAG_WORDS, "OUT": OUTPUT_WORDS, "INP": INPUT_WORDS, "POS": POSITIONS, "VEL": SPEEDS}
 
 AXES: Final = (1, 2)
