@@ -59,7 +59,11 @@ def _of_files() -> Iterator[str]:
 
 
 def _settings(settings: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
-    return _table(HEAD, ((f"`{key}`", of["type"], _code(without(of)), of["about"]) for key, of in settings.items()))
+    return _table(HEAD, ((f"`{key}`", _type(of), _code(without(of)), of["about"]) for key, of in settings.items()))
+
+
+def _type(setting: Mapping[str, Any]) -> str:
+    return ", ".join(filter(None, (setting["type"], setting["limits"])))
 
 
 def _table(head: Iterable[str], body: Iterable[Iterable[str]]) -> Iterator[str]:

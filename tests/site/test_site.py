@@ -97,6 +97,14 @@ def test_settings_of_every_installed_kind_are_there(site: Path, page: str, group
     assert sorted(map(str, titles)) == sorted(point.name for point in entry_points(group=group))
 
 
+def test_a_setting_has_its_type_limits_and_default(site: Path) -> None:
+    rows = tree(site / "reference" / "settings-of-devices.html").xpath(
+        "//section[h2//span='canopen.node']//tr[td[1]//span='node_id' or td[1]//span='sdo_block_size']"
+    )
+    cells = [[str(cell.text_content()).strip() for cell in row.xpath("td")][:3] for row in rows]
+    assert cells == [["node_id", "integer, 1 to 127", "needed"], ["sdo_block_size", "integer, 1 to 127", "127"]]
+
+
 def test_a_link_that_leads_nowhere_fails_the_site(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     source = tmp_path / "source"
     source.mkdir()

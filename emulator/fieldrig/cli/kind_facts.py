@@ -40,7 +40,7 @@ def facts_of(kind: str) -> dict[str, Any]:
 
 
 def settings_of(model: Any) -> dict[str, dict[str, Any]]:
-    """Return the keys of a model of settings: type, default, whether it is required, and what it is."""
+    """Return the keys of a model of settings: type, limits, default, whether it is required, and what it is."""
     schema = model.model_json_schema()
     return dict(_keys(schema, schema.get("$defs", {}), ""))
 
@@ -66,6 +66,7 @@ def _keys(schema: dict[str, Any], models: dict[str, Any], above: str) -> Iterato
             f"{above}{key}",
             {
                 "type": _type_of(part, models),
+                "limits": _limits_of(part),
                 "default": None if key in required else part.get("default"),
                 "required": key in required,
                 "about": part.get("description", "").partition("\n")[0],
@@ -74,6 +75,31 @@ def _keys(schema: dict[str, Any], models: dict[str, Any], above: str) -> Iterato
         names = [choice["$ref"].rsplit("/", 1)[-1] for choice in (part, *part.get("anyOf", ())) if "$ref" in choice]
         if len(names) == 1:
             yield from _keys(models[names[0]], models, f"{above}{key}.")
+
+
+def _limits_of(part: Mapping[str, Any]) -> str:
+    """Return the range of a number, such as `1 to 127` or `above 0`; empty without one, and for several types."""
+    numbers = [choice for choice in part.get("anyOf", (part,)) if choice.get("type") != "null"]
+    if len(numbers) != 1:
+        return ""
+    match numbers[0]:
+        case {"minimum": low, "maximum": high}:
+            return f"{low} to {high}"
+        case {"exclusiveMinimum": low, "maximum": high}:
+            return f"above {low}, to {high}"
+        case {"minimum": low, "exclusiveMaximum": high}:
+            return f"from {low}, below {high}"
+        case {"exclusiveMinimum": low, "exclusiveMaximum": high}:
+            return f"between {low} and {high}"
+        case {"minimum": low}:
+            return f"{low} or more"
+        case {"exclusiveMinimum": low}:
+            return f"above {low}"
+        case {"maximum": high}:
+            return f"{high} or less"
+        case {"exclusiveMaximum": high}:
+            return f"below {high}"
+    return ""
 
 
 def _type_of(part: dict[str, Any], models: dict[str, Any]) -> str:
