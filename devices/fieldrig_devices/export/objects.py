@@ -4,6 +4,7 @@ Source: CiA 402-2 and 402-3 (status word, control word, modes of operation, unit
 codes).  Units of position and speed are the user's; they are increments only if the factor group of the node says so.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
@@ -37,6 +38,7 @@ FIXED: Final = {
     0x6075: (0.001, "A"), 0x6076: (0.001, "N m"), 0x6079: (0.001, "V"),
 }  # fmt: skip
 """Scale and unit of objects that have one by the standard."""
+WORD: Final = re.compile(r"(?:status|control)\s?word", re.IGNORECASE)
 RESOLUTION, GEAR, FEED = 0x608F, 0x6091, 0x6092
 _FIRST, _LAST, _AXIS = 0x6000, 0x9FFF, 0x800
 
@@ -71,10 +73,10 @@ class Objects:
         words, wires = bits_of(variable), self._wires_of_bits(variable)
         if words is STATUSWORD:
             state = Signal(f"{variable.name} state", 0, STATE_BITS, choices=STATES)
-            return (state, *_bits(variable.name, _distinct(words), STATE_BITS, length))
+            return (state, *_bits(variable.name, _of_axis(variable, words), STATE_BITS, length))
         if words is CONTROLWORD:
             command = Signal(f"{variable.name} command", 0, COMMAND_BITS, choices=COMMAND_NAMES)
-            return (command, *_bits(variable.name, _distinct(words), COMMAND_BITS, length))
+            return (command, *_bits(variable.name, _of_axis(variable, words), COMMAND_BITS, length))
         if words or wires:
             return _bits(variable.name, {**_distinct(words), **wires}, 0, length)
         assert isinstance(variable.type, Integer)
@@ -146,6 +148,12 @@ def _rest(name: str, first: int, end: int) -> Signal:
 def _distinct(words: Mapping[int, str]) -> dict[int, str]:
     """Return names of bits without those that say nothing of the bit, such as `reserved`."""
     return {bit: word for bit, word in words.items() if [*words.values()].count(word) == 1 and word != "reserved"}
+
+
+def _of_axis(variable: Variable, words: Mapping[int, str]) -> dict[int, str]:
+    """Return the names of the bits of a word with the axis, if the name of the object has it: `Axis 2 warning`."""
+    axis = " ".join(WORD.sub(" ", variable.name).split())
+    return {bit: f"{axis} {word}".lstrip() for bit, word in _distinct(words).items()}
 
 
 def _state_of(bits: int) -> State | None:

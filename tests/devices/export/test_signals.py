@@ -60,3 +60,15 @@ def test_names_are_those_of_c_and_differ(texts: list[str]) -> None:
     assert all(name.isidentifier() and name.isascii() for name in names)
     assert len({name.lower() for name in names}) == len(texts)
     assert identifier_of("a.b") == "a_b"
+
+
+def test_bits_of_several_axes_have_their_axis() -> None:
+    """CiA 402-2: the objects of axis 2 are 800h above those of axis 1."""
+    [message] = pdos(SENT, "node", node([0x06], 0x6841, "Axis 2 Statusword", {}), "master")
+    assert [signal.name for signal in message.signals][:3] == [
+        "Axis_2_Statusword_state",
+        "Axis_2_warning",
+        "Axis_2_Statusword_8",
+    ]
+    [message] = pdos(SENT, "node", node([0x06], 0x6041, "Status word", {}), "master")
+    assert [signal.name for signal in message.signals][:2] == ["Status_word_state", "warning"]
