@@ -39,6 +39,7 @@ import single_drive  # noqa: E402
 import start_up  # noqa: E402
 import teleservice  # noqa: E402
 import timers  # noqa: E402
+import trace_names  # noqa: E402
 import virtual_time  # noqa: E402
 
 BENCHMARKS = (
@@ -50,6 +51,7 @@ BENCHMARKS = (
     ring,
     flood,
     recording,
+    trace_names,
     pulses,
     shipped_rigs,
     drive_cycle,

@@ -65,6 +65,7 @@ class PdoMaps:
         self._numbers: OrderedDict[tuple[int, int, int], int] = OrderedDict()
         """Numbers that were seen on the bus, by node-ID, index and sub-index."""
         self._found: dict[int, Pdo] | None = None
+        self._layouts: dict[Pdo, Layout | None] = {}
 
     def take(self, transfer: Accessed) -> bool:
         """Learn from a completed read or write of a parameter; True if that may have changed a PDO."""
@@ -82,6 +83,7 @@ class PdoMaps:
         if len(self._numbers) > MOST_NUMBERS:
             self._numbers.popitem(last=False)
         self._found = None
+        self._layouts.clear()
         return True
 
     def knows(self, node_id: int, index: int, subindex: int) -> bool:
@@ -100,6 +102,12 @@ class PdoMaps:
         return None if pdo is None else self.layout(pdo)
 
     def layout(self, pdo: Pdo) -> Layout | None:
+        """Return what a PDO carries, as `layout_of` does."""
+        if pdo not in self._layouts:
+            self._layouts[pdo] = self._read(pdo)
+        return self._layouts[pdo]
+
+    def _read(self, pdo: Pdo) -> Layout | None:
         count = self._number(pdo.node_id, pdo.mapping, 0)
         if count is None or count > MOST_MAPPED:  # above are multiplexed PDOs
             return None

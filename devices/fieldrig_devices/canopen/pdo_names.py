@@ -7,7 +7,8 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.pdo_maps import PARAMETERS, Accessed, Layout, Pdo, PdoMaps
-from fieldrig_devices.canopen.sdo_names import object_words, value_words
+from fieldrig_devices.canopen.sdo_names import object_words, typed_words
+from fieldrig_devices.canopen.variable import Variable
 
 MOST_TEXTS: Final = 1_024
 LAST_TYPE: Final = 0x0FFF
@@ -24,20 +25,22 @@ class PdoNames:
         self._maps = PdoMaps(dictionaries)
         self._texts: dict[tuple[int, bytes], str] = {}
         """Contents that were named before, as most PDOs repeat theirs, by identifier and data."""
+        self._fields: dict[Pdo, list[_Field]] = {}
 
     def note(self, node_id: int, index: int, subindex: int, number: int) -> None:
         """Take into account that a parameter of a node has this number now."""
         if self._maps.put(node_id, index, subindex, number):
-            self._texts.clear()
+            self.forget_texts()
 
     def take(self, transfer: Accessed) -> None:
         """Learn from a completed SDO transfer."""
         if self._maps.take(transfer):
-            self._texts.clear()
+            self.forget_texts()
 
     def forget_texts(self) -> None:
-        """Name the contents anew, because objects have other names now."""
+        """Name the contents anew, because objects have other names or places now."""
         self._texts.clear()
+        self._fields.clear()
 
     def parameters(self) -> dict[int, list[str]]:
         """Return the keys of all parameters of PDOs, by node-ID."""
@@ -86,20 +89,45 @@ class PdoNames:
         return None if pdo is None else pdo.node_id
 
     def _content(self, pdo: Pdo, data: bytes) -> str:
-        layout = self._maps.layout(pdo)
-        words = [self._object(pdo.node_id, *found) for found in _objects(layout, data)]
-        if layout and sum(bits for *_, bits in layout) > 8 * len(data):
-            words.append("too short for its mapping")
-        return ", ".join(filter(None, words)) or data.hex(" ").upper()
+        bits, length, words = int.from_bytes(data, "little"), 8 * len(data), []
+        for field in self._fields_of(pdo):
+            if field.end > length:
+                words.append("too short for its mapping")
+                break
+            if field.label:
+                part = (bits >> field.begin & field.mask).to_bytes(field.size, "little")
+                words.append(field.label + typed_words(field.variable, part))
+        return ", ".join(words) or data.hex(" ").upper()
 
-    def _object(self, node_id: int, index: int, subindex: int, data: bytes) -> str:
-        """Return name and value of an object; nothing for a dummy, which nothing means."""
-        dictionary = self._known.get(node_id)
-        variable = None if dictionary is None else dictionary.get(index, subindex)
-        if variable is not None:
-            return f"{variable.name} {value_words(dictionary, index, subindex, data)}"
-        is_dummy = index <= LAST_TYPE
-        return "" if is_dummy else f"{object_words(None, index, subindex)} = {value_words(None, index, subindex, data)}"
+    def _fields_of(self, pdo: Pdo) -> "list[_Field]":
+        found = self._fields.get(pdo)
+        if found is None:
+            found, begin = [], 0
+            for node_id, index, subindex, length in self._maps.layout(pdo) or ():
+                dictionary = self._known.get(node_id)
+                variable = None if dictionary is None else dictionary.get(index, subindex)
+                found.append(_Field(begin, begin + length, variable, _label(variable, index, subindex)))
+                begin += length
+            self._fields[pdo] = found
+        return found
+
+
+class _Field:
+    """One object in a PDO."""
+
+    __slots__ = ("begin", "end", "label", "mask", "size", "variable")
+
+    def __init__(self, begin: int, end: int, variable: Variable | None, label: str) -> None:
+        """`begin` and `end` are in bits."""
+        self.begin, self.end, self.variable, self.label = begin, end, variable, label
+        self.mask, self.size = (1 << end - begin) - 1, (end - begin + 7) // 8
+
+
+def _label(variable: Variable | None, index: int, subindex: int) -> str:
+    """Return what is written before a value; nothing for a dummy, which nothing means."""
+    if variable is not None:
+        return f"{variable.name} "
+    return "" if index <= LAST_TYPE else f"{object_words(None, index, subindex)} = "
 
 
 def _key(frame: CanFrame) -> int:

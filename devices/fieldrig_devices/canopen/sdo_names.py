@@ -10,6 +10,7 @@ from typing import Final
 from fieldrig_devices.canopen.abort import NAMES
 from fieldrig_devices.canopen.datatypes import Integer
 from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.variable import Variable
 
 REQUESTS: Final = {
     0: "SDO write segment", 1: "SDO write", 2: "SDO read", 3: "SDO read segment", 4: "SDO abort",
@@ -99,7 +100,11 @@ def object_words(dictionary: Dictionary | None, index: int, subindex: int) -> st
 
 def value_words(dictionary: Dictionary | None, index: int, subindex: int, data: bytes) -> str:
     """Return the value by the type of the object, or as bytes if the type is not known or does not fit."""
-    variable = None if dictionary is None else dictionary.get(index, subindex)
+    return typed_words(None if dictionary is None else dictionary.get(index, subindex), data)
+
+
+def typed_words(variable: Variable | None, data: bytes) -> str:
+    """Return the value of a variable, or its bytes if the type is not known or does not fit."""
     if variable is None or variable.type.size not in (None, len(data)):
         return raw_words(data)
     value = variable.type.decode(data)

@@ -65,7 +65,7 @@ VISIBLE_STRING: Final = 0x09
 
 
 class StandardDictionary(Dictionary):
-    """What any node has, with the objects of a device profile if its names are known."""
+    """The objects that any node has, with the objects of a device profile if its names are known."""
 
     def __init__(self, profile: Dictionary | None = None) -> None:
         super().__init__([])

@@ -33,4 +33,4 @@ class Stray:
     bus: str
     entries: tuple[int, ...]
     why: str
-    """What is wrong with the message, in words."""
+    """The reason in words."""

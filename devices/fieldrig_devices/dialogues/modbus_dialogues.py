@@ -4,7 +4,7 @@ Source: Modbus messaging on TCP/IP implementation guide V1.0b, 4.2.1.7 (a respon
 and Modbus over serial line V1.02, 2.4 (one exchange at a time; unit 0 is a broadcast).  A log names the client of a
 request, but not that of a response.  So where several clients use the same unit and transaction, the response belongs
 to the oldest of their requests that it can answer.  In a trace of a rig, request and response may be numbered
-differently, as the bus numbers requests anew for their servers; then the unit alone decides.
+differently, as the bus gives requests new numbers for their servers; then the unit alone decides.
 """
 
 from collections import OrderedDict
@@ -63,34 +63,29 @@ class ModbusDialogues:
 
     def __init__(self) -> None:
         self._open: OrderedDict[int, _Open] = OrderedDict()
-        """By the number of the request."""
+        """All open requests, by their numbers in the log."""
         self._by_key: dict[Key, list[_Open]] = {}
         self._by_unit: dict[tuple[str, int], OrderedDict[int, _Open]] = {}
         self._on_line: dict[str, _Open] = {}
         """The request of each serial line."""
+        self.is_concerned = False
+        """True if the last message was a request or an answer, so that it belongs to an exchange or is a `Stray`."""
 
     def take(self, number: int, entry: TraceEntry) -> Sequence[Dialogue]:
         """Take a message, and return the exchanges that it ends; a response without a request is a `Stray`."""
+        self.is_concerned = False
         if entry.family != "modbus":
             return ()
         try:
             message = decode(entry.data)
         except ValueError:
             return ()
+        self.is_concerned = isinstance(message, ModbusRequest | ModbusResponse | DamagedAnswer)
         if isinstance(message, ModbusRequest):
             return self._asked(number, entry, message)
         if isinstance(message, ModbusResponse):
             return self._answered(number, entry, message)
         return self._damaged(number, entry, message) if isinstance(message, DamagedAnswer) else ()
-
-    def concerns(self, entry: TraceEntry) -> bool:
-        """Return whether a message is a request or an answer, so that it belongs to an exchange or is a `Stray`."""
-        if entry.family != "modbus":
-            return False
-        try:
-            return isinstance(decode(entry.data), ModbusRequest | ModbusResponse | DamagedAnswer)
-        except ValueError:
-            return False
 
     def unfinished(self) -> Sequence[Dialogue]:
         """Return the requests that have no response, the oldest first, and forget them."""

@@ -23,7 +23,7 @@ class ModbusExchange:
     is_broadcast: bool = False
     """True for a request to unit 0 of a serial line, which no server answers."""
     wrong: str = ""
-    """What is wrong with an exchange without a response, in words."""
+    """The reason in words why there is no response."""
 
     @property
     def exception(self) -> int | None:

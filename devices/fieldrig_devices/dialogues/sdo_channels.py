@@ -18,7 +18,7 @@ CLIENT_TO_SERVER, SERVER_TO_CLIENT, SERVER = 1, 2, 3
 
 
 class End(NamedTuple):
-    """What an identifier is used for."""
+    """One end of a channel, which sends with an identifier."""
 
     node_id: int
     """Node-ID of the server."""

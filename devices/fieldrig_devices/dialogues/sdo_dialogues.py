@@ -1,8 +1,8 @@
 """SDO transfers of a log, put together from their messages.
 
 Source: CiA 301 version 4.2, 7.2.4.3.  Each channel of each bus has one transfer at a time (7.2.4.1), so transfers of
-several clients and servers are told apart by their identifiers.  A log may begin in the middle of a transfer and of a
-block, and a node may be restarted at any time.
+several clients and servers are distinguished by their identifiers.  A log may begin in the middle of a transfer and of
+a block, and a node may be restarted at any time.
 """
 
 import struct
@@ -80,8 +80,10 @@ class SdoDialogues:
         self._channels: OrderedDict[str, SdoChannels] = OrderedDict()
         self._last: OrderedDict[Key, int] = OrderedDict()
         """The first byte of the client's last message, while no answer followed."""
+        self.is_concerned = False
+        """True if the last message was one of a channel, so that it belongs to a transfer or is a `Stray`."""
         self.went_on = False
-        """True if the last message belongs to a transfer that had begun before."""
+        """True if it belongs to a transfer that had begun before."""
 
     def channels(self, bus: str) -> SdoChannels:
         """Return the channels of a bus, so that what is known besides the log can be put there."""
@@ -98,7 +100,7 @@ class SdoDialogues:
         A message of a channel that fits to no transfer comes back as a `Stray`.  Other messages end nothing, except
         the boot-up of a node, which ends its transfers.
         """
-        self.went_on = False
+        self.is_concerned = self.went_on = False
         data = entry.data
         if entry.family != "can" or len(data) < _HEAD:
             return ()
@@ -107,16 +109,11 @@ class SdoDialogues:
         if end is None:
             is_boot_up = word - ERROR_CONTROL in NODES and data[4:] == b"\x01\x00"
             return self._restart(entry.bus, word - ERROR_CONTROL) if is_boot_up else ()
+        self.is_concerned = True
         message = data[_HEAD:]
         if len(message) != LENGTH:
             return (_stray(number, entry, "expected eight bytes"),)
         return (self._client if end.is_client else self._server)(number, entry, end, message)
-
-    def concerns(self, entry: TraceEntry) -> bool:
-        """Return whether a message is of a channel, so that it belongs to a transfer or is a `Stray`."""
-        if entry.family != "can" or len(entry.data) < _HEAD:
-            return False
-        return _WORD(entry.data)[0] in self.channels(entry.bus).ends
 
     def unfinished(self) -> Sequence[Dialogue]:
         """Return the transfers that are open, the oldest first, and forget them."""

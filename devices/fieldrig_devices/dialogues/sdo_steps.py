@@ -35,7 +35,7 @@ TOGGLED: Final = "the toggle bit did not alternate"
 
 
 class Verdict(Enum):
-    """What a message is for a transfer."""
+    """The meaning of a message for a transfer."""
 
     STRAY = auto()
     TAKEN = auto()
@@ -47,7 +47,7 @@ STRAY, TAKEN, ENDED = Verdict
 
 @dataclass(slots=True)
 class Content:
-    """What is known of a transfer that goes on."""
+    """The facts that are known of a transfer that goes on."""
 
     is_download: bool
     form: Form
@@ -58,7 +58,7 @@ class Content:
     """True if a part of the data is not known."""
 
     def note(self, wrong: str) -> None:
-        """Note what is wrong; the first thing is told, as others follow from it."""
+        """Note what is wrong; only the first thing is kept, as others follow from it."""
         self.wrong = self.wrong or wrong
 
     def spoil(self, wrong: str) -> None:
@@ -67,7 +67,7 @@ class Content:
 
 
 class Steps(ABC):
-    """What may come next in a transfer."""
+    """The messages that may come next in a transfer."""
 
     client_abort = server_abort = COMMAND
     """Masks of the first byte that identify an abort (80h)."""

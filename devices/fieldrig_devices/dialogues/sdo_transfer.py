@@ -29,7 +29,7 @@ class SdoTransfer:
     size: int | None = None
     """The size that was announced, in bytes."""
     wrong: str = ""
-    """What was against the standard, or is missing in the log, in words; empty if the transfer was as it should be."""
+    """A deviation from the standard, or a gap in the log, in words; empty if the transfer was as it should be."""
     request_id: int = 0
     """The CAN identifier of the client's messages; bit 31 marks one of 29 bits."""
 

@@ -9,7 +9,7 @@ from fieldrig_devices.log_stats.spread import Spread
 from fieldrig_devices.named_logs.sdo_rows import abort_words
 
 MOST_WORDS: Final = 100
-"""Different errors that are told apart."""
+"""Different errors that are distinguished."""
 
 
 class Answers:
@@ -18,7 +18,7 @@ class Answers:
     def __init__(self) -> None:
         self.reads = self.writes = self.unanswered = self.strays = 0
         self.times = Spread()
-        """From a request to its answer; of SDO transfers those with a single answer count, which need no segments."""
+        """The time between request and answer; of SDO transfers only those with a single answer count."""
         self.errors: Counter[str] = Counter()
         """Abort codes and exceptions in words."""
 

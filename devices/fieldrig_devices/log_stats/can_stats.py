@@ -17,15 +17,15 @@ from fieldrig_devices.log_stats.series import Series
 from fieldrig_devices.named_logs.heartbeats import PRODUCER_TIME, Heartbeats
 
 MOST_IDENTIFIERS: Final = 5_000
-"""Identifiers that are told apart; a bus with 11 bits has 2048."""
+"""Identifiers that are distinguished; a bus with 11 bits has 2048."""
 SERVICES: Final = {SDO_RESPONSE: "SDO answer", SDO_REQUEST: "SDO request", ERROR_CONTROL: "heartbeat"}
 """The services of identifiers whose single messages are called otherwise."""
 MOST_CODES: Final = 100
-"""Different emergency messages that are told apart."""
+"""Different emergency messages that are distinguished."""
 
 
 class NodeStats:
-    """What is counted of one node."""
+    """The figures of one node."""
 
     def __init__(self) -> None:
         self.frames = self.boot_ups = self.losses = 0
@@ -49,7 +49,7 @@ class CanStats:
         self.names, self.bitrate = names, bitrate
         self.load = Load(bitrate, data_bitrate)
         self.identifiers: dict[int, Series] = {}
-        """By identifier; bit 31 marks one of 29 bits."""
+        """The frames of each identifier; bit 31 marks one of 29 bits."""
         self.nodes: dict[int, NodeStats] = {}
         self.errors: Counter[str] = Counter()
         self.others = 0

@@ -20,7 +20,7 @@ DATA_BITRATE: Final = 2_000_000
 """Bit rates in bit/s for a log that does not say them."""
 MOST_BUSES: Final = 256
 MOST_SENDERS: Final = 1_000
-"""Senders of a bus that are told apart."""
+"""Senders of a bus that are distinguished."""
 
 
 class ModbusStats:

@@ -6,6 +6,7 @@ import typer
 
 from fieldrig.cli.common import echo_table
 from fieldrig.points.values import counted
+from fieldrig.text.one_line import one_line
 from fieldrig.traces.instants import instant, span
 from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_devices.log_stats.answers import Answers
@@ -86,7 +87,7 @@ def show(stats: LogStats) -> None:
     typer.echo(f"{counted(stats.count, 'message')} in {span(stats.duration_ns)}, from {instant(stats.first_ns)}")
     for bus in stats.buses.values():
         typer.echo("")
-        typer.echo(f"{bus.name} ({bus.family}): {counted(bus.all.count, 'message')}")
+        typer.echo(f"{one_line(bus.name)} ({bus.family}): {counted(bus.all.count, 'message')}")
         if isinstance(bus.of_family, CanStats):
             _show_can(bus.of_family, stats)
         elif isinstance(bus.of_family, ModbusStats):
@@ -148,6 +149,6 @@ def _table(headings: tuple[str, ...], rows: list[tuple[object, ...]]) -> None:
     if not rows:
         return
     typer.echo("")
-    echo_table(headings, rows[:MOST_ROWS])
+    echo_table(headings, [[one_line(str(cell)) for cell in row] for row in rows[:MOST_ROWS]])
     if len(rows) > MOST_ROWS:
         typer.echo(f"... and {len(rows) - MOST_ROWS} more; --json has all")

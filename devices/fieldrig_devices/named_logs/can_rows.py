@@ -52,21 +52,26 @@ class CanRows:
             row.services = ("error",)
         return row
 
-    def before(self, entry: TraceEntry) -> Iterator[Row]:
-        """Yield what a message shows to have stayed out before it."""
-        self._last = entry.bus, entry.family
-        if entry.time_ns >= self._heartbeats.next_ns:
-            yield from map(self._loss, self._heartbeats.missing(entry.time_ns))
+    @property
+    def next_loss_ns(self) -> int:
+        """The instant from which some heartbeat is missing."""
+        return self._heartbeats.next_ns
 
-    def after(self, row: Row) -> Iterator[Row]:
-        """Yield what follows from a frame, such as the end of a loss."""
-        if "heartbeat" in row.services and row.data is not None and row.node_ids:
+    def losses(self, entry: TraceEntry) -> Iterator[Row]:
+        """Yield the heartbeats that a message shows to have stayed out before it."""
+        self._last = entry.bus, entry.family
+        yield from map(self._loss, self._heartbeats.missing(entry.time_ns))
+
+    def heard(self, row: Row) -> Row | None:
+        """Take a heartbeat, and return the end of a loss if it is one; other frames are none."""
+        if row.services[0] == "heartbeat" and row.data is not None and row.node_ids:
+            self._last = row.bus, row.family
             state = row.data[-1] & 0x7F if row.kind == "heartbeat" else 0
             back = self._heartbeats.heard(row.node_ids[0], row.time_ns, state)
-            if back is not None:
-                yield self._loss(back)
-        elif row.kind == "guarding request":
+            return None if back is None else self._loss(back)
+        if row.services[0] == "guarding" and row.node_ids:
             self._heartbeats.guarded(row.node_ids[0])
+        return None
 
     def take(self, transfer: SdoTransfer) -> None:
         """Learn from a completed transfer."""

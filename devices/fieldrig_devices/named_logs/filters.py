@@ -35,7 +35,7 @@ Range = tuple[str, int, int]
 
 @dataclass
 class Filter:
-    """What is chosen; an empty kind chooses all."""
+    """The words of the options; an empty kind chooses all."""
 
     nodes: Sequence[str] = ()
     """Node-IDs, or names of the rig; a * in a name matches any characters."""

@@ -38,7 +38,7 @@ class NamedLog:
         }
         """The register tables, by unit."""
         self._config = config
-        read_eds(self._eds)  # so that all mistakes are told before the log is read
+        read_eds(self._eds)  # so that all mistakes are reported before the log is read
 
     def namer(self, bus: str, family: str) -> Namer:
         """Return a new namer for a bus of the log."""

@@ -1,7 +1,7 @@
 """The rows of a log in the order of time, in constant memory.
 
 The row of a dialogue is complete when its last message came, and is shown at its first.  So later rows wait for it, up
-to a bound: beyond that, a dialogue that is still open is told when it ends.
+to a bound: beyond that, a dialogue that is still open gets its row when it ends.
 """
 
 from collections import OrderedDict
@@ -78,25 +78,25 @@ class Rows:
         yield from self._ready(None)
 
     def _take(self, number: int, entry: TraceEntry) -> Iterator[Row]:
-        rows, is_part = self._rows(entry), False
+        rows = self._rows(entry)
         if isinstance(rows, CanRows):
-            for row in rows.before(entry):
-                self._add(row, entry)
+            if entry.time_ns >= rows.next_loss_ns:
+                for row in rows.losses(entry):
+                    self._add(row, entry)
             ended: Sequence[Dialogue] = self._sdo.take(number, entry)
-            is_dialogue, is_part = self._sdo.concerns(entry), self._sdo.went_on
+            is_dialogue, is_part = self._sdo.is_concerned, self._sdo.went_on
         elif isinstance(rows, ModbusRows):
             ended = self._modbus.take(number, entry)
-            is_dialogue = self._modbus.concerns(entry)
+            is_dialogue, is_part = self._modbus.is_concerned, False
         else:
-            ended, is_dialogue = (), False
-        place = self._places[number] = _Place(entry, is_part=is_part and not self._every_frame)
-        if self._every_frame or not is_dialogue:
-            place.row = rows.row(number, entry)
+            ended, is_dialogue, is_part = (), False, False
+        place = self._places[number] = _Place(entry, None, is_part and not self._every_frame)
         for dialogue in ended:
             yield from self._end(dialogue)
-        if isinstance(rows, CanRows) and place.row is not None:
-            for row in rows.after(place.row):
-                self._add(row, entry)
+        if self._every_frame or not is_dialogue:
+            place.row = row = rows.row(number, entry)
+            if isinstance(rows, CanRows) and (back := rows.heard(row)) is not None:
+                self._add(back, entry)
         yield from self._ready(entry)
 
     def _add(self, row: Row, entry: TraceEntry) -> None:

@@ -13,8 +13,8 @@ from fieldrig_devices.dialogues import SdoTransfer
 from fieldrig_devices.named_logs.parameter_words import parameter_words
 from fieldrig_devices.named_logs.row import Row
 
-LONGEST_SHOWN: Final = 24
-"""Bytes of a content that are shown."""
+LONGEST_SHOWN: Final = 80
+"""Characters of a content that are shown; scripts get it whole."""
 RESPONSE_DISTANCE: Final = 0x80
 """The default identifier of answers is this much below that of requests."""
 
@@ -77,9 +77,7 @@ def _value(transfer: SdoTransfer, dictionary: Dictionary | None) -> str:
         return "empty"
     parameter = parameter_words(transfer.index, transfer.subindex, data)
     words = parameter or value_words(dictionary, transfer.index, transfer.subindex, data)
-    if words != data.hex(" ").upper() or len(data) <= LONGEST_SHOWN:
-        return words
-    return f"{data[:LONGEST_SHOWN].hex(' ').upper()} …"
+    return words if len(words) <= LONGEST_SHOWN else f"{words[:LONGEST_SHOWN]} …"
 
 
 def _form(transfer: SdoTransfer) -> str:

@@ -8,6 +8,7 @@ from fieldrig.cli.common import AsJson, echo_json
 from fieldrig.cli.message_words import OfRig
 from fieldrig.cli.trace_reading import Buses, During, From, Messages, TraceFile
 from fieldrig.text.digits import with_fewer_digits
+from fieldrig.text.one_line import one_line
 from fieldrig_devices.named_logs.options import (
     Eds,
     Identifiers,
@@ -63,5 +64,6 @@ def show(
             echo_json(row.as_data())
         else:
             words = with_fewer_digits(row.words)
-            typer.echo(f"{instant_in_column(row.time_ns)}  {row.bus:8}  {row.sender or '-':12}  {words}")
+            line = f"{instant_in_column(row.time_ns)}  {row.bus:8}  {row.sender or '-':12}  {words}"
+            typer.echo(one_line(line))
     messages.report_oddities()

@@ -167,3 +167,23 @@ def test_any_word_is_an_identifier_or_a_register_or_refused(word: str) -> None:
     for read in (identifiers_of, register_range):
         with suppress(ValueError):
             read(word)
+
+
+def test_control_characters_of_a_device_do_not_reach_the_terminal(tmp_path: Path) -> None:
+    """The device name is ESC [ 2 J, which would clear the screen."""
+    path = tmp_path / "name.jsonl"
+    write(can_log("605#40 08 10 00 00 00 00 00", "585#43 08 10 00 1B 5B 32 4A"), path)
+    (line,) = shown(path)
+    assert r"= \x1b[2J," in line
+
+
+def test_a_long_content_is_cut_for_people_and_whole_for_scripts(tmp_path: Path) -> None:
+    path = tmp_path / "long.jsonl"
+    segments = [frame for number in range(30) for frame in (
+        f"605#{0x60 | number % 2 << 4:02X} 00 00 00 00 00 00 00",
+        f"585#{number % 2 << 4 | (number == 29):02X} 41 41 41 41 41 41 41",
+    )]  # fmt: skip
+    write(can_log("605#40 00 20 00 00 00 00 00", "585#41 00 20 00 D2 00 00 00", *segments), path)
+    (line,) = shown(path)
+    assert "41 41 …, 210 bytes in segments in 61 ms" in line
+    assert json.loads(_json(path)[0])["data"] == "41" * 210
