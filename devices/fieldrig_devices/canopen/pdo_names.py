@@ -38,7 +38,7 @@ class PdoNames:
             self.forget_texts()
 
     def forget_texts(self) -> None:
-        """Name the contents anew, because objects have other names or places now."""
+        """Name the contents again, because objects have other names or places now."""
         self._texts.clear()
         self._fields.clear()
 
