@@ -11,19 +11,17 @@ from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import BinaryIO, Final
 
-from can.io import blf as layout
-
 from fieldrig.clock import MS
 from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
-from fieldrig.traces.order import MOST_WAITING
 from fieldrig.traces.trace import TraceEntry
-from fieldrig.traces.window import DISORDER_NS
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.codec import encode
 from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK
 from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.can.socketcan_errors import notice_of
+from fieldrig_bus.traces import blf_objects as layout
+from fieldrig_bus.traces.beginning import beginning
 from fieldrig_bus.traces.blf_objects import (
     BASE_SIZE,
     FILE_SIGNATURE,
@@ -213,7 +211,7 @@ _KINDS: Final = {
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
-    first, rest = _beginning(entry for entry in entries if entry.family == "can")
+    first, rest = beginning(entry for entry in entries if entry.family == "can")
     start_ns = start_unix_ns + min((entry.time_ns for entry in first), default=-start_unix_ns)
     writer = _Writer(file, start_ns - start_ns % MS, Oddities() if odd is None else odd)
     for entry in chain(first, rest):
@@ -222,16 +220,6 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
             writer.add(start_unix_ns + entry.time_ns, entry.bus, fields)
     writer.close()
     return writer.written
-
-
-def _beginning(entries: Iterator[TraceEntry]) -> tuple[list[TraceEntry], Iterator[TraceEntry]]:
-    """Return the messages of the first seconds, among which is the earliest one of all, and those after them."""
-    first: list[TraceEntry] = []
-    for entry in entries:
-        first.append(entry)
-        if entry.time_ns > first[0].time_ns + DISORDER_NS or len(first) >= MOST_WAITING:
-            break
-    return first, entries
 
 
 class _Writer:

@@ -1,6 +1,7 @@
 """The objects of a BLF file of Vector's tools, one by one, in bounded memory.
 
-There is no public specification; the layouts are those that python-can has (`can.io.blf`).  A file begins with a header
+There is no public specification; the layouts are those that python-can has (`can.io.blf`), which is not imported here,
+because it imports asammdf and numpy where they are installed, for half a second.  A file begins with a header
 and goes on with objects.  Most are containers with compressed bytes, which joined together are objects again, so one
 may begin in a container and end in the next.
 
@@ -14,12 +15,33 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from typing import BinaryIO, Final, NamedTuple
 
-from can.io.blf import FILE_HEADER_SIZE, FILE_HEADER_STRUCT, LOG_CONTAINER, LOG_CONTAINER_STRUCT, OBJ_HEADER_BASE_STRUCT
-
 from fieldrig.clock import MS, S
 from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
 
+FILE_HEADER_STRUCT: Final = struct.Struct("<4sLBBBBBBBBQQLL8H8H")
+"""Signature, size, application and versions, size of the file, inflated size, objects, start and stop (SYSTEMTIME)."""
+FILE_HEADER_SIZE: Final = 144
+OBJ_HEADER_BASE_STRUCT: Final = struct.Struct("<4sHHLL")
+"""Signature, size and version of the header, size and kind of the object."""
+OBJ_HEADER_V1_STRUCT: Final = struct.Struct("<LHHQ")
+OBJ_HEADER_V2_STRUCT: Final = struct.Struct("<LBxHQ8x")
+"""Unit of time, two words that do not matter, instant."""
+LOG_CONTAINER: Final = 10
+LOG_CONTAINER_STRUCT: Final = struct.Struct("<H6xL4x")
+"""Compression, inflated size."""
+TIME_ONE_NANS: Final = 2
+CAN_MESSAGE, CAN_ERROR_EXT, CAN_MESSAGE2, CAN_FD_MESSAGE, CAN_FD_MESSAGE_64 = 1, 73, 86, 100, 101
+CAN_MSG_STRUCT: Final = struct.Struct("<HBBL8s")
+"""Channel, flags, DLC, identifier, data."""
+CAN_FD_MSG_STRUCT: Final = struct.Struct("<HBBLLBBB5x64s")
+"""Channel, flags, DLC, identifier, time of the frame, bits, flags of FD, valid bytes, data."""
+CAN_FD_MSG_64_STRUCT: Final = struct.Struct("<BBBBLLLLLLLHBBL")
+"""Channel, DLC, valid bytes, tries, identifier, time, flags; place 12 is the direction, 13 the end of the data."""
+CAN_ERROR_EXT_STRUCT: Final = struct.Struct("<HHLBBBxLLH2x8s")
+"""Channel, length, flags, error code capture, position, DLC, time, identifier, more flags, data."""
+REMOTE_FLAG: Final = 0x80
+EDL, BRS = 0x1, 0x2
 SIGNATURE: Final = b"LOBJ"
 FILE_SIGNATURE: Final = b"LOGG"
 REMEDY: Final = "expected a log of CANoe, CANalyzer, python-can or `fieldrig trace`"

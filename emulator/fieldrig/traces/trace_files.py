@@ -78,7 +78,7 @@ def _whole(path: Path) -> Iterator[BinaryIO]:
     target = path.resolve()
     part = target.with_name(f".{target.name}.{os.getpid()}")
     try:
-        with part.open("xb") as file:
+        with part.open("x+b") as file:
             yield file
         part.replace(target)
     except BaseException:

@@ -10,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import can
+import can.io.blf
 import pytest
 from can.io.blf import BLFWriter
 
@@ -18,6 +19,13 @@ from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace_files import read
 from fieldrig_bus.can.codec import decode
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.traces import blf_objects
+
+
+@pytest.mark.parametrize("name", [name for name in vars(blf_objects) if name in vars(can.io.blf) and name.isupper()])
+def test_the_layouts_are_those_of_python_can(name: str) -> None:
+    ours, theirs = getattr(blf_objects, name), getattr(can.io.blf, name)
+    assert getattr(ours, "format", ours) == getattr(theirs, "format", theirs)
 
 
 def blf_file(path: Path) -> bytes:

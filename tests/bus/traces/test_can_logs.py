@@ -25,8 +25,8 @@ from fieldrig_bus.can.notices import BusState, CanError, CanState, ErrorKind, Fa
 from fieldrig_bus.traces import can_csv
 
 T = 1_700_000_000_123_456_000
-ALL = [".asc", ".blf", ".trc", ".csv", ".db"]
-WITH_BUSES = [".asc", ".blf", ".trc"]
+ALL = [".asc", ".blf", ".trc", ".csv", ".db", ".mf4"]
+WITH_BUSES = [".asc", ".blf", ".trc", ".mf4"]
 
 
 def entry(frame: CanFrame | Notice, time_ns: int = T, bus: str = "can0") -> TraceEntry:
@@ -56,7 +56,7 @@ def read_back(path: Path) -> list[TraceEntry]:
     return found
 
 
-@pytest.mark.parametrize("ending", [".asc", ".blf", ".trc"])
+@pytest.mark.parametrize("ending", WITH_BUSES)
 def test_every_frame_comes_back_with_its_bus(ending: str, tmp_path: Path) -> None:
     buses = ["can0", "axis", "can1", 'the "old" one', "vcan0"]
     sent = [
@@ -115,7 +115,7 @@ ERROR = CanError(ErrorKind.STUFF, Place.DATA, 0, 0, False, False, 0, 0)
 STATE = BusState(CanState.PASSIVE, 132, 5)
 
 
-@pytest.mark.parametrize("ending", [".asc", ".blf", ".csv", ".db"])
+@pytest.mark.parametrize("ending", [".asc", ".blf", ".csv", ".db", ".mf4"])
 def test_errors_and_states_come_back(ending: str, tmp_path: Path) -> None:
     sent = [
         entry(ERROR),
@@ -212,7 +212,7 @@ FRAMES = st.one_of(
         is_bit_rate_switched=st.booleans(),
     ),
 )
-MODULES = [format_of(Path(f"x{ending}")) for ending in WITH_BUSES]
+MODULES = [format_of(Path(f"x{ending}")) for ending in (".asc", ".blf", ".trc")]
 
 
 @given(st.lists(st.tuples(FRAMES, st.integers(0, 10 * MS), st.text(max_size=8)), max_size=12), st.sampled_from(MODULES))

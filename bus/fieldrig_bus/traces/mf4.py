@@ -1,0 +1,291 @@
+"""MF4 (ASAM MDF 4) for CAN, by asammdf; fieldrig[mf4] installs it.
+
+Messages are in the groups CAN_DataFrame, CAN_RemoteFrame and CAN_ErrorFrame of ASAM's standard for bus logging, with
+the fields that python-can writes.  Python-can's own reader and writer are not used: they work only if asammdf was not
+imported before them, the writer counts times from the instant of the conversion, and takes a tenth of a millisecond for
+a frame.  Rows are written and read by the thousand here.  A time is a float of seconds from the first message, exact to
+a nanosecond for a hundred days.  An error frame has its class instead of an identifier, as python-can logs it.
+
+The channel of `can0` is 0, as python-can has it; the names of buses are in the comment of the file.
+"""
+
+import gc
+import html
+import logging
+import shutil
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
+from heapq import merge
+from itertools import chain
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, BinaryIO, Final
+
+from fieldrig.clock import MS, US, S
+from fieldrig.errors import UsageError
+from fieldrig.traces.oddities import Oddities
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
+from fieldrig_bus.can.codec import encode
+from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS
+from fieldrig_bus.can.linux_flags import ERROR
+from fieldrig_bus.traces.beginning import beginning
+from fieldrig_bus.traces.can_fields import Fields, fields_of, message_of
+from fieldrig_bus.traces.channels import BusNames, Channels
+from fieldrig_bus.traces.error_capture import unknown_error
+
+SUFFIXES = (".mf4", ".mdf")
+FAMILIES = frozenset({"can"})
+WRITES_BACK = True
+REMEDY: Final = "expected a recording of CAN in MDF 4"
+INSTALL: Final = "pip install 'fieldrig[mf4]'"
+ROWS: Final = 10_000
+"""Rows that are written or read at once."""
+DATA, ERRORS, REMOTES = "CAN_DataFrame", "CAN_ErrorFrame", "CAN_RemoteFrame"
+_FIELDS: Final = (
+    ("BusChannel", "u1"),
+    ("ID", "<u4"),
+    ("IDE", "u1"),
+    ("DLC", "u1"),
+    ("DataLength", "u1"),
+    ("DataBytes", "(64,)u1"),
+    ("Dir", "u1"),
+    ("EDL", "u1"),
+    ("BRS", "u1"),
+)
+"""The fields of a row, and the types of their numbers."""
+_COMPRESSED: Final = 1
+
+
+def recognises(head: bytes) -> bool:
+    return head.startswith((b"MDF     4", b"UnFinMF 4"))
+
+
+def asammdf() -> Any:
+    """Return the library.  UsageError, with the extra that installs it, where it is missing."""
+    try:
+        import asammdf
+    except ImportError as missing:
+        raise UsageError(f"MF4 needs the package {missing.name or 'asammdf'}", INSTALL) from missing
+    logging.getLogger("asammdf").setLevel(logging.CRITICAL)  # it says there what it raises
+    return asammdf
+
+
+# ---- writing
+
+
+def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
+    """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
+    library = asammdf()
+    first, rest = beginning(entry for entry in entries if entry.family == "can")
+    start_ns = start_unix_ns + min((entry.time_ns for entry in first), default=-start_unix_ns)
+    writer = _Writer(library, start_ns - start_ns % MS)
+    try:
+        for entry in chain(first, rest):
+            fields = fields_of(entry.data)
+            if fields is not None:
+                writer.add(start_unix_ns + entry.time_ns, entry.bus, fields)
+        writer.save(file)
+    finally:
+        writer.close()
+    return writer.written
+
+
+class _Writer:
+    def __init__(self, library: Any, start_ns: int) -> None:
+        import numpy
+        from asammdf.blocks.v4_blocks import SourceInformation
+        from asammdf.blocks.v4_constants import BUS_TYPE_CAN, SOURCE_BUS
+
+        self._numpy, self._start_ns = numpy, start_ns
+        self._mdf = library.MDF(version="4.10")
+        self._mdf.header.start_time = datetime.fromtimestamp(start_ns // S, tz=UTC) + timedelta(
+            milliseconds=start_ns % S // MS
+        )
+        self._channels = Channels()
+        self._names: list[str] = []
+        self._rows: dict[str, list[tuple[Any, ...]]] = {}
+        self._times: dict[str, list[float]] = {}
+        self._types: dict[str, Any] = {}
+        self.written = 0
+        for name in (DATA, ERRORS, REMOTES):
+            self._types[name] = numpy.dtype([(f"{name}.{field}", kind) for field, kind in _FIELDS])
+            self._rows[name], self._times[name] = [], []
+            source = SourceInformation(source_type=SOURCE_BUS, bus_type=BUS_TYPE_CAN)
+            empty = numpy.array([], dtype=self._types[name])
+            self._mdf.append(library.Signal(name=name, samples=empty, timestamps=numpy.array([]), source=source))
+
+    def add(self, time_ns: int, bus: str, fields: Fields) -> None:
+        if self._channels.get(bus) is None:
+            self._names.append(self._channels.add(bus))
+        word, data, length, is_fd, is_switched = fields
+        name = ERRORS if word & ERROR else REMOTES if word & REMOTE else DATA
+        code = FD_LENGTHS.index(length)
+        channel, is_extended = self._channels[bus] - 1, bool(word & EXTENDED)
+        row = (
+            channel,
+            word & EXTENDED_MASK,
+            is_extended,
+            code,
+            len(data),
+            data.ljust(64, b"\0"),
+            0,
+            is_fd,
+            is_switched,
+        )
+        self._rows[name].append(row)
+        self._times[name].append((time_ns - self._start_ns) / S)
+        self.written += 1
+        if len(self._rows[name]) >= ROWS:
+            self._extend(name)
+
+    def _extend(self, name: str) -> None:
+        rows, times = self._rows[name], self._times[name]
+        if not rows:
+            return
+        table = self._numpy.zeros(len(rows), dtype=self._types[name])
+        for (field, _), values in zip(_FIELDS, zip(*rows, strict=True), strict=True):
+            is_data = field == "DataBytes"
+            column = self._numpy.frombuffer(b"".join(values), dtype="u1").reshape(-1, 64) if is_data else values
+            table[f"{name}.{field}"] = column
+        number = list(self._types).index(name)
+        self._mdf.extend(number, [(self._numpy.array(times), None), (table, None)])
+        rows.clear()
+        times.clear()
+
+    def save(self, file: BinaryIO) -> None:
+        for name in self._rows:
+            self._extend(name)
+        self._mdf.header.comment = "\n".join(self._names)
+        self._mdf.save(file, compression=_COMPRESSED)
+
+    def close(self) -> None:
+        self._mdf.close()
+
+
+# ---- reading
+
+
+def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
+    """Yield the entries.  A row that is no frame is odd; UsageError for a file that cannot be read."""
+    odd = Oddities() if odd is None else odd
+    odd.unit, odd.number = "row", 0
+    library = asammdf()
+    with _readable(file) as path:
+        mdf = _opened(library, path)
+        try:
+            yield from _entries(mdf, odd)
+        finally:
+            mdf.close()
+
+
+def _opened(library: Any, path: Path) -> Any:
+    """Open a file.  UsageError for one that asammdf cannot read.
+
+    Its object of such a file raises when it is deleted, and Python prints that; so it is deleted here, in silence.
+    """
+    hook = sys.unraisablehook
+    sys.unraisablehook = lambda _unraisable: None
+    try:
+        try:
+            return library.MDF(path)
+        except Exception as cause:  # noqa: BLE001  whatever its parser meets in bytes that are damaged
+            reason = str(cause)
+        gc.collect()
+    finally:
+        sys.unraisablehook = hook
+    raise UsageError(f"not a file of MDF 4: {reason}", REMEDY)
+
+
+def _entries(mdf: Any, odd: Oddities) -> Iterator[TraceEntry]:
+    try:
+        start_ns, names = _start_ns(mdf), BusNames()
+        for text in html.unescape(str(mdf.header.comment)).splitlines():
+            names.learn(text)
+        groups = [group for number in range(len(mdf.groups)) for group in _group(mdf, number, start_ns, names, odd)]
+        yield from merge(*groups, key=lambda entry: entry.time_ns)
+    except UsageError:
+        raise
+    except Exception as cause:  # as above: rows are read when they are asked for
+        raise UsageError(f"after row {odd.number}: the file is damaged: {cause}", REMEDY) from cause
+
+
+def _start_ns(mdf: Any) -> int:
+    """Return the start, which asammdf gives to a microsecond."""
+    seconds: float = mdf.header.start_time.timestamp()
+    return round(seconds * 1_000_000) * US
+
+
+def _group(mdf: Any, number: int, start_ns: int, names: BusNames, odd: Oddities) -> list[Iterator[TraceEntry]]:
+    """Return the messages of a group, if it has any."""
+    group = mdf.groups[number]
+    present = {channel.name for channel in group.channels}
+    for name, make in ((DATA, _data), (ERRORS, _error), (REMOTES, _remote)):
+        if name in present and group.channel_group.cycles_nr:
+            return [_rows(mdf, number, name, make, start_ns, names, odd)]
+    if group.channel_group.cycles_nr:
+        odd.report("groups that are no CAN frames are left out")
+    return []
+
+
+def _rows(
+    mdf: Any, number: int, name: str, make: Callable[..., bytes], start_ns: int, names: BusNames, odd: Oddities
+) -> Iterator[TraceEntry]:
+    for offset in range(0, mdf.groups[number].channel_group.cycles_nr, ROWS):
+        table = mdf.get(name, number, record_offset=offset, record_count=ROWS, raw=False)
+        count = len(table.timestamps)
+        columns = {field: _column(table.samples, f"{name}.{field}", count) for field, _ in _FIELDS}
+        for place, seconds in enumerate(table.timestamps.tolist()):
+            odd.number += 1
+            row = {field: values[place] for field, values in columns.items()}
+            try:
+                message = make(row)
+            except (ValueError, IndexError) as wrong:
+                odd.report("rows that cannot be read are left out", f": {wrong}")
+                continue
+            bus = names[int(row["BusChannel"]) + 1]
+            yield TraceEntry(start_ns + round(seconds * S), bus, "can", "", message)
+
+
+def _column(samples: Any, name: str, count: int) -> list[Any]:
+    """Return the values of a field; a field that the file does not have is 0."""
+    if name not in samples.dtype.names:
+        return [b"" if name.endswith("DataBytes") else 0] * count
+    values = samples[name]
+    return [value.tobytes() for value in values] if name.endswith("DataBytes") else values.tolist()
+
+
+def _word(row: dict[str, Any]) -> int:
+    number = int(row["ID"])
+    return number & EXTENDED_MASK | (EXTENDED if row["IDE"] or number >> 31 else 0)
+
+
+def _data(row: dict[str, Any]) -> bytes:
+    data = row["DataBytes"][: row["DataLength"]]
+    is_fd = bool(row["EDL"]) or len(data) > 8
+    return message_of(_word(row), data, is_fd=is_fd, is_switched=is_fd and bool(row["BRS"])) or b""
+
+
+def _remote(row: dict[str, Any]) -> bytes:
+    return message_of(_word(row) | REMOTE, b"", FD_LENGTHS[row["DLC"] & 15]) or b""
+
+
+def _error(row: dict[str, Any]) -> bytes:
+    data = row["DataBytes"][: row["DataLength"]]
+    return message_of(int(row["ID"]) & EXTENDED_MASK | ERROR, data) or encode(unknown_error())
+
+
+@contextmanager
+def _readable(file: BinaryIO) -> Iterator[Path]:
+    """Yield the path of a file, or of a copy of it, because asammdf maps files."""
+    name = getattr(file, "name", None)
+    if isinstance(name, str) and Path(name).is_file():
+        yield Path(name)
+        return
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "messages.mf4"
+        with path.open("wb") as copy:
+            shutil.copyfileobj(file, copy)
+        yield path
