@@ -8,7 +8,7 @@ microseconds; the date is in local time, as in Vector's files.  An injected faul
 
 import re
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import BinaryIO, Final
 
 from fieldrig.clock import MS, S
@@ -41,6 +41,25 @@ _MONTHS: Final = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep",
 
 def recognises(head: bytes) -> bool:
     return b"\0" not in head and _BEGINS.search(head) is not None
+
+
+_TIME: Final = re.compile(r"\s*(\d{1,12})\.(\d{1,9})\s+(?:\d{1,3}|CANFD)\s", re.ASCII)
+
+
+def line_clock(head: bytes) -> Callable[[str], int | None] | None:
+    """A log that names its buses in comments, or has relative times, has to be read from its beginning."""
+    if b"fieldrig: channel" in head or re.search(rb"timestamps\s+relative", head, re.IGNORECASE):
+        return None
+    begin_ns = 0
+    for line in head.decode("latin-1").splitlines():
+        if (date := date_of(line)) is not None:
+            begin_ns = _begin_ns(text_of(date), Oddities())
+
+    def time_ns(line: str) -> int | None:
+        match = _TIME.match(line)
+        return begin_ns + int(match[1]) * S + int(match[2].ljust(9, "0")) if match else None
+
+    return time_ns
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:

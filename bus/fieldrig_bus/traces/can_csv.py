@@ -7,7 +7,7 @@ at a line that it does not understand.  What such a row cannot say is in `rows`,
 import re
 from base64 import b64decode
 from binascii import a2b_base64, b2a_base64
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import BinaryIO, Final
 
 from fieldrig.clock import S
@@ -35,6 +35,14 @@ _NUMBER: Final = re.compile(r"\d{1,3}", re.ASCII)
 
 def recognises(head: bytes) -> bool:
     return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(HEAD.encode())
+
+
+def line_clock(head: bytes) -> Callable[[str], int | None]:
+    def time_ns(line: str) -> int | None:
+        match = _PLAIN(line.rstrip())
+        return int(match[1]) * S + int(match[2]) * 10 ** (9 - len(match[2])) if match else None
+
+    return time_ns
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:

@@ -7,7 +7,7 @@ frame and is left out.
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import BinaryIO, Final
 
 from fieldrig.clock import S
@@ -38,6 +38,17 @@ def recognises(head: bytes) -> bool:
         if not says_nothing(line):
             return is_like_one(line)
     return False
+
+
+_TIME: Final = re.compile(r" ?\((\d{1,12})\.(\d{6})\) ", re.ASCII)
+
+
+def line_clock(head: bytes) -> Callable[[str], int | None]:
+    def time_ns(line: str) -> int | None:
+        match = _TIME.match(line)
+        return int(match[1]) * S + int(match[2]) * 1000 if match else None
+
+    return time_ns
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:

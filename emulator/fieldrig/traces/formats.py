@@ -15,6 +15,7 @@ from fieldrig.errors import UsageError
 from fieldrig.text.nearest import closest
 from fieldrig.traces import trace_jsonl
 from fieldrig.traces.oddities import Oddities
+from fieldrig.traces.sparse_index import Clock
 from fieldrig.traces.trace import TraceEntry
 
 HEAD: Final = 4096
@@ -47,6 +48,14 @@ class WritesBack(Protocol):
     """A format that changes what it has written, so that a file is complete only at the end."""
 
     WRITES_BACK: bool
+
+
+@runtime_checkable
+class HasLines(Protocol):
+    """A format of text whose lines have their times, so that reading can begin at one of them."""
+
+    def line_clock(self, head: bytes) -> Clock | None:
+        """Return how a line says its time; None for a log that has to be read from its beginning."""
 
 
 def format_of(path: Path) -> Format:

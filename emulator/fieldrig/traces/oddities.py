@@ -41,12 +41,15 @@ class Oddities:
         self.unit = "message"
         """The thing that the reader counts: line, packet, object, row."""
         self.number = 0
+        self.jumped_to: int | None = None
+        """The byte at which reading went on after the first lines, if a part of the log was left out."""
         self._kinds: dict[str, Oddity] = {}
 
     @property
     def place(self) -> str:
         """The place at which the reader is, such as `line 17`."""
-        return f"{self.unit} {self.number}" if self.number else ""
+        after = "" if self.jumped_to is None else f" of the part from byte {self.jumped_to}"
+        return f"{self.unit} {self.number}{after}" if self.number else ""
 
     def report(self, what: str, detail: str = "") -> None:
         """Note an oddity at the present place.  `what` is its kind, and `detail` follows it for the first of the kind.
@@ -81,7 +84,7 @@ def with_jumps_reported(entries: Iterable[TraceEntry], odd: Oddities) -> Iterato
                 last_ns[bus] = before_ns
             bus = entry.bus
             before_ns = last_ns.get(bus, now_ns)
-        if not before_ns <= now_ns <= before_ns + DAY_NS:
+        if not before_ns <= now_ns <= before_ns + DAY_NS and (now_ns < before_ns or odd.jumped_to is None):
             _report_jump(now_ns - before_ns, odd)
         if now_ns > soon_ns:
             odd.report("the time is in the future", f", {_date(now_ns)}")

@@ -11,8 +11,9 @@ from typing import BinaryIO, Final
 
 from fieldrig.errors import UsageError
 from fieldrig.text.nearest import nearest_file
-from fieldrig.traces.formats import HEAD, format_of, format_of_file
+from fieldrig.traces.formats import HEAD, Format, HasLines, format_of, format_of_file
 from fieldrig.traces.oddities import Oddities, with_jumps_reported
+from fieldrig.traces.sparse_index import jumped
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.window import within
 
@@ -31,7 +32,9 @@ def read(
     try:
         with path.open("rb") as file:
             head = file.peek(HEAD)[:HEAD]
-            entries = with_jumps_reported(format_of_file(path.suffix, head).read(file, odd), odd)
+            form = format_of_file(path.suffix, head)
+            source = _from(file, form, head, begin_ns, odd) if begin_ns else file
+            entries = with_jumps_reported(form.read(source, odd), odd)
             if begin_ns is None and duration_ns is None:
                 yield from entries
             else:
@@ -40,6 +43,12 @@ def read(
         raise UsageError(f"{path} cannot be read: {cause.strerror}", nearest_file(path)) from cause
     except UsageError as wrong:
         raise UsageError(f"{path}: {wrong.what}", wrong.remedy) from wrong
+
+
+def _from(file: BinaryIO, form: Format, head: bytes, begin_ns: int, odd: Oddities) -> BinaryIO:
+    """Return the file from shortly before a time on, if its lines say their times."""
+    clock = form.line_clock(head) if isinstance(form, HasLines) and file.seekable() else None
+    return file if clock is None else jumped(file, head, clock, begin_ns, odd)
 
 
 def read_trace(

@@ -6,8 +6,9 @@
 """
 
 import json
-from collections.abc import Iterable, Iterator
-from typing import BinaryIO
+import re
+from collections.abc import Callable, Iterable, Iterator
+from typing import BinaryIO, Final
 
 from fieldrig.errors import UsageError
 from fieldrig.outside.untrusted import read_json
@@ -39,6 +40,17 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
 def recognises(head: bytes) -> bool:
     line = head.partition(b"\n")[0]
     return line.lstrip().startswith(b"{") and b'"time_ns"' in line
+
+
+_TIME: Final = re.compile(r'\{"time_ns":(-?\d{1,19}),')
+
+
+def line_clock(head: bytes) -> Callable[[str], int | None]:
+    def time_ns(line: str) -> int | None:
+        match = _TIME.match(line)
+        return int(match[1]) if match else None
+
+    return time_ns
 
 
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:

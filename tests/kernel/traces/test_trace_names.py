@@ -20,10 +20,10 @@ def test_a_foreign_log_is_shown_by_the_names_of_a_rig(tmp_path: Path) -> None:
     log = tmp_path / "candump.log"
     log.write_text(LOG)
     done = CliRunner().invoke(app, ["trace", "show", str(log), "--rig", str(CONFIGS / "lab.yaml")])
-    asked, answered, other = done.stdout.splitlines()
-    assert asked.endswith("SDO read io 6200:01 Write outputs byte 1")
-    assert answered.endswith("SDO value io 6200:01 Write outputs byte 1 = 3")
-    assert other.endswith("705 [1] 05")
+    read, other = done.stdout.splitlines()
+    assert read.endswith("SDO read io 6200:01 Write outputs byte 1 = 3, in 1 ms")
+    assert other.endswith("heartbeat io operational")
+    assert done.stderr.endswith("line 3: another interface begins, other; the lines before are of can0\n")
 
 
 @pytest.mark.long
