@@ -7,6 +7,7 @@ from typing import Final
 from fieldrig.clock import S
 from fieldrig.config.rig_file import RigConfig, load
 from fieldrig.errors import ArgumentError, UsageError
+from fieldrig.text.nearest import closest
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import read
 from fieldrig.virtual.rig import Rig
@@ -96,6 +97,9 @@ def replay(
         config = rig.config if isinstance(rig, Rig) else rig
     else:
         config = load(rig, ("time=virtual",) if speed is None else ())
+    for bus in (buses or {}).values():
+        if bus not in config.buses:
+            raise UsageError(f"the rig has no bus {bus!r}", closest(bus, list(config.buses)))
     selection = Selection.of(play, config)
     sides, result = Sides(config, selection, buses or {}), ReplayResult()
     tolerances = Tolerances(time_tolerance_ns, value_tolerances or {}, leave_out)

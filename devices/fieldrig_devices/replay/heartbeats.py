@@ -31,10 +31,9 @@ class _Side:
     longest_at_ns: int = 0
 
     def take(self, time_ns: int, own_ns: int, state: int) -> None:
-        if not self.states or self.states[-1][1] != state:
-            if len(self.states) < MOST_STATES:
-                self.states.append((time_ns, state))
-        elif self.last_ns is not None:
+        if (not self.states or self.states[-1][1] != state) and len(self.states) < MOST_STATES:
+            self.states.append((time_ns, state))
+        if self.last_ns is not None:
             gap_ns = own_ns - self.last_ns
             self.gaps, self.sum_ns = self.gaps + 1, self.sum_ns + gap_ns
             if gap_ns > self.longest_ns:
@@ -61,6 +60,8 @@ class Heartbeats:
     def finish(self, end_ns: int) -> None:
         for (bus, node_id), (log, rig) in self._nodes.items():
             node = self._judge.node(bus, node_id)
+            if bus not in self._judge.buses:
+                continue
             if self._judge.tolerances.is_left_out(node, f"{0x700 + node_id:03X}", "heartbeat"):
                 continue
             self._judge.compared(bus, node, "heartbeat")

@@ -68,6 +68,9 @@ class Judge:
         self._only_here: dict[Stream, tuple[int, int]] = {}
         """Streams that the log does not have: the first instant, and how many messages."""
         self._expected: set[Stream] = set()
+        self._played: set[Stream] = set()
+        self.buses: set[str] = set()
+        """The buses that the log has; the others are not compared."""
         self.expected = 0
         """Messages of the log that the rig was expected to send."""
         self._waits: deque[tuple[int, int]] = deque(maxlen=MOST_WAITS)
@@ -87,6 +90,7 @@ class Judge:
         `log_ns` is the instant without the time that was spent waiting; heartbeats go by it.
         """
         self.expected += 1
+        self.buses.add(entry.bus)
         self._take(0, entry, log_ns)
 
     def heard(self, entry: TraceEntry) -> None:
@@ -99,7 +103,10 @@ class Judge:
 
     def played(self, entry: TraceEntry) -> None:
         """Take a message of the log that was sent to the rig: both sides learn from it."""
+        self.buses.add(entry.bus)
         if entry.family == "can":
+            if len(self._played) < MOST_WAITING:
+                self._played.add(self._places[0].place(0, entry)[0])
             for side in (0, 1):
                 self._learn(side, entry)
 
@@ -277,8 +284,13 @@ class Judge:
 
     def _tell_only_here(self) -> None:
         for stream, (first_ns, count) in self._only_here.items():
+            if stream.bus not in self.buses:
+                continue
             node, kind = self._kinds[stream]
             subject = f"{kind} ({stream.text})" if kind else stream.text
+            if stream in self._played:
+                self.result.note(f"{subject} of {stream.bus} was played, and a device of the rig sends it as well")
+                continue
             words = f"{node or stream.bus} sent {counted(count, 'message')} of {subject}, and the log has none of them"
             self._add(What.MORE, first_ns, stream, node, kind or stream.text, words)
 

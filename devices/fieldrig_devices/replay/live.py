@@ -28,6 +28,8 @@ from fieldrig_devices.replay.sides import Sides
 MEMBER: Final = "replay"
 LEAD_NS: Final = 200 * MS
 """Time until the log begins, in which the links become ready."""
+OWN: Final = ("control=", "run=")
+"""The keys that a rig has for itself that is started for a log."""
 FAMILIES: Final = COMPARED | {"wires"}
 
 Begin = Callable[[int], tuple[Iterable[TraceEntry], Pace]]
@@ -37,6 +39,10 @@ Begin = Callable[[int], tuple[Iterable[TraceEntry], Pace]]
 def play(begin: Begin, config: RigConfig, sides: Sides, judge: Judge) -> None:
     """Play a log in real time.  BusError, RigError or UsageError if the rig does not run and cannot be started."""
     buses = {name: entry.bus for name, entry in config.buses.items() if entry.bus.family in FAMILIES}
+    for name, bus in buses.items():  # reading files would make the first messages late
+        sides.bus_of(TraceEntry(0, name, bus.family, "", b""))
+        for side in (0, 1):
+            judge.names(side).prepare(name, bus.family)
     with _running(config) as run:
         join_all(list(buses.values()), run, MEMBER, _Performance(begin, sides, judge, buses).start)
 
@@ -50,7 +56,8 @@ def _running(config: RigConfig) -> Iterator[Path]:
         with Client(config.control) as client:
             status = client.ask("rig/status")
     except NoRigError:
-        with LiveRig(config.path, *config.overrides) as live:
+        overrides = [word for word in config.overrides if not word.startswith(OWN)]
+        with LiveRig(config.path, *overrides) as live:
             yield live.run
         return
     if status["rig"] != config.name or status["time"] != "real":

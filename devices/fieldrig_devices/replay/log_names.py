@@ -1,6 +1,7 @@
 """The messages of a log by name, for comparisons: whole, and value by value."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Final
 
 from fieldrig.cli.message_words import bus_of
@@ -27,7 +28,8 @@ class LogNames:
     def note(self, stream: Stream, item: Item) -> None:
         """Learn from a message what is mapped into PDOs."""
         if stream.family == "can" and stream.key in SDO:
-            self._namer(stream.bus, "can")(decoded(item.entry), item.entry.sender)
+            with suppress(ValueError):  # a frame whose length lies
+                self._namer(stream.bus, "can")(decoded(item.entry), item.entry.sender)
 
     def parts(self, item: Item) -> Parts | None:
         """Return the values of a message; None if they are not known."""
@@ -48,6 +50,11 @@ class LogNames:
         """Return the object dictionary of a node of a CAN bus, as its EDS describes it; None without one."""
         namer = self._namer(bus, "can")
         return namer.dictionary(node_id) if isinstance(namer, CanopenNames) else None
+
+    def prepare(self, bus: str, family: str) -> None:
+        """Read the files and import what names the messages of a bus now, and not when the first of them comes."""
+        bus_of(family)
+        self._namer(bus, family)
 
     def words(self, entry: TraceEntry) -> str:
         """Return a message in one line."""

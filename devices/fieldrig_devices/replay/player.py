@@ -72,6 +72,8 @@ class Player:
         self._next: Due | None = None
         self._shift_ns = 0
         self._last_ns = pace.begin_ns
+        self._sent_ns = pace.begin_ns
+        """The instant at which something was sent last."""
         self._timer: Timer | None = None
         self._gates: dict[tuple[str, str, int], Gate] = {}
         self._waiting_since_ns = NEVER_NS
@@ -168,9 +170,10 @@ class Player:
         while gate is not None:
             since_ns = gate.since_ns
             assert since_ns is not None
-            if now_ns < since_ns + self._pace.timeout_ns:
+            until_ns = max(since_ns, self._sent_ns) + self._pace.timeout_ns  # this host may have sent late
+            if now_ns < until_ns:
                 self._waiting_since_ns = since_ns
-                self._at(since_ns + self._pace.timeout_ns)
+                self._at(until_ns)
                 return False
             gate.give_up()
             gate = self._gate()
@@ -276,6 +279,7 @@ class Player:
         entry = TraceEntry(at_ns, due.entry.bus, due.entry.family, due.entry.sender, due.entry.data)
         self._last_ns = max(self._last_ns, at_ns)
         message = due.message
+        self._judge.buses.add(entry.bus)
         if entry.family == "can" and not self._begin_or_go_on(entry):
             return
         if isinstance(message, ModbusRequest):
@@ -287,6 +291,7 @@ class Player:
                 return
             message = ModbusResponse(message.unit, message.pdu, waiting.popleft())
         self._result.played += 1
+        self._sent_ns = now_ns
         self._link_of(entry.sender, entry.bus).send(message)
 
     def _as_ours(self, due: Due, request: ModbusRequest, at_ns: int) -> ModbusRequest:

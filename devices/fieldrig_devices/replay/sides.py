@@ -116,6 +116,8 @@ class _Bus(NamedTuple):
     units: frozenset[int]
     mastered: frozenset[int]
     """Node-IDs of slaves whose master is a device of the rig."""
+    asked: frozenset[int]
+    """Modbus units that a device of the rig is a client of."""
 
 
 @dataclass
@@ -162,18 +164,14 @@ class Sides:
         if identifier in selection.identifiers:
             return Side.PLAYED
         node = self._node(known, word)
-        if node is not None:
-            if node in selection.nodes:
-                return Side.PLAYED
-            if node in known.nodes:
-                return Side.EXPECTED
-        if node is None:
-            device = self._device(entry.sender)
-            if device is not None:
-                return self._of_device(device)
-            if not entry.sender and known.mastered and _is_of_master(identifier, known.mastered):
-                return Side.EXPECTED
-        elif selection.is_master and node not in selection.nodes:
+        if node is not None and node in (*selection.nodes, *known.nodes):
+            return Side.PLAYED if node in selection.nodes else Side.EXPECTED
+        device = self._device(entry.sender)
+        if device is not None:
+            return self._of_device(device)
+        if not entry.sender and known.mastered and _is_of_master(identifier, known.mastered):
+            return Side.EXPECTED
+        if node is not None and selection.is_master:
             self.strangers[node] = None
         is_wanted = selection.is_master or self._is_sender(entry.sender)
         return Side.PLAYED if is_wanted else Side.OUTSIDE
@@ -196,6 +194,8 @@ class Sides:
             return Side.OUTSIDE
         if device is not None:
             return self._of_device(device)
+        if not entry.sender and unit in known.asked:
+            return Side.EXPECTED
         is_there = unit in known.units or unit in (0, 255)
         if not is_there:
             self.strange_units[unit] = None
@@ -228,12 +228,18 @@ class Sides:
             _claimed(members, "node-ID"),
             _claimed(members, "unit"),
             _claimed(members, "master of node-ID"),
+            _needed(members, "unit"),
         )
 
 
 def _claimed(members: Sequence[Member], what: str) -> frozenset[int]:
     claims = (claim for member in members for claim in member.claims(what))
     return frozenset(claim.value for claim in claims if isinstance(claim.value, int))
+
+
+def _needed(members: Sequence[Member], what: str) -> frozenset[int]:
+    needs = (need for member in members for need in member.entry.settings.needs(member.entry.name))
+    return frozenset(need.value for need in needs if need.what == what and isinstance(need.value, int))
 
 
 def _is_of_master(identifier: int, nodes: Collection[int]) -> bool:
