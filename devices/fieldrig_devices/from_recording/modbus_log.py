@@ -26,6 +26,7 @@ ON_LINE: Final = (bytes((REQUEST_ON_RTU,)), bytes((REQUEST_ON_ASCII,)))
 """The first byte of the requests of a serial line."""
 ON: Final = 0xFF00
 MOST_INSTANTS: Final = 4_096
+MOST_SERVERS: Final = 64
 MOST_GROUPS: Final = 2_000
 _TWO: Final = struct.Struct(">HH")
 
@@ -89,6 +90,8 @@ class UnitLog:
         self.server_id: bytes | None = None
         self.status: int | None = None
         self.answer_ns = array("q")
+        self.answer_sizes = array("H")
+        """Bytes of the PDUs of the answers."""
         self.functions: Counter[int] = Counter()
         """Functions of which nothing is taken."""
         self.refused_functions: dict[bytes, int] = {}
@@ -103,6 +106,7 @@ class UnitLog:
         self.answers += 1
         if len(self.answer_ns) < MOST_INSTANTS:
             self.answer_ns.append(exchange.end_ns - exchange.begin_ns)
+            self.answer_sizes.append(len(response))
         group = group_of(request)
         log = None if group is None else self._group(group)
         if log is not None:
@@ -170,10 +174,12 @@ class UnitLog:
 
 
 class ModbusLog:
-    """One bus."""
+    """One bus, or one server of a network."""
 
     def __init__(self) -> None:
         self.units: dict[int, UnitLog] = {}
+        self.servers: dict[str, ModbusLog] = {}
+        """The servers of a capture of a network by their addresses, as each has units of its own."""
         self.start_ns = self.end_ns = 0
         self.broadcasts = 0
         self.is_line = False
@@ -188,6 +194,7 @@ class ModbusLog:
         """Take what the recording, which is from `start_ns` to `end_ns`, has left open."""
         self.start_ns, self.end_ns = start_ns, end_ns
         self._take_all(self._dialogues.unfinished())
+        self._settle()
 
     def _take_all(self, ended: Sequence[Dialogue]) -> None:
         for exchange in ended:
@@ -196,7 +203,29 @@ class ModbusLog:
             if exchange.is_broadcast:
                 self.broadcasts += 1
             else:
-                self.units.setdefault(exchange.unit, UnitLog()).take(exchange)
+                log = self._server(exchange.server)
+                log.units.setdefault(exchange.unit, UnitLog()).take(exchange)
+
+    def _server(self, sender: str) -> "ModbusLog":
+        """Return the log for the messages of a server; one that is no address of a network is the bus."""
+        host, _, port = sender.rpartition(":")
+        if not port.isdigit() or not ("." in host or ":" in host):
+            return self
+        if sender not in self.servers and len(self.servers) >= MOST_SERVERS:
+            return self
+        return self.servers.setdefault(sender, ModbusLog())
+
+    def _settle(self) -> None:
+        """Give a single server what belongs to no server, such as requests without an answer."""
+        for log in self.servers.values():
+            log.start_ns, log.end_ns, log.is_line = self.start_ns, self.end_ns, self.is_line
+        if len(self.servers) == 1:
+            (only,) = self.servers.values()
+            self.servers = {}
+            for unit_id, unit in self.units.items():
+                known = only.units.setdefault(unit_id, unit)
+                known.unanswered += unit.unanswered if known is not unit else 0
+            self.units = only.units
 
 
 def group_of(request: bytes) -> Group | None:

@@ -6,12 +6,15 @@ from typing import Final
 
 from fieldrig.points.values import counted
 from fieldrig.text.flow import flow
+from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_devices.from_recording.columns import csv_of
 from fieldrig_devices.from_recording.modbus_log import ModbusLog, UnitLog
 from fieldrig_devices.from_recording.modbus_unit import UnitModel
 from fieldrig_devices.from_recording.parts import RigPart, comment
 
 FIRST_PORT: Final = 5_020
+BAUD: Final = 19_200
+"""The default of the specification (V1.02, 3.2)."""
 UNIT_IDS: Final = range(1, 248)
 DEVICE_ITSELF: Final = (255, 0)
 """Unit ids of a device on TCP that is no gateway (guide V1.0b, 4.4.2)."""
@@ -22,8 +25,9 @@ NO_TARGET: Final = frozenset({10, 11})
 def modbus_part(name: str, log: ModbusLog, source: str, prefix: str, place: int) -> RigPart:
     """Return the part for a bus; `place` numbers the buses, `prefix` begins the names of the devices."""
     remarks: list[str] = []
+    line = LineTiming(baud=BAUD) if log.is_line else None
     models = [
-        UnitModel(f"{prefix}unit{asked_as}", unit_id, asked_as, unit, log.start_ns)
+        UnitModel(f"{prefix}unit{asked_as}", unit_id, asked_as, unit, log.start_ns, line)
         for asked_as, unit_id, unit in _units(log, remarks)
     ]
     if log.broadcasts:
@@ -79,7 +83,7 @@ def _bus(name: str, log: ModbusLog, remarks: list[str], place: int, direct: int 
     yield f"  {name}:"
     if log.is_line:
         yield "    kind: modbus.rtu"
-        yield "    baud: 19200  # the recording does not say it: set that of your line"
+        yield f"    baud: {BAUD}  # the recording does not say it: set that of your line"
         yield f"    pty: {name}"
     else:
         yield "    kind: modbus.tcp"

@@ -12,6 +12,7 @@ from fieldrig.clock import MS
 from fieldrig.points.values import counted
 from fieldrig.text.flow import flow
 from fieldrig_bus.modbus.codec import EXCEPTIONS, FUNCTIONS
+from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_bus.modbus.server import ModbusServer
@@ -34,8 +35,14 @@ MOST_READ_BACKS: Final = 8
 class UnitModel:
     """One unit, as it is written."""
 
-    def __init__(self, name: str, unit_id: int, asked_as: int, log: UnitLog, begin_ns: int) -> None:
-        """`asked_as` is the unit id of the recording, which is another one for a unit that has none of its own."""
+    def __init__(
+        self, name: str, unit_id: int, asked_as: int, log: UnitLog, begin_ns: int, line: LineTiming | None = None
+    ) -> None:
+        """`asked_as` is the unit id of the recording, which is another one for a unit that has none of its own.
+
+        `line` is the timing of the serial line that it is on.
+        """
+        self._line = line
         self.name, self.unit_id, self.asked_as, self.log = name, unit_id, asked_as, log
         self.remarks: list[str] = []
         self.columns: dict[str, Column] = {}
@@ -47,7 +54,13 @@ class UnitModel:
     @property
     def turnaround_ms(self) -> float:
         """The usual time from a request to its answer."""
-        return float(f"{median(self.log.answer_ns) / MS:.3g}") if self.log.answer_ns else 0.0
+        answers = zip(self.log.answer_ns, self.log.answer_sizes, strict=True)
+        times = [answer_ns - self._on_line_ns(size) for answer_ns, size in answers]
+        return float(f"{max(median(times), 0) / MS:.3g}") if times else 0.0
+
+    def _on_line_ns(self, size: int) -> int:
+        """Return the time that an answer itself takes, which the emulated line adds."""
+        return 0 if self._line is None else self._line.frame_ns(size)
 
     def _entries(self, space: str, registers: Mapping[int, RegisterLog], begin_ns: int) -> list[dict[str, Any]]:
         entries: list[dict[str, Any]] = []

@@ -113,6 +113,50 @@ def test_requests_of_a_serial_line_make_a_serial_line(tmp_path: Path) -> None:
     assert keys_of(made(tmp_path, (0, 7, READ, VALUES), line=True))["buses"]["mb"]["kind"] == "modbus.rtu"
 
 
+# 6.3 on a serial line, unit 11h, with the checksums of pymodbus
+LINE_REQUEST, LINE_RESPONSE = "11 03 00 6B 00 03 76 87", "11 03 06 02 2B 00 00 00 64 C8 BA"
+
+
+def serial(*chunks: tuple[float, str, str]) -> list[TraceEntry]:
+    """Return bytes of a serial line, with instants in seconds and the side that sent them."""
+    return [
+        TraceEntry(round(at_s * S), "line", "serial", side, b"\0" + bytes.fromhex(data)) for at_s, side, data in chunks
+    ]
+
+
+@pytest.mark.parametrize("sides", [("tx", "rx"), ("", "")])
+def test_a_serial_capture_of_rtu_is_put_together(tmp_path: Path, sides: tuple[str, str]) -> None:
+    ours, theirs = sides
+    chunks = [(0.0, theirs, "00 FF 07")]  # what was on the line before
+    for turn in range(4):
+        chunks += [(1 + turn, ours, LINE_REQUEST[:11]), (1.003 + turn, ours, LINE_REQUEST[12:])]
+        chunks += [(1.02 + turn, theirs, LINE_RESPONSE[:14]), (1.024 + turn, theirs, LINE_RESPONSE[15:])]
+    path = rig_file(save(serial(*chunks), tmp_path / "line.jsonl"))
+    assert keys_of(path)["buses"]["line"]["kind"] == "modbus.rtu"
+    with virtual(path) as rig:
+        received: list[ModbusResponse] = []
+        master = rig.attach("master").link("line")
+        master.on_receive(received.append)
+        master.send(ModbusRequest(0x11, bytes.fromhex(READ)))
+        rig.run_for(1 * S)
+        assert [answer.pdu for answer in received] == [bytes.fromhex(VALUES)]
+
+
+def test_a_serial_line_that_speaks_something_else_is_left_out(tmp_path: Path) -> None:
+    log = save(serial((0, "tx", "41 54 0D"), (1, "rx", "4F 4B 0D 0A")), tmp_path / "line.jsonl")
+    with pytest.raises(UsageError, match="shows no device") as refused:
+        content_for(log)
+    assert "2 messages of the family serial" in str(refused.value)
+
+
+def test_servers_of_a_network_have_units_of_their_own(tmp_path: Path) -> None:
+    entries = list(exchanges((0, 1, READ, VALUES), (1, 1, READ, "03 06 0001 0002 0003")))
+    entries[1] = entries[1]._replace(sender="192.168.1.5:502")
+    entries[3] = entries[3]._replace(sender="192.168.1.6:502")
+    with virtual(rig_file(save(entries, tmp_path / "net.jsonl"))) as rig:
+        assert [rig.get(f"mb-192-168-1-{host}-unit1/h107") for host in (5, 6)] == [0x22B, 1]
+
+
 def test_a_log_without_answers_has_no_device(tmp_path: Path) -> None:
     log = save(list(exchanges((0, 7, READ, None))), tmp_path / "meter.jsonl")
     with pytest.raises(UsageError, match="shows no device") as refused:

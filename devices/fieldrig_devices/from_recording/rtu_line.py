@@ -1,0 +1,98 @@
+"""Modbus RTU in the bytes of a serial line: requests and responses, as a tap or a sniffer has them.
+
+Source: Modbus over serial line V1.02, 2.4 and 2.5.1.  The stamps of captures say little about silences, so a frame is
+what has the length of its function and the right CRC.  Requests and responses alternate on a line; a capture may say
+which side has sent a byte, and need not.
+"""
+
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+from fieldrig.clock import S
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.modbus.codec import encode
+from fieldrig_bus.modbus.framing_rtu import LONGEST, SHORTEST, crc16, request_size, response_size
+from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
+from fieldrig_bus.serial.codec import DATA
+from fieldrig_devices.dialogues.modbus_dialogues import is_answer
+
+LATEST_NS: Final = 10 * S
+"""Time after which no answer comes any more."""
+PAUSE_NS: Final = S // 2
+"""Silence after which what is left of a frame is given up."""
+HEAD: Final = 16
+"""Bytes that say how long a frame is."""
+MOST_SENDERS: Final = 8
+
+
+class _Asked(NamedTuple):
+    """The request that waits for its answer."""
+
+    time_ns: int
+    unit: int
+    pdu: bytes
+
+
+class RtuLine:
+    """One line.  Each direction is put together alone."""
+
+    def __init__(self) -> None:
+        self._buffers: dict[str, bytearray] = {}
+        self._last_ns = 0
+        self._asked: _Asked | None = None
+        self._exchange = 0
+        self.frames = self.skipped = 0
+        """Frames with a right CRC, and bytes in none of them."""
+
+    def take(self, entry: TraceEntry) -> Iterator[TraceEntry]:
+        """Yield the Modbus messages that are complete with an entry of a serial line."""
+        if entry.data[:1] != bytes((DATA,)):
+            return
+        sender = entry.sender if entry.sender in self._buffers or len(self._buffers) < MOST_SENDERS else ""
+        buffer = self._buffers.setdefault(sender, bytearray())
+        if entry.time_ns - self._last_ns > PAUSE_NS:
+            self._forget()
+        self._last_ns = entry.time_ns
+        buffer += entry.data[1:]
+        while (size := self._size(buffer)) != 0:
+            if size is None:
+                del buffer[0]
+                self.skipped += 1
+            else:
+                frame = bytes(buffer[:size])
+                del buffer[:size]
+                self.frames += 1
+                yield self._message(entry, frame[0], frame[1:-2])
+
+    def _forget(self) -> None:
+        for buffer in self._buffers.values():
+            self.skipped += len(buffer)
+            buffer.clear()
+
+    def _size(self, buffer: bytearray) -> int | None:
+        """Return the size of the frame at the beginning; 0 if more bytes may complete one, None if there is none."""
+        if len(buffer) < SHORTEST:
+            return 0
+        sizes = {
+            size for size_of in (response_size, request_size) if (size := size_of(bytes(buffer[:HEAD]))) is not None
+        }
+        whole = [size for size in sizes if SHORTEST <= size <= len(buffer) and _is_right(bytes(buffer[:size]))]
+        if whole:
+            return max(whole)
+        return 0 if any(len(buffer) < size <= LONGEST for size in sizes) else None
+
+    def _message(self, entry: TraceEntry, unit: int, pdu: bytes) -> TraceEntry:
+        asked = self._asked
+        is_late = asked is not None and entry.time_ns - asked.time_ns > LATEST_NS
+        if asked is not None and not is_late and unit == asked.unit and is_answer(asked.pdu, pdu):
+            self._asked = None
+            message: ModbusRequest | ModbusResponse = ModbusResponse(unit, pdu, self._exchange)
+        else:
+            self._exchange += 1
+            self._asked = _Asked(entry.time_ns, unit, pdu) if unit else None
+            message = ModbusRequest(unit, pdu, self._exchange, LineState())
+        return TraceEntry(entry.time_ns, entry.bus, "modbus", entry.sender, encode(message))
+
+
+def _is_right(frame: bytes) -> bool:
+    return crc16(frame[:-2]) == int.from_bytes(frame[-2:], "little")
