@@ -27,7 +27,7 @@ PAGES = {
     "fieldrig.device": DEVICE,
     "fieldrig.front": "fronts.md",
     "fieldrig.link": "architecture.md#interest",
-    "fieldrig.programs": "program-tests.md",
+    "fieldrig.programs": "python-tests.md",
     "fieldrig.settings": DEVICE,
     "fieldrig.storage.store": DEVICE,
     "fieldrig": TESTS,
