@@ -55,7 +55,7 @@ RIGHT = [
     "switch := TRUE; ASSERT_WITHIN(lamp, T#50ms); ASSERT_STAYS(lamp, T#200ms);",
     "switch := TRUE; ASSERT_UNTIL(NOT lamp, presses = 1, T#50ms);",
     "presses := 7; switch := TRUE; RUN_FOR(T#50ms); ASSERT_EQ(presses, 8);",
-    "FAULT('terminal', 'power_off'); switch := TRUE; RUN_FOR(T#1s); CLEAR_FAULTS('terminal'); ASSERT_WITHIN(lamp, T#9s);",
+    "FAULT('terminal', 'power_off'); switch:=TRUE; RUN_FOR(T#1s); CLEAR_FAULTS('terminal'); ASSERT_WITHIN(lamp,T#9s);",
 ]
 
 
