@@ -17,6 +17,7 @@ from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.tasks.scheduler import Scheduler
 from fieldrig_devices.iec.tasks.task import Task, WorkState
+from fieldrig_devices.iec.testing.beginning import begin_program
 from fieldrig_devices.iec.testing.compiled import NO_LIMITS
 from fieldrig_devices.iec.testing.judge import Judge
 from fieldrig_devices.iec.testing.mocks import Mock
@@ -50,6 +51,7 @@ class UnderTest:
     def _load(self, compiled: Compiled) -> None:
         self.clock.instant_ns = 0
         self._program = LoadedProgram(self.clock, compiled, self._host, self)
+        begin_program(self.runtime)
         self._fresh = self.runtime.fresh()
         self._have_tasks_run = False
 
@@ -110,15 +112,25 @@ class UnderTest:
         self._mocks = extension.mocks.by_number
         return compiled
 
-    def renew(self) -> None:
-        """Compile the program again with further instances or mocks, and go on with all values and forces."""
+    def renew(self, new: Wrapper | None = None) -> None:
+        """Compile the program again with a further instance or mock, and go on with all values and forces."""
         self._program.change(self._compiled(self.compiled), lambda: None)
         now, forced = self.runtime.fresh(), dict(self.runtime.forced)
         self._program.cold()
+        begin_program(self.runtime)
         self._fresh = self.runtime.fresh()
+        started = [] if new is None else self._cells_of(new)
         now()
+        if new is not None:
+            _, base = self.of_wrapper(new)
+            self.cells[base : base + len(started)] = started
         for path, value in forced.items():
             self.runtime.force(self.runtime.find(path), value)
+
+    def _cells_of(self, wrapper: Wrapper) -> list[Value]:
+        pou, base = self.of_wrapper(wrapper)
+        assert pou.type is not None, "a wrapper is a block"
+        return self.cells[base : base + pou.type.size]
 
     def add(self, wrapper: Wrapper) -> bool:
         """Add a wrapper, if it is not there yet; true if the program was compiled again for it."""
@@ -126,7 +138,7 @@ class UnderTest:
             return False
         self._wrappers.append(wrapper)
         try:
-            self.renew()
+            self.renew(wrapper)
         except RigError:
             self._wrappers.remove(wrapper)
             raise

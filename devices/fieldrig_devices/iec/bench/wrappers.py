@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.testing.extension import CaseExtension
+from fieldrig_devices.iec.testing.extension import CaseExtension, begin_unit
 
 BLOCK: Final = "tested"
 """The instance under test."""
@@ -44,7 +44,7 @@ class BenchExtension(CaseExtension):
             made += _declarations(wrapper, known)
         plain = [replace(unit, tests=()) for unit in units]  # tests of the same file do not matter here
         self._files.add(_FILE)
-        return [*plain, tree.Unit(_FILE, tuple(made))]
+        return [*plain, tree.Unit(_FILE, tuple(made)), begin_unit()]
 
 
 def _declarations(wrapper: Wrapper, known: Mapping[str, tree.Pou]) -> list[tree.Declaration]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.program import AnyStatement, Expression, Program
+from fieldrig_devices.iec.program import AnyStatement, Expression, Pou, Program
 
 
 class Extension(Protocol):
@@ -30,6 +30,9 @@ class Extension(Protocol):
 
     def has_value(self, node: tree.Call) -> bool:
         """True for a call in an expression that is its own."""
+
+    def first(self, project: Any) -> Sequence[Pou]:
+        """Return what may run first besides the programs of tasks, and so starts the variables of the program."""
 
     def finish(self, program: Program) -> None:
         """Called when all bodies have been checked, in front of the layout."""

@@ -103,7 +103,9 @@ class Startup:
         if not self._functions:
             return
         flag = Cell(self._project.globals[FLAG.lower()], Elementary.BOOL)
-        for pou in dict.fromkeys(pou for task in self._project.tasks for pou in task.programs):
+        extension = self._project.extension
+        first = [pou for task in self._project.tasks for pou in task.programs]
+        for pou in dict.fromkeys([*first, *(extension.first(self._project) if extension is not None else [])]):
             line = self._project.sources[pou].tree.position.line
             run: list[AnyStatement] = [Assign(flag, Constant(True, Elementary.BOOL), line=line)]
             functions = self._functions.values()

@@ -6,6 +6,7 @@ from fieldrig.clock import MS
 from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.tasks.task import Task
+from fieldrig_devices.iec.testing.beginning import begin_program
 from fieldrig_devices.iec.testing.compiled import Tested
 from fieldrig_devices.iec.thread import Fault
 
@@ -34,6 +35,7 @@ class Alone:
         tested = self._tested
         tested.clock.instant_ns = 0
         self._program = LoadedProgram(tested.clock, tested.compiled, tested.host, self)
+        begin_program(self.runtime)
         self._fresh = self.runtime.fresh()
         self._is_used = False
         tested.judge.use(tested.assertions, self.runtime.memory)

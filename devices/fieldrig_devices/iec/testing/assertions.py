@@ -34,7 +34,7 @@ from fieldrig_devices.iec.testing.mocks import Mock, Mocks
 from fieldrig_devices.iec.testing.natives import call_of, cell
 from fieldrig_devices.iec.testing.words import MESSAGE, WORDS, Word
 from fieldrig_devices.iec.tree import PouKind
-from fieldrig_devices.iec.types import ArrayType, BlockType, StringType, StructType, Type
+from fieldrig_devices.iec.types import ArrayType, BlockType, EnumType, StringType, StructType, Type
 
 TEXT: Final = StringType(255)
 BOOL: Final = Elementary.BOOL
@@ -53,6 +53,8 @@ class Assertion:
     """What is judged, as text."""
     type: Type = BOOL
     """The type of both values, or that of the time."""
+    shown: Type | None = None
+    """The enumeration whose names are shown; None if the type says it all."""
     message: str = ""
     """A constant message."""
     other: str = ""
@@ -202,6 +204,8 @@ class _One:
             return None
         if isinstance(actual.type, StructType | ArrayType | BlockType):
             return self._whole_sides(actual, expected, nodes)
+        if isinstance(actual.type, EnumType) and expected.type == actual.type:
+            self._made.shown = actual.type
         shown = tree.Binary(operator.value, nodes[0], nodes[1], position=nodes[0].position)
         both = checker.operate(operator, actual, expected, shown)
         if isinstance(both, Binary):

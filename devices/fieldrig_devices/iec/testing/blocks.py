@@ -62,7 +62,11 @@ class BlockSource:
                 elif block.rig is not None:
                     yield self._in_rig(rigs, case, block, tested, limits)
                 else:
-                    alone = alone or Runner(tested, Alone(tested))
+                    try:
+                        alone = alone or Runner(tested, Alone(tested))
+                    except RigError as wrong:
+                        yield _not_begun(case, wrong)
+                        continue
                     yield _with_diagram(alone, case, block, limits)
 
     def _compiled(self) -> Tested:
@@ -94,6 +98,10 @@ def _with_diagram(runner: Runner, case: Case, block: CaseBlock, limits: Limits) 
         if again.verdict is Verdict.FAILED:
             return again._replace(wall_s=outcome.wall_s)
     return outcome
+
+
+def _not_begun(case: Case, wrong: RigError) -> Outcome:
+    return Outcome(case, Verdict.ERROR, (Failure("fault", "", wrong.what, "", case.file, case.line, 0),))
 
 
 def _not_compiled(case: Case, mistakes: Sequence[Mistake]) -> Outcome:

@@ -7,13 +7,16 @@ from typing import Final
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.project import Project
-from fieldrig_devices.iec.program import AnyStatement, Expression, Program
+from fieldrig_devices.iec.program import AnyStatement, Expression, Pou, Program
 from fieldrig_devices.iec.testing.assertions import Assertion, Assertions
 from fieldrig_devices.iec.testing.mocks import Mocks
 from fieldrig_devices.iec.testing.words import CALLS, WORDS
 from fieldrig_devices.languages.mistakes import Mistake
 
 TEARDOWN: Final = "TEARDOWN"
+BEGIN: Final = "BEGIN of tests"
+"""A block with nothing of its own, which runs once before all tests: it starts the variables of the program."""
+BEGIN_INSTANCE: Final = f"{BEGIN} instance"
 
 
 @dataclass(slots=True)
@@ -53,7 +56,7 @@ class CaseExtension:
         return self._assertions.all
 
     def units(self, units: Sequence[tree.Unit]) -> Sequence[tree.Unit]:
-        return [self._unit(unit) if unit.tests else unit for unit in units]
+        return [*(self._unit(unit) if unit.tests else unit for unit in units), begin_unit()]
 
     def _unit(self, unit: tree.Unit) -> tree.Unit:
         self._files.add(unit.file)
@@ -136,9 +139,19 @@ class CaseExtension:
     def value(self, checker: Checker, node: tree.Call) -> Expression | None:
         return self._assertions.calls(checker, node)
 
+    def first(self, project: Project) -> Sequence[Pou]:
+        return [project.pous[project.key(BEGIN)]]
+
     def finish(self, program: Program) -> None:
         self.mocks.finish()
 
 
 def _statements(part: tree.Test) -> tuple[tree.AnyStatement, ...]:
     return part.body.statements if isinstance(part.body, tree.StBody) else ()
+
+
+def begin_unit() -> tree.Unit:
+    """Return the declaration of the block that runs first."""
+    block = tree.Pou(tree.PouKind.FUNCTION_BLOCK, BEGIN, None, (), tree.StBody(()))
+    instance = tree.Variable(BEGIN_INSTANCE, tree.NamedType(BEGIN))
+    return tree.Unit(BEGIN, (block, tree.Variables(tree.Section.GLOBAL, (instance,))))

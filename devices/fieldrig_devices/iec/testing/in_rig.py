@@ -18,6 +18,7 @@ from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.memory import limited
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol
+from fieldrig_devices.iec.testing.beginning import begin_program
 from fieldrig_devices.iec.testing.case import Case, Limits, Outcome
 from fieldrig_devices.iec.testing.compiled import Tested
 from fieldrig_devices.iec.testing.extension import CaseBlock
@@ -145,6 +146,7 @@ class InRig:
     def __init__(self, rig: "Rig", block: CaseBlock, tested: Tested) -> None:
         self._rig, self._tested = rig, tested
         self.runtime = Runtime(tested.compiled, tested.host)
+        begin_program(self.runtime)
         self.is_pressed: Callable[[], None] = lambda: None
         tested.judge.use(tested.assertions, self.runtime.memory)
         root = tested.compiled.program.globals[block.instance.lower()]

@@ -139,7 +139,7 @@ class Judge:
 
     def _shown(self, assertion: Assertion, actual: int, expected: int, tolerance: int) -> tuple[str, str]:
         """Return what was expected and what there was, as texts."""
-        cells, kind = self._cells, assertion.type
+        cells, kind = self._cells, assertion.shown or assertion.type
         match assertion.word:
             case "ASSERT_FAIL":
                 return "", ""

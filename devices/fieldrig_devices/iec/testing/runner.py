@@ -161,4 +161,5 @@ def _outside(fault: Fault) -> Fault:
 
 def _failure(kind: str, fault: Fault | None, text: str, now_ns: int) -> Failure:
     file, line = (Path(fault.file), fault.line) if fault is not None else (Path(), 0)
-    return Failure(kind, "", text, "", file, line, now_ns)
+    calls = () if fault is None else tuple(f"called from {call.file}:{call.line}" for call in fault.calls)
+    return Failure(kind, "", text, "", file, line, now_ns, calls)

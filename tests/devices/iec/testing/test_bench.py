@@ -326,3 +326,22 @@ def test_an_unknown_option_is_refused(file: Path, options: dict[str, str]) -> No
 def test_t_takes_durations_only(duration: Any) -> None:
     with pytest.raises(ArgumentError, match="is not a duration"):
         T(duration)
+
+
+def test_instances_are_started_with_fb_init(tmp_path: Path) -> None:
+    counter = """FUNCTION_BLOCK Counter
+VAR n : INT; END_VAR
+METHOD FB_init : BOOL
+VAR_INPUT bInitRetains, bInCopyCode : BOOL; END_VAR
+n := 7;
+END_METHOD
+n := n + 1;
+END_FUNCTION_BLOCK"""
+    (tmp_path / "counter.st").write_text(counter)
+    plc = program(tmp_path / "counter.st", dialect="codesys")
+    first = plc.block("Counter")
+    assert first().n == 8
+    second = plc.block("Counter")
+    assert (first.n, second.n, second().n) == (8, 7, 8)
+    plc.reset()
+    assert plc.block("Counter").n == 7

@@ -140,6 +140,56 @@ END_FUNCTION"""
     assert [(failure.line, failure.actual) for failure in outcome.failures] == [(3, "6")]
 
 
+OBJECTS = """
+VAR_GLOBAL g_first : INT := Twice(4); END_VAR
+FUNCTION Twice : INT VAR_INPUT x : INT; END_VAR Twice := 2 * x; END_FUNCTION
+FUNCTION Half : INT VAR_INPUT x, y : INT; END_VAR
+Half := x / y;
+END_FUNCTION
+INTERFACE ICount METHOD Inc : INT END_METHOD END_INTERFACE
+FUNCTION_BLOCK Base IMPLEMENTS ICount
+VAR n : INT; END_VAR
+METHOD Inc : INT
+n := n + 1; Inc := n;
+END_METHOD
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK Counter EXTENDS Base
+METHOD FB_init : BOOL
+VAR_INPUT bInitRetains, bInCopyCode : BOOL; start : INT; END_VAR
+n := start;
+END_METHOD
+END_FUNCTION_BLOCK
+"""
+
+
+def test_instances_are_started_before_each_test(tmp_path: Path) -> None:
+    body = "VAR c : Counter(start := 7); i : ICount; END_VAR ASSERT_EQ(g_first, 8); ASSERT_EQ(c.n, 7); i := c;"
+    body += " ASSERT_EQ(i.Inc(), 8); g_first := 0;"
+    tests = f"TEST 'a' {body} END_TEST TEST 'b' {body} END_TEST"
+    written(tmp_path, counter=OBJECTS, counter_test=tests)
+    assert [one.failures for one in outcomes(tmp_path / "counter_test.st", "codesys").values()] == [(), ()]
+
+
+def test_a_fault_of_a_start_value_is_an_error_of_each_test(tmp_path: Path) -> None:
+    written(tmp_path, counter=OBJECTS.replace("Twice(4)", "Half(4, 0)"))
+    written(tmp_path, counter_test="TEST 'a' ASSERT_EQ(g_first, 8); END_TEST TEST 'b' END_TEST")
+    done = outcomes(tmp_path / "counter_test.st", "codesys")
+    assert [one.verdict for one in done.values()] == [Verdict.ERROR] * 2
+    assert "a division by zero in Half" in done["a"].failures[0].actual
+
+
+def test_a_fault_in_a_function_says_who_has_called_it(tmp_path: Path) -> None:
+    written(tmp_path, counter=OBJECTS, counter_test="TEST 'a'\nASSERT_EQ(Half(1, 0), 1);\nEND_TEST")
+    (failure,) = outcomes(tmp_path / "counter_test.st", "codesys")["a"].failures
+    assert (failure.file.name, failure.line) == ("counter.st", 5)
+    assert failure.diagram == (f"called from {tmp_path}/counter_test.st:2",)
+
+
+def test_a_value_of_an_enumeration_is_shown_by_its_name(tmp_path: Path) -> None:
+    colours = "TYPE Colour : (red, green); END_TYPE"
+    assert said(tmp_path, "VAR c : Colour; END_VAR ASSERT_EQ(c, green);", colours)[:2] == ("green", "red")
+
+
 # ---- mocks
 
 
