@@ -5,6 +5,9 @@ or never, a segment has several ADUs or a part of one, and a capture may begin i
 Modbus if a port is 502, or if its first segment is exactly one or several ADUs.  Where bytes are missing, the stream
 goes on at the next thing that looks like the head of an ADU, and that is reported.
 
+The exchange of a message is its transaction, with the number of its connection above it, as several clients use the
+same transactions.
+
 Memory is bounded: connections, segments that wait, and bytes of a message that is not complete.
 """
 
@@ -35,6 +38,8 @@ class _Stream:
 
     is_request: bool
     sender: str
+    connection: int
+    """The number of the connection, from 0."""
     next: int | None = None
     """The sequence number that is expected; None before the first segment."""
     waiting: dict[int, Segment] = field(default_factory=dict)
@@ -57,6 +62,9 @@ class TcpStreams:
         """None for a direction of a connection without Modbus."""
         self._servers: dict[frozenset[tuple[str, int]], tuple[str, int]] = {}
         """The end of each connection that answers, as its opening has shown."""
+        self._numbers: dict[frozenset[tuple[str, int]], int] = {}
+        """The numbers of connections by their ends."""
+        self._opened = 0
 
     def take(self, segment: Segment) -> Iterator[tuple[str, ModbusMessage]]:
         """Yield sender and message of each ADU that is complete with this segment."""
@@ -94,6 +102,7 @@ class TcpStreams:
         ends = frozenset({key[:2], key[2:]})
         if not segment.flags & 0x10:
             self._servers[ends] = key[2:]
+            self._numbers.pop(ends, None)  # the same ends, but another connection
             if len(self._servers) > MOST_STREAMS:
                 del self._servers[next(iter(self._servers))]
         self._streams.pop(key, None)
@@ -113,7 +122,15 @@ class TcpStreams:
         server = self._servers.get(ends)
         if server is None:  # the capture begins later: 502, or else the lower port, is the server's
             server = min((key[:2], key[2:]), key=lambda end: (end[1] != PORT, end[1]))
-        return _Stream(is_request=key[2:] == server, sender=f"{key[0]}:{key[1]}")
+        return _Stream(is_request=key[2:] == server, sender=f"{key[0]}:{key[1]}", connection=self._number(ends))
+
+    def _number(self, ends: frozenset[tuple[str, int]]) -> int:
+        if ends not in self._numbers:
+            self._numbers[ends] = self._opened & 0xFFFF
+            self._opened += 1
+            if len(self._numbers) > MOST_STREAMS:
+                del self._numbers[next(iter(self._numbers))]
+        return self._numbers[ends]
 
     def _forget(self, key: Key) -> None:
         stream = self._streams.pop(key)
@@ -193,7 +210,8 @@ class TcpStreams:
                 continue
             if len(buffer) - at < 6 + length:
                 break
-            yield stream.sender, make(unit, bytes(buffer[at + MBAP.size : at + 6 + length]), transaction)
+            exchange = stream.connection << 16 | transaction
+            yield stream.sender, make(unit, bytes(buffer[at + MBAP.size : at + 6 + length]), exchange)
             at += 6 + length
         del buffer[:at]
 

@@ -102,7 +102,7 @@ class CanStats:
             if len(self.identifiers) >= MOST_IDENTIFIERS:
                 self.others += 1
                 return
-            series = self.identifiers[key] = Series(time_ns)
+            series = self.identifiers[key] = Series()
         if key not in self._samples or frame.data:
             self._samples[key] = frame
         series.add(time_ns, len(frame.data))

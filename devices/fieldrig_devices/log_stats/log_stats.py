@@ -5,70 +5,89 @@ from collections.abc import Iterable
 from typing import Final
 
 from fieldrig.traces.trace import TraceEntry
-from fieldrig_bus.modbus.codec import decode as decode_modbus
-from fieldrig_bus.modbus.message import DamagedAnswer, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.codec import decode
+from fieldrig_bus.modbus.message import DamagedAnswer, ModbusResponse
 from fieldrig_devices.canopen.names import CanopenNames
-from fieldrig_devices.dialogues import Dialogue, ModbusDialogues, ModbusExchange
+from fieldrig_devices.dialogues import ModbusDialogues, ModbusExchange
+from fieldrig_devices.dialogues.modbus_dialogues import is_address
 from fieldrig_devices.log_stats.answers import Answers
 from fieldrig_devices.log_stats.can_stats import CanStats
 from fieldrig_devices.log_stats.series import Series
 from fieldrig_devices.modbus.names import ModbusNames
 from fieldrig_devices.named_logs.named_log import NamedLog
+from fieldrig_devices.named_logs.servers import Servers
 
 BITRATE: Final = 250_000
 DATA_BITRATE: Final = 2_000_000
 """Bit rates in bit/s for a log that does not say them."""
 MOST_BUSES: Final = 256
+MOST_UNITS: Final = 5_000
+"""Units of a network that are distinguished."""
 MOST_SENDERS: Final = 1_000
 """Senders of a bus that are distinguished."""
 
 
+class UnitStats:
+    """The figures of one unit of one server."""
+
+    def __init__(self, unit: int, server: str) -> None:
+        self.unit, self.server = unit, server
+        self.answers = Answers()
+        self.requests = Series()
+
+
 class ModbusStats:
-    """Counts the messages of one Modbus bus."""
+    """Counts the messages of one Modbus bus, or of a network."""
 
     def __init__(self, names: ModbusNames) -> None:
         self.names = names
-        self.units: dict[int, Answers] = {}
-        self.requests: dict[int, Series] = {}
-        """The requests to each unit."""
-        self._dialogues = ModbusDialogues()
+        self.units: dict[tuple[str, int], UnitStats] = {}
+        """The units of each server; its address is empty where there are no addresses."""
+        self._dialogues, self._servers = ModbusDialogues(), Servers()
 
     def take(self, number: int, entry: TraceEntry) -> None:
-        try:
-            message = decode_modbus(entry.data)
-        except ValueError:
-            return
-        if isinstance(message, ModbusRequest):
-            self.requests.setdefault(message.unit, Series(entry.time_ns)).add(entry.time_ns, len(message.pdu))
         for dialogue in self._dialogues.take(number, entry):
-            unit = message.unit if isinstance(message, ModbusResponse | DamagedAnswer) else 0
-            self._end(dialogue, unit)
+            if isinstance(dialogue, ModbusExchange):
+                self._count(dialogue)
+            else:
+                self._stray(entry)
 
     def close(self) -> None:
         """Count what is open at the end of the log."""
         for dialogue in self._dialogues.unfinished():
-            self._end(dialogue, 0)
+            if isinstance(dialogue, ModbusExchange):
+                self._count(dialogue)
 
-    def _end(self, dialogue: Dialogue, unit: int) -> None:
-        if isinstance(dialogue, ModbusExchange):
-            self.units.setdefault(dialogue.unit, Answers()).take_modbus(dialogue)
-        else:
-            self.units.setdefault(unit, Answers()).strays += 1
+    def _count(self, exchange: ModbusExchange) -> None:
+        unit = self._unit(self._servers.server_of(exchange), exchange.unit)
+        unit.answers.take_modbus(exchange)
+        unit.requests.add(exchange.begin_ns, len(exchange.request))
+
+    def _stray(self, entry: TraceEntry) -> None:
+        message = decode(entry.data)
+        if isinstance(message, ModbusResponse | DamagedAnswer):
+            self._unit(entry.sender if is_address(entry.sender) else "", message.unit).answers.strays += 1
+
+    def _unit(self, server: str, unit: int) -> UnitStats:
+        key = server, unit
+        if key not in self.units and len(self.units) >= MOST_UNITS:
+            key = "", unit
+        return self.units.setdefault(key, UnitStats(unit, key[0]))
 
 
 class BusStats:
     """Counts the messages of one bus: by sender, and by what its family knows."""
 
-    def __init__(self, name: str, family: str, first_ns: int, of_family: CanStats | ModbusStats | None) -> None:
+    def __init__(self, name: str, family: str, of_family: CanStats | ModbusStats | None) -> None:
         self.name, self.family, self.of_family = name, family, of_family
-        self.all = Series(first_ns)
+        self.all = Series()
         self.senders: dict[str, Series] = {}
 
     def take(self, number: int, entry: TraceEntry) -> None:
         self.all.add(entry.time_ns, len(entry.data))
         sender = self.senders.get(entry.sender)
         if sender is None and len(self.senders) < MOST_SENDERS:
-            sender = self.senders[entry.sender] = Series(entry.time_ns)
+            sender = self.senders[entry.sender] = Series()
         if sender is not None:
             sender.add(entry.time_ns, len(entry.data))
         if self.of_family is not None:
@@ -116,5 +135,5 @@ class LogStats:
             of_family = CanStats(namer, self.bitrate, self.data_bitrate)
         elif isinstance(namer, ModbusNames):
             of_family = ModbusStats(namer)
-        bus = self.buses[entry.bus, entry.family] = BusStats(entry.bus, entry.family, entry.time_ns, of_family)
+        bus = self.buses[entry.bus, entry.family] = BusStats(entry.bus, entry.family, of_family)
         return bus

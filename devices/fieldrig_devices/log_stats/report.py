@@ -44,12 +44,13 @@ def _bus_data(bus: BusStats, stats: LogStats) -> dict[str, Any]:
         modbus = bus.of_family
         found["units"] = [
             {
-                "unit": unit,
-                "name": modbus.names.unit(unit).name,
-                **answers.as_data(),
-                "requests": modbus.requests.get(unit, Series(0)).as_data(),
+                "unit": unit.unit,
+                "server": unit.server,
+                "name": modbus.names.unit(unit.unit).name,
+                **unit.answers.as_data(),
+                "requests": unit.requests.as_data(),
             }
-            for unit, answers in sorted(modbus.units.items())
+            for _, unit in sorted(modbus.units.items())
         ]
     return found
 
@@ -133,9 +134,10 @@ def _answers_row(answers: Answers, more: list[str]) -> tuple[object, ...]:
 
 def _show_modbus(modbus: ModbusStats) -> None:
     rows = []
-    for unit, answers in sorted(modbus.units.items()):
-        requests = modbus.requests.get(unit, Series(0))
-        rows.append((modbus.names.unit(unit).name, *_row(requests)[1:], *_answers_row(answers, [])))
+    for _, unit in sorted(modbus.units.items()):
+        name = modbus.names.unit(unit.unit).name
+        words = f"{name} of {unit.server}" if unit.server else name
+        rows.append((words, *_row(unit.requests)[1:], *_answers_row(unit.answers, [])))
     _table(("unit", "period", "jitter", "requests", "no answer", "p50", "p99", "errors"), rows)
 
 

@@ -10,15 +10,17 @@ class Series:
 
     __slots__ = ("bytes", "count", "first_ns", "gaps", "last_ns")
 
-    def __init__(self, time_ns: int) -> None:
+    def __init__(self) -> None:
         self.count = self.bytes = 0
-        self.first_ns = self.last_ns = time_ns
+        self.first_ns = self.last_ns = 0
         self.gaps = Spread()
         """The times between them; where the log jumps back there is none."""
 
     def add(self, time_ns: int, size: int) -> None:
         """Take a message of this many bytes."""
-        if self.count and time_ns >= self.last_ns:
+        if not self.count:
+            self.first_ns = time_ns
+        elif time_ns >= self.last_ns:
             self.gaps.add(time_ns - self.last_ns)
         self.count += 1
         self.bytes += size

@@ -14,6 +14,7 @@ from fieldrig_devices.dialogues import ModbusExchange
 from fieldrig_devices.modbus.names import EMPTY, ModbusNames, request_words, response_words
 from fieldrig_devices.modbus.parts import request_parts, response_parts
 from fieldrig_devices.named_logs.row import Row, row_of
+from fieldrig_devices.named_logs.servers import Servers
 
 READS: Final = frozenset({1, 2, 3, 4, 7, 11, 12, 17, 20, 23, 24, 43})
 WRITES: Final = frozenset({5, 6, 15, 16, 21, 22, 23})
@@ -35,6 +36,7 @@ class ModbusRows:
 
     def __init__(self, names: ModbusNames) -> None:
         self.names = names
+        self._servers = Servers()
 
     def row(self, number: int, entry: TraceEntry) -> Row:
         """Return the row of a single message."""
@@ -66,7 +68,7 @@ class ModbusRows:
             exchange.client,
             services,
             FUNCTIONS.get(function, f"function {function}"),
-            unit.name,
+            self._servers.unit_words(exchange, unit.name),
             self._text(exchange),
             exchange.entries,
             exchange.end_ns,

@@ -6,6 +6,7 @@ Heads are laid out by hand from RFC 791, 8200, 9293 and the table of link types 
 import io
 import struct
 from collections.abc import Sequence
+from dataclasses import replace
 from ipaddress import IPv6Address
 from itertools import pairwise
 from random import Random
@@ -230,7 +231,23 @@ def test_a_connection_of_the_same_ports_begins_again() -> None:
         ipv4(CLIENT, SERVER, 0x7000_0000, b"", 0x02),
         ipv4(CLIENT, SERVER, 0x7000_0001, ASK),
     )
-    assert found == [REQUEST, REQUEST]
+    assert found == [REQUEST, replace(REQUEST, exchange=0x1_0007)]
+
+
+def test_connections_with_the_same_transaction_have_exchanges_of_their_own() -> None:
+    other = ("10.0.0.9", 1500)
+    found = messages(
+        ipv4(CLIENT, SERVER, 1, ASK),
+        ipv4(other, SERVER, 1, ASK),
+        ipv4(SERVER, other, 1, ANSWER),
+        ipv4(SERVER, CLIENT, 1, ANSWER),
+    )
+    assert found == [
+        REQUEST,
+        replace(REQUEST, exchange=0x1_0007),
+        replace(RESPONSE, exchange=0x1_0007),
+        RESPONSE,
+    ]
 
 
 def test_a_fragment_and_another_protocol_are_counted() -> None:

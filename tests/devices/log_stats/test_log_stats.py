@@ -99,6 +99,21 @@ def test_units_have_requests_answer_times_and_exceptions() -> None:
     assert (second["unanswered"], ninth["strays"]) == (1, 1)
 
 
+def test_servers_of_a_network_have_units_of_their_own() -> None:
+    """Two connections with the same transactions; the exchange has the number of the connection above them."""
+    ask, value = b"\x03\x00\x00\x00\x01", b"\x03\x02\x00\x01"
+    log = modbus_log(
+        [
+            ("10.0.0.1:4001", ModbusRequest(1, ask, 5)), ("10.0.0.1:4002", ModbusRequest(1, ask, 0x1_0005)),
+            ("10.0.0.3:502", ModbusResponse(1, value, 0x1_0005)), ("10.0.0.2:502", ModbusResponse(1, value, 5)),
+            ("10.0.0.1:4002", ModbusRequest(1, ask, 0x1_0006)),
+        ]
+    )  # fmt: skip
+    (modbus,) = figures(log)["buses"]
+    times = [(unit["server"], unit["answer_times"]["max_ns"], unit["unanswered"]) for unit in modbus["units"]]
+    assert times == [("10.0.0.2:502", 3 * MS, 0), ("10.0.0.3:502", MS, 1)]
+
+
 def test_a_million_identifiers_take_no_more_memory_than_many() -> None:
     entries = [can_entry(0, CanFrame(number, b"", is_extended=True)) for number in range(MOST_IDENTIFIERS + 100)]
     (can,) = figures(entries)["buses"]

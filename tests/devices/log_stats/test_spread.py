@@ -45,7 +45,7 @@ def test_memory_does_not_grow_with_the_number_of_values() -> None:
     ("instants", "period", "jitter"), [([0], 0, 0), ([0, 10, 20, 30], 10, 0), ([0, 10, 25, 35], 10, 5)]
 )
 def test_period_is_the_median_and_jitter_what_it_deviates(instants: list[int], period: int, jitter: int) -> None:
-    series = Series(instants[0])
+    series = Series()
     for instant in instants:
         series.add(instant, 8)
     assert (series.count, series.bytes, series.period_ns, series.jitter_ns) == (
@@ -57,7 +57,7 @@ def test_period_is_the_median_and_jitter_what_it_deviates(instants: list[int], p
 
 
 def test_a_jump_back_in_time_is_no_gap() -> None:
-    series = Series(100)
+    series = Series()
     for instant in (100, 200, 50, 150):
         series.add(instant, 1)
     assert (series.gaps.count, series.gaps.highest) == (2, 100)
