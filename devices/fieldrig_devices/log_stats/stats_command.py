@@ -7,7 +7,7 @@ import typer
 from fieldrig.cli.common import AsJson, echo_json
 from fieldrig.cli.message_words import OfRig
 from fieldrig.cli.trace_reading import Buses, During, From, Messages, TraceFile
-from fieldrig_devices.named_logs.options import Eds, Registers, named_log
+from fieldrig_devices.named_logs.options import Eds, Registers, named_log, report_skipped
 
 Bitrate = Annotated[
     int | None,
@@ -54,15 +54,18 @@ def stats(
     The period is the median of the times between messages, and the jitter is how far 98 of 100 are from it at most.
     Medians and other quantiles are exact up to 1000 values, and within 1 % above.
     """
+    from fieldrig_devices.dialogues.rtu_lines import RtuLines
     from fieldrig_devices.log_stats.log_stats import LogStats
     from fieldrig_devices.log_stats.report import as_data, show
 
     names = named_log(rig, eds, registers)
     counted = LogStats(names, bitrate or names.bitrate(), data_bitrate)
     messages = Messages(file, buses, begin=begin, duration=duration)
-    counted.read(messages)
+    lines = RtuLines(lambda bus: names.is_in_rig(bus, "serial"))
+    counted.read(lines.of(messages))
     if as_json:
         echo_json(as_data(counted))
     else:
         show(counted)
+    report_skipped(lines, messages.odd)
     messages.report_oddities()

@@ -53,6 +53,10 @@ class NamedLog:
             return ModbusNames({unit: KnownUnit(f"unit {unit}", table) for unit, table in self.tables.items()})
         return _Plain(family)
 
+    def is_in_rig(self, bus: str, family: str) -> bool:
+        """Return whether a bus of the log is one of the rig, which then knows what it carries."""
+        return self._bus_in_rig(bus, family) is not None
+
     def bitrate(self) -> int | None:
         """Return the bit rate of the CAN buses of the rig, in bit/s; None without a rig, or if they differ."""
         buses = () if self._config is None else self._config.buses.values()

@@ -1,7 +1,7 @@
 """The options of the commands that read a log by name, and what they make of them."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -9,6 +9,10 @@ from fieldrig.cli.common import wrong_usage
 from fieldrig_devices.named_logs.descriptions import NODES, UNITS, described
 from fieldrig_devices.named_logs.filters import SERVICES, Filter
 from fieldrig_devices.named_logs.named_log import NamedLog
+
+if TYPE_CHECKING:
+    from fieldrig.traces.oddities import Oddities
+    from fieldrig_devices.dialogues.rtu_lines import RtuLines
 
 
 def _option(name: str, metavar: str, about: str) -> typer.models.OptionInfo:
@@ -59,3 +63,10 @@ def chosen_by(
     """Return what these options choose.  typer.BadParameter for a wrong one."""
     with wrong_usage():
         return Filter(nodes or (), identifiers or (), units or (), registers or (), services or (), names.tables)
+
+
+def report_skipped(lines: "RtuLines", odd: "Oddities") -> None:
+    """Report the bytes of lines with Modbus RTU that are in no frame."""
+    odd.number = 0  # it is no single place
+    for bus, count in lines.skipped.items():
+        odd.report("bytes are in no frame of Modbus RTU", f": {count} on {bus}")

@@ -19,6 +19,7 @@ from fieldrig_devices.named_logs.options import (
     Units,
     chosen_by,
     named_log,
+    report_skipped,
 )
 
 EveryFrame = Annotated[
@@ -54,16 +55,20 @@ def show(
     """
     from fieldrig.traces.instants import instant_in_column
     from fieldrig.traces.order import in_order
+    from fieldrig_devices.dialogues.rtu_lines import RtuLines
     from fieldrig_devices.named_logs.rows import Rows
 
     names = named_log(rig, eds, registers)
     chosen = chosen_by(names, nodes, identifiers, units, register_words, services)
     messages = Messages(file, buses, begin=begin, duration=duration)
-    for row in chosen.chosen(Rows(names, every_frame=every_frame).of(in_order(messages))):
+    lines = RtuLines(lambda bus: names.is_in_rig(bus, "serial"))
+    rows = Rows(names, every_frame=every_frame).of(in_order(lines.of(messages)))
+    for row in chosen.chosen(rows):
         if as_json:
             echo_json(row.as_data())
         else:
             words = with_fewer_digits(row.words)
             line = f"{instant_in_column(row.time_ns)}  {row.bus:8}  {row.sender or '-':12}  {words}"
             typer.echo(one_line(line))
+    report_skipped(lines, messages.odd)
     messages.report_oddities()

@@ -12,8 +12,9 @@ from logs import can_log, modbus_log
 from typer.testing import CliRunner
 
 from fieldrig.cli.trace import app
-from fieldrig.clock import S
+from fieldrig.clock import MS, S
 from fieldrig.errors import ConfigError, UsageError
+from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import write
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.named_logs.filters import identifiers_of, register_range
@@ -46,7 +47,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def shown(log: Path, *arguments: str) -> list[str]:
     result = CliRunner().invoke(app, ["show", str(log), *arguments], catch_exceptions=False)
     assert result.exit_code == 0, result.output
-    return [line.split("  ", 3)[-1].strip() for line in result.output.splitlines()]
+    return [line.rsplit("  ", 1)[-1].strip() for line in result.output.splitlines()]
 
 
 def kinds(log: Path, *arguments: str) -> list[str]:
@@ -187,3 +188,10 @@ def test_a_long_content_is_cut_for_people_and_whole_for_scripts(tmp_path: Path) 
     (line,) = shown(path)
     assert "41 41 …, 210 bytes in segments in 61 ms" in line
     assert json.loads(_json(path)[0])["data"] == "41" * 210
+
+
+def test_a_serial_capture_of_modbus_is_shown_by_requests(tmp_path: Path) -> None:
+    path = tmp_path / "line.jsonl"
+    frames = [bytes.fromhex("11 03 00 6B 00 03 76 87"), bytes.fromhex("11 03 06 AE 41 56 52 43 40 49 AD")]
+    write([TraceEntry(number * MS, "tty", "serial", "", b"\x00" + frame) for number, frame in enumerate(frames)], path)
+    assert shown(path) == ["read holding registers unit 17 107-109 = AE41h 5652h 4340h, in 1 ms"]

@@ -1,0 +1,71 @@
+"""Serial lines with Modbus RTU: the frames are the published examples of simplymodbus.ca for function 3."""
+
+from itertools import pairwise
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from logs import can_log
+
+from fieldrig.clock import MS, S
+from fieldrig.traces.trace import TraceEntry
+from fieldrig_devices.dialogues import ModbusExchange, dialogues
+from fieldrig_devices.dialogues.rtu_lines import MOST_KEPT, RtuLines
+
+ASK, VALUES = bytes.fromhex("11 03 00 6B 00 03 76 87"), bytes.fromhex("11 03 06 AE 41 56 52 43 40 49 AD")
+EXCHANGE = (17, ASK[1:-2], VALUES[1:-2])
+
+
+def line(*pieces: bytes, senders: str = " ", gap_ns: int = MS) -> list[TraceEntry]:
+    return [
+        TraceEntry(number * gap_ns, "tty", "serial", senders[number % len(senders)].strip(), b"\x00" + piece)
+        for number, piece in enumerate(pieces)
+    ]
+
+
+def exchanges(entries: list[TraceEntry]) -> list[tuple[int, bytes, bytes | None]]:
+    found = dialogues(RtuLines().of(entries))
+    return [(one.unit, one.request, one.response) for one in found if isinstance(one, ModbusExchange)]
+
+
+def test_requests_and_responses_of_a_tap_are_exchanges() -> None:
+    assert exchanges(line(ASK, VALUES, ASK, VALUES)) == [EXCHANGE, EXCHANGE]
+    assert exchanges(line(ASK, VALUES, ASK, VALUES, senders="ms")) == [EXCHANGE, EXCHANGE]
+
+
+def test_a_single_exchange_is_enough_if_there_is_nothing_else() -> None:
+    assert exchanges(line(ASK)) == [(17, ASK[1:-2], None)]
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.sets(st.integers(1, 2 * len(ASK + VALUES) - 1)))
+def test_any_cut_of_the_bytes_gives_the_same_exchanges(cuts: set[int]) -> None:
+    data = (ASK + VALUES) * 2
+    pieces = [data[begin:end] for begin, end in pairwise([0, *sorted(cuts), len(data)])]
+    assert exchanges(line(*pieces)) == [EXCHANGE, EXCHANGE]
+
+
+def test_a_request_without_an_answer_is_unanswered() -> None:
+    assert exchanges(line(ASK, ASK, VALUES, gap_ns=S)) == [(17, ASK[1:-2], None), EXCHANGE]
+
+
+def test_bytes_of_a_damaged_frame_are_counted() -> None:
+    lines = RtuLines()
+    assert len(list(lines.of(line(ASK, VALUES, ASK[:-1] + b"\x00", ASK, VALUES, gap_ns=S)))) == 4
+    assert lines.skipped == {"tty": len(ASK)}
+
+
+def test_a_line_with_another_protocol_stays_as_it_is() -> None:
+    entries = line(*[b"MOVE 1 100\r\n"] * 10)
+    assert list(RtuLines().of(entries)) == entries
+    many = line(*[b"x"] * (MOST_KEPT + 50))
+    assert list(RtuLines().of(many)) == many
+
+
+def test_other_buses_and_lines_that_are_known_pass() -> None:
+    both = [*can_log("080#"), *line(ASK, VALUES)]
+    assert list(RtuLines(lambda bus: bus == "tty").of(both)) == both
+
+
+@given(st.lists(st.binary(max_size=12), max_size=30))
+def test_any_bytes_are_a_line(pieces: list[bytes]) -> None:
+    assert len(list(RtuLines().of(line(*pieces)))) <= 2 * sum(map(len, pieces)) + len(pieces)
