@@ -60,14 +60,14 @@ class RtuLines:
     """The serial lines of a log."""
 
     def __init__(self, is_left_out: Callable[[str], bool] = lambda bus: False) -> None:
-        """`is_left_out` says which serial lines, by their names, are read by somebody else."""
+        """`is_left_out` says which serial lines, by their names, the rig reads itself."""
         self._is_left_out = is_left_out
         self._lines: OrderedDict[str, _Line] = OrderedDict()
 
     def of(self, entries: Iterable[TraceEntry]) -> Iterator[TraceEntry]:
-        """Yield the messages of a log, with Modbus messages in place of the bytes of lines that carry Modbus RTU.
+        """Yield the messages of a log, with Modbus messages instead of the bytes of lines that carry Modbus RTU.
 
-        Messages that were kept for a while come later than others that are not earlier in time.
+        Messages that were kept for a while may come after others of a later time.
         """
         for entry in entries:
             if entry.family != "serial" or self._is_left_out(entry.bus):
