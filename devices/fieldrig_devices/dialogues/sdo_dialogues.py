@@ -15,7 +15,7 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig_devices.canopen.sdo.server import ABORTS
 from fieldrig_devices.dialogues.dialogue import Dialogue, Stray
 from fieldrig_devices.dialogues.sdo_channels import NODES, End, SdoChannels
-from fieldrig_devices.dialogues.sdo_steps import ENDED, STRAY, Asked, Steps, asked
+from fieldrig_devices.dialogues.sdo_steps import ENDED, STRAY, WHOLE, Asked, Steps, asked, needed
 from fieldrig_devices.dialogues.sdo_transfer import SdoTransfer
 
 MOST_OPEN: Final = 1_024
@@ -84,6 +84,7 @@ class SdoDialogues:
         """True if the last message was one of a channel, so that it belongs to a transfer or is a `Stray`."""
         self.went_on = False
         """True if it belongs to a transfer that had begun before."""
+        self._is_short = False
 
     def channels(self, bus: str) -> SdoChannels:
         """Return the channels of a bus, so that what is known besides the log can be put there."""
@@ -100,7 +101,7 @@ class SdoDialogues:
         A message of a channel that fits to no transfer comes back as a `Stray`.  Other messages end nothing, except
         the boot-up of a node, which ends its transfers.
         """
-        self.is_concerned = self.went_on = False
+        self.is_concerned = self.went_on = self._is_short = False
         data = entry.data
         if entry.family != "can" or len(data) < _HEAD:
             return ()
@@ -112,7 +113,10 @@ class SdoDialogues:
         self.is_concerned = True
         message = data[_HEAD:]
         if len(message) != LENGTH:
-            return (_stray(number, entry, "expected eight bytes"),)
+            if not self._is_enough(entry, end, message):
+                return (_stray(number, entry, "expected eight bytes"),)
+            message = message.ljust(LENGTH, b"\0")
+            self._is_short = True
         return (self._client if end.is_client else self._server)(number, entry, end, message)
 
     def unfinished(self) -> Sequence[Dialogue]:
@@ -149,6 +153,7 @@ class SdoDialogues:
             ended.append(before.ended(entry.bus, None, None, False, wrong))
         opened = self._open[key] = _Open(entry.time_ns, end, message, steps)
         opened.entries.append(number)
+        self._note_short(opened)
         self._last.pop(key, None)
         if len(self._open) > MOST_OPEN:
             (bus, _), oldest = self._open.popitem(last=False)
@@ -174,6 +179,7 @@ class SdoDialogues:
 
     def _went_on(self, key: Key, open_: _Open, number: int, entry: TraceEntry, is_ended: bool) -> Sequence[Dialogue]:
         open_.entries.append(number)
+        self._note_short(open_)
         self.went_on = True
         if is_ended:
             return (self._end(key, open_, entry.time_ns),)
@@ -195,6 +201,16 @@ class SdoDialogues:
         if end_ns is not None:
             self.channels(key[0]).take(transfer)
         return transfer
+
+    def _is_enough(self, entry: TraceEntry, end: End, message: bytes) -> bool:
+        """Return whether a message that is too short has all that it needs, as some devices send it and accept it."""
+        open_ = self._open.get((entry.bus, end.request_key))
+        is_in_block = open_ is not None and WHOLE in (open_.steps.client_abort, open_.steps.server_abort)
+        return 0 < len(message) < LENGTH and not is_in_block and len(message) >= needed(message, end.is_client)
+
+    def _note_short(self, open_: _Open) -> None:
+        if self._is_short:
+            open_.content.note("a message has fewer than eight bytes")
 
     def _restart(self, bus: str, node_id: int) -> Sequence[Dialogue]:
         """End the transfers of a node that boots up: its server has forgotten them (CiA 301, 7.3.2.2)."""

@@ -12,7 +12,7 @@ from enum import Enum, auto
 from typing import Final
 
 from fieldrig_devices.canopen.sdo import block as sdo_block
-from fieldrig_devices.canopen.sdo.client import SIZE_INDICATED
+from fieldrig_devices.canopen.sdo.client import EXPEDITED, SIZE_INDICATED
 from fieldrig_devices.canopen.sdo.segmented import LAST, TOGGLE
 from fieldrig_devices.canopen.sdo.server import (
     BLOCK_DOWNLOAD,
@@ -297,3 +297,17 @@ def asked(request: bytes) -> Asked | None:
 
 def _number(message: bytes) -> int:
     return int.from_bytes(message[4:], "little")
+
+
+def needed(message: bytes, is_request: bool) -> int:
+    """Return how many bytes of a message outside a block mean something."""
+    command, specifier = message[0], message[0] >> 5
+    if specifier == (INITIATE_DOWNLOAD if is_request else VALUE):
+        if command & EXPEDITED:
+            return 8 - (command >> 2 & 3 if command & SIZE_INDICATED else 0)
+        return 8 if command & SIZE_INDICATED else 4
+    if specifier == (DOWNLOAD_SEGMENT if is_request else SEGMENT_VALUE):
+        return 8 - (command >> 1 & 7)
+    if specifier == (UPLOAD_SEGMENT if is_request else SEGMENT_WRITTEN):
+        return 1
+    return 4 if specifier == (INITIATE_UPLOAD if is_request else WRITTEN) else 8

@@ -206,6 +206,20 @@ def test_an_answer_that_belongs_to_no_request_changes_nothing(answer: str) -> No
     assert (found.data, found.entries) == (bytes.fromhex("91 01 0F 00"), (0, 2))
 
 
+@pytest.mark.parametrize(
+    ("frames", "data"),
+    [
+        (("60A#40 00 1A 00", "58A#4F 00 1A 00 08 00 00 00"), b"\x08"),
+        (("60A#2F 00 18 02 FE", "58A#60 00 18 02 00 00 00 00"), b"\xfe"),
+        (("60A#2B 00 18 03 01 00", "58A#60 00 18 03"), b"\x01\x00"),
+    ],
+)
+def test_messages_without_their_unused_bytes_are_taken_and_noted(frames: tuple[str, ...], data: bytes) -> None:
+    """A CM588 of ABB answers to such requests; CiA 301 wants eight bytes always."""
+    found = one(*frames)
+    assert (found.node_id, found.data, found.wrong) == (10, data, "a message has fewer than eight bytes")
+
+
 def test_another_channel_is_known_when_the_log_shows_its_identifiers() -> None:
     """7.5.2.33: 1201h:01 and :02 of node 5 become 3A0h and 3A1h, by a client on the default channel."""
     configured = (
