@@ -27,6 +27,8 @@ from fieldrig.storage.store import RAM, FileStore, MemoryStore
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import read as read_trace
 from fieldrig.traces.trace_files import write as write_trace
+from fieldrig_bus.modbus import codec as modbus
+from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.canopen.eds import reader as eds
 from fieldrig_devices.canopen.eds.check import check_eds
 from fieldrig_devices.canopen.eds.text import EdsError
@@ -131,7 +133,21 @@ def test_the_file_of_the_token_is_read_or_refused(
     _fuzz(random.Random(f"{SEED}/token"), spoilt, seeds, inputs_a_target, look)
 
 
-@pytest.mark.parametrize("suffix", [".jsonl", ".log", ".pcapng"])
+TRACES = [
+    ".jsonl",
+    ".log",
+    ".asc",
+    ".blf",
+    ".trc",
+    ".csv",
+    ".db",
+    ".pcap",
+    ".pcapng",
+    pytest.param(".mf4", marks=SLOWEST),
+]
+
+
+@pytest.mark.parametrize("suffix", TRACES)
 def test_a_trace_is_read_or_refused(suffix: str, tmp_path: Path, inputs_a_target: int) -> None:
     path = tmp_path / f"trace{suffix}"
     entries = [TraceEntry(number, "can0", "can", "io", bytes.fromhex("23010000020501")) for number in range(3)]
@@ -143,6 +159,23 @@ def test_a_trace_is_read_or_refused(suffix: str, tmp_path: Path, inputs_a_target
             list(read_trace(path))
 
     _fuzz(random.Random(f"{SEED}/{suffix}"), spoilt, [path.read_bytes()], inputs_a_target, look)
+
+
+def test_a_capture_with_tcp_streams_is_read_or_refused(tmp_path: Path, inputs_a_target: int) -> None:
+    path = tmp_path / "trace.pcap"
+    asked, answered = ModbusRequest(1, bytes.fromhex("03006b0003"), 7), ModbusResponse(1, bytes.fromhex("03020001"), 7)
+    messages = [("a", asked), ("unit", answered)] * 4
+    entries = [
+        TraceEntry(n, "mb", "modbus", sender, modbus.encode(message)) for n, (sender, message) in enumerate(messages)
+    ]
+    assert write_trace(entries, path) == len(entries)
+
+    def look(data: bytes) -> None:
+        path.write_bytes(data)
+        with suppress(UsageError):
+            list(read_trace(path))
+
+    _fuzz(random.Random(f"{SEED}/tcp"), spoilt, [path.read_bytes()], inputs_a_target, look)
 
 
 # Stores

@@ -26,7 +26,7 @@ HEAD: Final = "timestamp,arbitration_id,extended,remote,error,dlc,data"
 REMEDY: Final = "expected the CSV of python-can or `fieldrig trace`"
 _TIME: Final = re.compile(r"(-?)(\d{1,12})(?:\.(\d{1,12}))?", re.ASCII)
 _PLAIN: Final = re.compile(
-    r"(\d{1,12})\.(\d{1,9}),0x([0-9a-f]{1,8}),([01]),0,0,\d,((?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2,3}=+)?)\r?",
+    r"(\d{1,12})\.(\d{1,9}),0x([0-9a-f]{1,8}),([01]),0,0,\d,((?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2}==|[A-Za-z0-9+/]{3}=)?)\r?",
     re.ASCII,
 ).fullmatch
 """A classical data frame, as nearly all lines are."""

@@ -172,8 +172,11 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  A row that is no frame is odd; UsageError for a file that cannot be read."""
     odd = Oddities() if odd is None else odd
     odd.unit, odd.number = "row", 0
-    library = asammdf()
     with _readable(file) as path:
+        with path.open("rb") as head:
+            if not recognises(head.read(64)):
+                raise UsageError("the file does not begin with the head of MDF 4", REMEDY)
+        library = asammdf()
         mdf = _opened(library, path)
         try:
             yield from _entries(mdf, odd)

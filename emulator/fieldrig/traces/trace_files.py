@@ -26,7 +26,7 @@ def read(
     """Yield the entries of a file, from `begin_ns` for `duration_ns`; None is its beginning, or its end.
 
     `begin_ns` counts from the first message, or from the start of a rig in virtual time.  What is odd in the file is
-    told to `odd`.  UsageError, with the place, if it cannot be read, or is not a trace.
+    reported to `odd`.  UsageError, with the place, if it cannot be read, or is not a trace.
     """
     odd = Oddities() if odd is None else odd
     try:
@@ -58,7 +58,7 @@ def read_trace(
 
     `begin` and `duration` are in nanoseconds, and choose a part of its time: `begin` counts from the first message, or
     from the start of the rig in a trace of virtual time.  What is odd in the file (a cut last line, a jump back in
-    time) is told to `oddities`.  UsageError, with file and place, if the file is no recording.
+    time) is reported to `oddities`.  UsageError, with file and place, if the file is no recording.
     """
     return read(Path(path), begin, duration, oddities)
 
