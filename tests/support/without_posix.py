@@ -14,6 +14,7 @@ import itertools
 import os
 import select
 import selectors
+import shutil
 import signal
 import socket
 import stat
@@ -44,7 +45,7 @@ LINUX_ONLY: Final = {
     ),
     time: ("CLOCK_BOOTTIME", "CLOCK_TAI", "pthread_getcpuclockid"),
 }  # fmt: skip
-"""What Linux has, and neither macOS nor Windows."""
+"""The names that Linux has, and neither macOS nor Windows."""
 
 POSIX_ONLY: Final = {
     os: (
@@ -68,11 +69,11 @@ POSIX_ONLY: Final = {
         "alarm", "pause", "setitimer", "getitimer", "siginterrupt", "pthread_kill", "pthread_sigmask", "sigpending",
         "sigwait", "SIG_BLOCK", "SIG_UNBLOCK", "SIG_SETMASK",
     ),
-    socket: ("send_fds", "recv_fds", "SO_REUSEPORT", "SCM_RIGHTS", "SCM_CREDENTIALS", "CMSG_LEN"),
+    socket: ("AF_UNIX", "send_fds", "recv_fds", "SO_REUSEPORT", "SCM_RIGHTS", "SCM_CREDENTIALS", "CMSG_LEN"),
     time: ("clock_gettime", "clock_gettime_ns", "clock_settime", "clock_getres", "tzset", "CLOCK_MONOTONIC",
            "CLOCK_MONOTONIC_RAW", "CLOCK_REALTIME", "CLOCK_PROCESS_CPUTIME_ID", "CLOCK_THREAD_CPUTIME_ID"),
 }  # fmt: skip
-"""What macOS has as well, and Windows has not."""
+"""The names that macOS has as well, and Windows has not."""
 POSIX_SOCKETS: Final = ("recvmsg", "recvmsg_into", "sendmsg")
 
 FOREIGN: Final = {
@@ -95,6 +96,9 @@ def become(system: System, seen_platform: str | None = None) -> None:
     loaded = sorted(name for name in sys.modules if name.partition(".")[0] in OURS)
     assert not loaded, f"loaded before: {loaded}"
     _delete(LINUX_ONLY)
+    vars(shutil)["_USE_CP_SENDFILE"] = False  # a choice that it made when it was imported
+    chosen: Any = selectors
+    chosen.DefaultSelector = selectors.PollSelector if system == "darwin" else selectors.SelectSelector
     if system == "win32":
         _delete(POSIX_ONLY)
         _use_sockets_of_windows()
@@ -159,8 +163,6 @@ def _use_sockets_of_windows() -> None:
 
     windows = select
     windows.select = select_
-    windows = selectors
-    windows.DefaultSelector = selectors.SelectSelector
 
 
 def _socketpair(family: int = socket.AF_INET, type: int = socket.SOCK_STREAM, proto: int = 0) -> Any:

@@ -1,4 +1,4 @@
-"""What a rig in real time needs of the system: POSIX, for its sockets between processes and for its ptys."""
+"""The needs of a rig in real time: POSIX, for its sockets between processes and for its ptys."""
 
 import socket
 

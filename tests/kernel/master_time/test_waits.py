@@ -7,6 +7,7 @@ import queue
 import random
 import sched
 import select
+import selectors
 import socket
 import threading
 import time
@@ -353,3 +354,27 @@ def test_two_event_loops_run_in_two_threads(rig: Rig) -> None:
         thread.join()
     # At 600 ms both wake up, in the order in which they asked for it.
     assert seen == [(0.2, 200), (0.3, 300), (0.2, 400), (0.3, 600), (0.2, 600), (0.3, 900)]
+
+
+@pytest.mark.parametrize("name", ["SelectSelector", "PollSelector", "EpollSelector"])
+def test_an_event_loop_waits_with_every_selector(rig: Rig, name: str) -> None:
+    if (kind := getattr(selectors, name, None)) is None:
+        return
+
+    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await asyncio.sleep(2)
+        writer.write((await reader.readexactly(1)) * 2)
+        writer.close()
+
+    async def talk() -> bytes:
+        server = await asyncio.start_server(serve, "127.0.0.1", 7000)
+        async with server:
+            reader, writer = await asyncio.open_connection("127.0.0.1", 7000)
+            writer.write(b"x")
+            answer = await reader.readexactly(2)
+            writer.close()
+            return answer
+
+    with asyncio.Runner(loop_factory=lambda: asyncio.SelectorEventLoop(kind())) as runner:
+        assert runner.run(talk()) == b"xx"
+    assert rig.now_ns == 2 * S

@@ -24,20 +24,26 @@ def is_available() -> bool:
 
 
 class ShmCarrier:
-    """Connects the processes of one ring over shared memory.  BusError where the system has none."""
+    """Connects the processes of one ring over shared memory.
+
+    BusError where the system has none, once the ring starts: a rig file can be checked on any system.
+    """
 
     def __init__(self, name: str, most_behind: int = MOST_BEHIND) -> None:
         """`name` is that of the bus."""
         self.name, self.most_behind = name, most_behind
         self._slots = most_behind + EXTRA_SLOTS
-        if not is_available():
-            raise BusError(f"{name}: this system has no memfd and eventfd", _NEEDS)
 
     def reach(self, at: Attachment, rack: Rack[Any]) -> Any:
-        return import_module(LINUX).ShmLine(self._path(at), at.process, rack, self._slots)
+        return self._ends().ShmLine(self._path(at), at.process, rack, self._slots)
 
     def hold(self, at: Attachment, centre: Centre) -> Any:
-        return import_module(LINUX).ShmSpokes(self._path(at), centre, self._slots)
+        return self._ends().ShmSpokes(self._path(at), centre, self._slots)
+
+    def _ends(self) -> Any:
+        if not is_available():
+            raise BusError(f"{self.name}: this system has no memfd and eventfd", _NEEDS)
+        return import_module(LINUX)
 
     def _path(self, at: Attachment) -> Path:
         return at.path(f"{self.name}.ring")
