@@ -17,6 +17,7 @@ from fieldrig_devices.from_recording.identifiers import Identifier
 from fieldrig_devices.from_recording.life import Life
 from fieldrig_devices.from_recording.objects import ObjectLogs
 from fieldrig_devices.from_recording.rhythm import period_of
+from fieldrig_devices.from_recording.series import Room
 
 SYNC_ID, TIME_ID, EMCY_ID = 0x080, 0x100, 0x080
 NODES: Final = range(1, 128)
@@ -29,9 +30,9 @@ _STATES: Final = frozenset(int(state) for state in State)
 class NodeLog:
     """One node-ID."""
 
-    def __init__(self) -> None:
+    def __init__(self, room: Room) -> None:
         self.life = Life()
-        self.objects = ObjectLogs()
+        self.objects = ObjectLogs(room)
         self.requests = self.answers = 0
         """SDO messages in both directions, also those of a transfer that began before the recording."""
 
@@ -60,6 +61,7 @@ class CanLog:
         self.is_commanded = False
         self.bit_rate = BitRate()
         self._dialogues = SdoDialogues()
+        self._room = Room()
         self._sync: tuple[int, int] | None = None
 
     def take(self, number: int, entry: TraceEntry) -> None:
@@ -80,7 +82,7 @@ class CanLog:
         self.fd += frame.is_fd
         log = self.identifiers.get(frame.identifier)
         if log is None:
-            log = self.identifiers[frame.identifier] = Identifier()
+            log = self.identifiers[frame.identifier] = Identifier(self._room)
         log.take(time_ns, frame, self._sync)
         self._interpret(entry, frame)
         if ended := self._dialogues.take(number, entry):
@@ -98,7 +100,10 @@ class CanLog:
         return period_of(log.instants) if log is not None else 0
 
     def node(self, node_id: int) -> NodeLog:
-        return self.nodes.setdefault(node_id, NodeLog())
+        found = self.nodes.get(node_id)
+        if found is None:
+            found = self.nodes[node_id] = NodeLog(self._room)
+        return found
 
     @property
     def is_canopen(self) -> bool:

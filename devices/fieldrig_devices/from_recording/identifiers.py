@@ -5,7 +5,7 @@ from collections import Counter
 from typing import Final
 
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_devices.from_recording.series import Series
+from fieldrig_devices.from_recording.series import Room, Series
 
 MOST_INSTANTS: Final = 4_096
 """Instants that are enough to find a period."""
@@ -32,7 +32,7 @@ class Identifier:
         "syncs",
     )  # fmt: skip
 
-    def __init__(self) -> None:
+    def __init__(self, room: Room) -> None:
         self.count = self.remote = 0
         self.first_ns = self.last_ns = 0
         self.lengths: Counter[int] = Counter()
@@ -40,7 +40,7 @@ class Identifier:
         """The first instants."""
         self.changed = bytearray()
         """1 for each of the first frames that had other data than the one before, otherwise 0."""
-        self.changes = Series()
+        self.changes = Series(room)
         """The data as numbers, little endian."""
         self.syncs: Counter[int] = Counter()
         """Numbers of SYNCs from one frame to the next."""

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.codec import REQUEST_ON_ASCII, REQUEST_ON_RTU
 from fieldrig_devices.dialogues import Dialogue, ModbusDialogues, ModbusExchange
-from fieldrig_devices.from_recording.series import Series
+from fieldrig_devices.from_recording.series import Room, Series
 from fieldrig_devices.registers.table import SPACES
 
 COILS, DISCRETE_INPUTS, HOLDING_REGISTERS, INPUT_REGISTERS = SPACES
@@ -44,12 +44,12 @@ class RegisterLog:
 
     __slots__ = ("first", "is_moved", "is_read", "is_written", "last", "values")
 
-    def __init__(self) -> None:
+    def __init__(self, room: Room) -> None:
         self.is_read = self.is_written = self.is_moved = False
         self.first: int | None = None
         """The value of the first read before any write."""
         self.last: int | None = None
-        self.values = Series()
+        self.values = Series(room)
 
     def read(self, time_ns: int, value: int) -> None:
         if not self.is_read and not self.is_written:
@@ -83,7 +83,8 @@ class GroupLog:
 class UnitLog:
     """One unit."""
 
-    def __init__(self) -> None:
+    def __init__(self, room: Room) -> None:
+        self._room = room
         self.spaces: dict[str, dict[int, RegisterLog]] = {space: {} for space in SPACES}
         self.groups: dict[Group, GroupLog] = {}
         self.identification: dict[int, bytes] = {}
@@ -159,7 +160,7 @@ class UnitLog:
         registers = self.spaces[space]
         register = registers.get(address)
         if register is None:
-            register = registers[address] = RegisterLog()
+            register = registers[address] = RegisterLog(self._room)
         return register
 
     def _identify(self, response: bytes) -> None:
@@ -184,6 +185,7 @@ class ModbusLog:
         self.broadcasts = 0
         self.is_line = False
         self._dialogues = ModbusDialogues()
+        self._room = Room()
 
     def take(self, number: int, entry: TraceEntry) -> None:
         """Take a message; `number` is its place in the recording, from 0."""
@@ -204,7 +206,9 @@ class ModbusLog:
                 self.broadcasts += 1
             else:
                 log = self._server(exchange.server)
-                log.units.setdefault(exchange.unit, UnitLog()).take(exchange)
+                if exchange.unit not in log.units:
+                    log.units[exchange.unit] = UnitLog(self._room)
+                log.units[exchange.unit].take(exchange)
 
     def _server(self, sender: str) -> "ModbusLog":
         """Return the log for the messages of a server; one that is no address of a network is the bus."""

@@ -5,7 +5,7 @@ from typing import Final
 
 from fieldrig_devices.cia402.objects import CONTROL_WORD, MODE, MODE_DISPLAY, STATUS_WORD
 from fieldrig_devices.dialogues import SdoTransfer
-from fieldrig_devices.from_recording.series import Series
+from fieldrig_devices.from_recording.series import Room, Series
 
 MOST_OBJECTS: Final = 20_000
 """Objects of one node that are kept: a scan of all indices and sub-indices would be 16 million."""
@@ -38,7 +38,7 @@ class ObjectLog:
         "writes",
     )  # fmt: skip
 
-    def __init__(self) -> None:
+    def __init__(self, room: Room) -> None:
         self.is_read = self.is_written = False
         self.announced = 0
         """Size of a value that was announced, and not transferred to its end; 0 without one."""
@@ -48,7 +48,7 @@ class ObjectLog:
         """The value of the first read before any write."""
         self.last: bytes | None = None
         self.sizes: Counter[int] = Counter()
-        self.values = Series()
+        self.values = Series(room)
         """Read values as numbers."""
         self.writes = 0
         self.first_write_ns: int | None = None
@@ -105,7 +105,8 @@ class ObjectLog:
 class ObjectLogs:
     """The objects of one node."""
 
-    def __init__(self) -> None:
+    def __init__(self, room: Room) -> None:
+        self._room = room
         self.by_key: dict[Key, ObjectLog] = {}
         self.answer_ns: list[int] = []
         """Times from the first requests to their answers."""
@@ -157,7 +158,7 @@ class ObjectLogs:
     def _log(self, key: Key) -> ObjectLog | None:
         log = self.by_key.get(key)
         if log is None and len(self.by_key) < MOST_OBJECTS:
-            log = self.by_key[key] = ObjectLog()
+            log = self.by_key[key] = ObjectLog(self._room)
         self.left_out += log is None
         return log
 

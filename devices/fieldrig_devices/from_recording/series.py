@@ -7,6 +7,19 @@ MOST: Final = 50_000
 """Changes of one value that are kept; hours of a position that moves in each millisecond would fill the memory."""
 
 
+MOST_OF_ALL: Final = 2_000_000
+"""Changes of all values of a bus, which are 48 MB."""
+
+
+class Room:
+    """The number of changes that all values of a bus may still have."""
+
+    __slots__ = ("left",)
+
+    def __init__(self) -> None:
+        self.left = MOST_OF_ALL
+
+
 class Change(NamedTuple):
     """A new value; the change was after `before_ns`, when the old one was seen last, and not later than `seen_ns`."""
 
@@ -18,14 +31,15 @@ class Change(NamedTuple):
 class Series:
     """Values of up to 64 bits, with the instants at which they were seen; equal ones in a row are one."""
 
-    __slots__ = ("_before", "_seen", "_values", "last_ns", "left_out")
+    __slots__ = ("_before", "_room", "_seen", "_values", "last_ns", "left_out")
 
-    def __init__(self) -> None:
+    def __init__(self, room: Room) -> None:
+        self._room = room
         self._before, self._seen, self._values = array("q"), array("q"), array("Q")
         self.last_ns = 0
         """When the last value was seen last."""
         self.left_out = 0
-        """Changes after the first `MOST`."""
+        """Changes for which there was no room."""
 
     def __len__(self) -> int:
         return len(self._values)
@@ -36,9 +50,10 @@ class Series:
         before_ns, self.last_ns = self.last_ns, time_ns
         if self._values and self._values[-1] == value:
             return
-        if len(self._values) >= MOST:
+        if len(self._values) >= MOST or self._room.left <= 0:
             self.left_out += 1
             return
+        self._room.left -= 1
         self._before.append(before_ns if self._values else time_ns)
         self._seen.append(time_ns)
         self._values.append(value)

@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from made_rigs import keys_of, rig_file, save, virtual
 
 from fieldrig import Rig
@@ -14,6 +16,7 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus import codec
 from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
 from fieldrig_devices.from_recording.content import content_for
+from fieldrig_devices.from_recording.rtu_line import RtuLine
 
 READ = "03 006B 0003"  # 6.3: holding registers 107 to 109
 VALUES = "03 06 022B 0000 0064"
@@ -162,3 +165,43 @@ def test_a_log_without_answers_has_no_device(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="shows no device") as refused:
         content_for(log)
     assert "unit 7 never answered 1 request" in str(refused.value)
+
+
+PDUS = st.one_of(
+    st.binary(min_size=1, max_size=12),
+    st.builds(
+        lambda head, rest: bytes(head) + rest,
+        st.lists(st.integers(0, 6), min_size=5, max_size=5),
+        st.binary(max_size=8),
+    ),
+)
+
+
+@pytest.mark.long
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(st.tuples(st.integers(0, 255), PDUS, st.none() | PDUS), max_size=12))
+def test_any_messages_make_a_valid_rig_or_a_refusal(
+    tmp_path: Path, rows: list[tuple[int, bytes, bytes | None]]
+) -> None:
+    texts = [
+        (place / 10, unit, asked.hex(), None if answer is None else answer.hex())
+        for place, (unit, asked, answer) in enumerate(rows)
+    ]
+    log = save(list(exchanges(*texts)), tmp_path / "any.jsonl")
+    try:
+        path = rig_file(log)
+    except UsageError:
+        return
+    with virtual(path) as rig:
+        rig.run_until(100 * MS)
+
+
+@given(st.lists(st.tuples(st.sampled_from(["", "tx", "rx"]), st.binary(max_size=20)), max_size=20))
+def test_any_bytes_of_a_serial_line_are_frames_or_skipped(chunks: list[tuple[str, bytes]]) -> None:
+    line = RtuLine()
+    entries = [
+        TraceEntry(place * MS, "line", "serial", side, b"\0" + data) for place, (side, data) in enumerate(chunks)
+    ]
+    messages = [message for entry in entries for message in line.take(entry)]
+    assert len(messages) == line.frames
+    assert line.skipped <= sum(len(data) for _, data in chunks)
