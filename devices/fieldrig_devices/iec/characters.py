@@ -18,6 +18,18 @@ def first_outside(text: str, *, is_wide: bool) -> str | None:
     return None if match is None else match[0]
 
 
+def of_windows(text: str) -> str:
+    """Return a text in which characters of Windows-1252 that Latin-1 does not have are those of the same bytes."""
+    return _OUTSIDE_NARROW.sub(_byte_of_windows, text)
+
+
+def _byte_of_windows(found: re.Match[str]) -> str:
+    try:
+        return found[0].encode("cp1252").decode("latin-1")
+    except UnicodeEncodeError:
+        return found[0]
+
+
 def narrowed(text: str) -> str:
     """Return a text for a STRING, with ? for each character that it does not have."""
     return _OUTSIDE_NARROW.sub("?", text)

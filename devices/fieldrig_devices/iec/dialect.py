@@ -45,6 +45,8 @@ class Dialect:
     """Comments from // to the end of the line, and from /* to */."""
     nests_comments: bool = _rule(Origin.TODAY)
     """(* (* *) *) is one comment (PD-362)."""
+    reserves_configurations: bool = True
+    """CONFIGURATION, RESOURCE and the words of charts are keywords; in a file of TwinCAT they may be names."""
     leaves_comments_open: bool = _rule(Origin.TOOLS)
     """A file whose comments do not nest up to its end is one of CoDeSys V2.3, where the first *) ends a comment."""
     has_signed_long_times: bool = _rule(Origin.STANDARD)
@@ -128,6 +130,12 @@ class Dialect:
     """`VAR_INPUT value : ANY`, which describes the variable that is passed; also ANY_NUM and so on."""
     has_system_names: bool = _rule(Origin.TOOLS)
     """Names that begin with two underscores, `__SYSTEM.TYPE_CLASS`, and two underscores between digits."""
+    has_this_pointer: bool = _rule(Origin.TOOLS)
+    """`p := THIS;`: THIS without ^ is a pointer to the instance."""
+    has_windows_strings: bool = _rule(Origin.TOOLS)
+    """A character of a STRING that Latin-1 does not have is its byte in Windows-1252, such as 80h for the euro sign."""
+    writes_todays_texts: bool = _rule(Origin.TOOLS)
+    """A DT becomes DT#2026-01-31-12:00:00 with its seconds, and a large number 1.5E20."""
     has_heap: bool = _rule(Origin.TOOLS)
     """`__NEW` and `__DELETE`."""
     has_bits: bool = _rule(Origin.TOOLS)

@@ -30,6 +30,9 @@ class Limits:
     """Bytes of an array, a structure, a list of global variables, or an instance (PD-316)."""
     stack: int = STACK_SIZE
     """Bytes of the variables of functions that call one another (PD-317)."""
+    parts: int = 1_000_000
+    """Components and elements of a type or a variable, at any level.  Empty structures take no memory, but 30 of them,
+    each twice in the next one, would take the time of the host."""
     if_depth: int = 15
     """PD-318."""
     has_iec_steps: bool = True

@@ -39,6 +39,8 @@ _INSIDE: Final = INSIDE[0]
 _UNKNOWN: Final = bytes(STACK_SIZE)
 MOST_ALLOCATED: Final = 64 << 20
 """Bytes that a program may have from __NEW."""
+UNTOUCHED: Final = 8
+"""Variables of a size that keep their contents after they are deleted; the one before them is used again."""
 ROOM_TO_GROW: Final = 65_536
 """Bytes between the variables of a program and what __NEW gives."""
 _LONGEST_VALUE: Final = 65_536
@@ -142,19 +144,22 @@ class Memory:
         size = kind.size * count
         if not size or len(self.cells) + size > self._program_end + MOST_ALLOCATED:
             return 0
-        free = self._free.get(size)
-        address = free.pop() if free else max(len(self.cells), self._program_end + ROOM_TO_GROW)
+        free = self._free.get(size, [])
+        is_used_again = len(free) > UNTOUCHED
+        address = free.pop(0) if is_used_again else max(len(self.cells), self._program_end + ROOM_TO_GROW)
         self._allocated[address] = size
         self._extend(address + size)
         self.put_image(address, self._images.cells(kind) * count, self._images.kinds(kind) * count)
         return address
 
     def free(self, address: int) -> None:
-        """Take the memory of variables back; an address that nothing was given at is left alone."""
+        """Take the memory of variables back; an address that nothing was given at is left alone.
+
+        Its contents stay until it is used again, as on a controller: programs read what they have just deleted.
+        """
         size = self._allocated.pop(address, 0)
         if size:
             self._free.setdefault(size, []).append(address)
-            self.put_image(address, [0] * size, bytes(size))
 
     def free_all(self) -> None:
         """Take all such memory back."""

@@ -41,6 +41,10 @@ _KEYWORD_TEXT = """
 KEYWORDS: Final = frozenset(_KEYWORD_TEXT.split())
 """Words that are never names.  STEP, TASK, ON, WITH, FROM and the like are keywords at their places only."""
 
+FREE_IN_OBJECTS: Final = frozenset(
+    {"CONFIGURATION", "END_CONFIGURATION", "RESOURCE", "END_RESOURCE", "INITIAL_STEP", "TRANSITION"}
+)
+"""Keywords that a text cannot begin with in a file of TwinCAT, where they may be names."""
 MISSPELLED: Final[Mapping[str, str]] = {
     **{f"END{word}": f"END_{word}" for word in ("IF", "CASE", "FOR", "WHILE", "REPEAT", "VAR", "TYPE", "STRUCT")},
     **{f"END{word}": f"END_{word}" for word in ("PROGRAM", "FUNCTION", "FUNCTIONBLOCK", "ACTION", "STEP")},
@@ -187,6 +191,8 @@ class _Scanner:
         self._is_unbalanced = dialect.leaves_comments_open and _NOT_NESTED.search(text) is not None
         """True once a comment had more beginnings than ends up to the end of the text; no other is searched then."""
         self._keywords = keywords(dialect)
+        if not dialect.reserves_configurations:
+            self._keywords -= FREE_IN_OBJECTS
         self._words: dict[str, str] = {}
         """The kind of each word that has occurred; words with a mistake are not in it."""
         self._tokens = Tokens()

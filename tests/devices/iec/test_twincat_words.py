@@ -4,6 +4,7 @@ import pytest
 from iec_program import IecBench, program
 
 from fieldrig_devices.iec.dialect import CODESYS, Dialect
+from fieldrig_devices.languages.mistakes import CompileError
 
 
 def ran(text: str, dialect: Dialect = CODESYS) -> IecBench:
@@ -116,3 +117,99 @@ def test_a_constant_argument_is_handed_on_through_an_interface() -> None:
     END_FUNCTION
     """ + program("d : Adder; x : INT;", "x := Summed(4, d);")
     assert ran(text)["x"] == 5
+
+
+def test_the_size_of_a_block_and_of_a_type_of_a_library() -> None:
+    text = "FUNCTION_BLOCK Lamp VAR a : DINT; b : INT; END_VAR END_FUNCTION_BLOCK\n" + program(
+        "x, y : UDINT;", "x := SIZEOF(Lamp); y := SIZEOF(Tc2_System.T_MaxString);"
+    )
+    bench = ran(text)
+    assert (bench["x"], bench["y"]) == (6, 256)
+
+
+def test_this_is_a_pointer_to_the_instance() -> None:
+    text = """
+    VAR_GLOBAL exits : INT; END_VAR
+    FUNCTION_BLOCK Node
+    VAR n : INT := 3; END_VAR
+    METHOD Own : POINTER TO Node Own := THIS; END_METHOD
+    METHOD Gone __DELETE(THIS); END_METHOD
+    METHOD FB_exit : BOOL VAR_INPUT bInCopyCode : BOOL; END_VAR exits := exits + n; END_METHOD
+    END_FUNCTION_BLOCK
+    """ + program(
+        "a : Node; p : POINTER TO Node; isSame : BOOL; x : INT;",
+        "p := a.Own(); isSame := p = ADR(a); x := a.Own()^.n; p := __NEW(Node); p^.Gone();",
+    )
+    bench = ran(text)
+    assert (bench["isSame"], bench["x"], bench["exits"]) == (True, 3, 3)
+
+
+def test_an_instance_on_the_stack_may_be_handed_out_by_its_own_code() -> None:
+    text = """
+    INTERFACE I_Node METHOD Value : INT END_METHOD END_INTERFACE
+    FUNCTION_BLOCK Node IMPLEMENTS I_Node
+    VAR n : INT; END_VAR
+    METHOD FB_init : BOOL VAR_INPUT bInitRetains, bInCopyCode : BOOL; k : INT; END_VAR n := k; END_METHOD
+    METHOD Value : INT Value := n; END_METHOD
+    METHOD Own : I_Node Own := THIS^; END_METHOD
+    END_FUNCTION_BLOCK
+    FUNCTION Through : INT VAR_INPUT i : I_Node; END_VAR Through := i.Value(); END_FUNCTION
+    FUNCTION Local : INT VAR before : LREAL; a : Node(5); END_VAR Local := Through(a.Own()); END_FUNCTION
+    """ + program("x : INT;", "x := Local();")
+    assert ran(text)["x"] == 5
+
+
+def test_a_character_of_windows_has_one_byte() -> None:
+    bench = ran(program("s : STRING := '€5'; n : INT; b : BYTE;", "n := LEN(s); b := s[0];"))
+    assert (bench["n"], bench["b"]) == (2, 0x80)
+
+
+def test_sel_computes_only_what_it_chooses() -> None:
+    text = program(
+        "a : ARRAY[0..2] OF INT := [5, 6, 7]; i, x, y : INT;",
+        "x := SEL(i > 0, 3, a[i - 1]); i := 2; y := SEL(i > 0, a[i + 5], a[i - 1]);",
+    )
+    bench = ran(text)
+    assert (bench["x"], bench["y"]) == (3, 6)
+
+
+def test_the_result_of_a_call_is_not_lost_among_the_other_arguments() -> None:
+    text = """
+    TYPE Pair : STRUCT a, b, c : INT; END_STRUCT; END_TYPE
+    VAR_GLOBAL seen : STRING; END_VAR
+    FUNCTION Text : STRING VAR_INPUT n : INT; END_VAR Text := INT_TO_STRING(n); END_FUNCTION
+    FUNCTION Made : Pair VAR_INPUT n : INT; END_VAR Made.a := n; Made.b := 2 * n; Made.c := 3 * n; END_FUNCTION
+    FUNCTION Say VAR_INPUT n : INT; t : STRING; END_VAR seen := CONCAT(t, INT_TO_STRING(n)); END_FUNCTION
+    FUNCTION Sum : INT VAR_INPUT n : INT; p : Pair; END_VAR Sum := n + p.a + p.b + p.c; END_FUNCTION
+    """ + program("x : INT;", "Say(4, Text(77)); x := Sum(100, Made(1));")
+    bench = ran(text)
+    assert (bench["seen"], bench["x"]) == ("774", 106)
+
+
+OBJECT = """<?xml version="1.0" encoding="utf-8"?>
+<TcPlcObject Version="1.1.0.1"><POU Name="PLC_PRG" Id="{0}">
+<Declaration><![CDATA[PROGRAM PLC_PRG
+VAR Configuration : INT; END_VAR]]></Declaration>
+<Implementation><ST><![CDATA[Configuration := 4;]]></ST></Implementation>
+<Method Name="Drawn" Id="{1}"><Declaration><![CDATA[METHOD Drawn]]></Declaration><Implementation>BODY</Implementation></Method>
+</POU></TcPlcObject>
+"""
+EMPTY_CFC = (
+    '<CFC><XmlArchive><Data><o><o n="Items" t="CFCItemList"><l2 n="InnerList"/></o></o></Data></XmlArchive></CFC>'
+)
+EMPTY_LD = (
+    '<NWL><XmlArchive><Data><o><l2 n="NetworkList"><o><l2 n="NetworkItems"/></o></l2></o></Data></XmlArchive></NWL>'
+)
+
+
+@pytest.mark.parametrize("body", [EMPTY_CFC, EMPTY_LD])
+def test_an_empty_drawing_and_a_keyword_of_others_as_a_name(body: str) -> None:
+    bench = IecBench(OBJECT.replace("BODY", body), CODESYS, name="PLC_PRG.TcPOU")
+    bench.cycle()
+    assert bench["Configuration"] == 4
+
+
+def test_a_drawing_with_something_in_it_is_refused() -> None:
+    full = EMPTY_CFC.replace('<l2 n="InnerList"/>', '<l2 n="InnerList"><o t="CFCItem"/></l2>')
+    with pytest.raises(CompileError, match="The body is in CFC"):
+        IecBench(OBJECT.replace("BODY", full), CODESYS, name="PLC_PRG.TcPOU")

@@ -17,7 +17,7 @@ from fieldrig_devices.iec.check import (
 )
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import UNKNOWN, Entity, Pending, PouSource, Project, Start
-from fieldrig_devices.iec.check.sizes import DEEPEST, MOST_PARTS, Refused, Sizes
+from fieldrig_devices.iec.check.sizes import DEEPEST, Refused, Sizes
 from fieldrig_devices.iec.check.type_specs import BIT, TypeSpecs
 from fieldrig_devices.iec.check.variables import Variables
 from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, OF_EDITION_3, Elementary
@@ -359,7 +359,9 @@ class Declarations:
         }
         for kind, why in sizes.refused.items():
             file, position = self._project.declared_at.get(self._project.key(kind.name)) or positions[kind]
-            self._project.reports.say(file, position, f"{kind or 'the structure'} {why.value}", *_EXPECTED[why])
+            expected, hint = _EXPECTED[why]
+            expected = expected.format(parts=self._project.limits.parts)
+            self._project.reports.say(file, position, f"{kind or 'the structure'} {why.value}", expected, hint)
         sizes.cut()
         self._note_starts_in_unions()
 
@@ -382,7 +384,7 @@ class Declarations:
 _EXPECTED: Final = {
     Refused.CIRCLE: ("a type of limited size", "use a POINTER TO it instead"),
     Refused.DEEP: (f"at most {DEEPEST} levels", ""),
-    Refused.LARGE: (f"at most {MOST_PARTS} components and elements", ""),
+    Refused.LARGE: ("at most {parts} components and elements", ""),
 }
 """The expectation of the message about a type that cannot be used, and its hint."""
 

@@ -17,6 +17,7 @@ from fieldrig_devices.iec.check import (
     calls,
     check_functions,
     constants,
+    methods,
     operators,
     places,
     properties,
@@ -192,6 +193,9 @@ def _named(checker: Checker, node: tree.Expression, wanted: Type | None) -> Expr
     reading = properties.reading(checker, node) if checker.context.project.properties else None
     if reading is not None:
         return _call(checker, reading[0], wanted) if reading else None
+    pointer = methods.pointer_to_this(checker.context, node)
+    if pointer is not None:
+        return pointer
     meaning = places.meaning(checker, node)
     if meaning is None or isinstance(meaning, Constant):
         return meaning

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import dispatch
+from fieldrig_devices.iec.check import dispatch, methods
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.project import UNKNOWN, PouSource, Project
 from fieldrig_devices.iec.check.startup import INIT
@@ -139,6 +139,10 @@ def deleted(checker: Checker, node: tree.Call, line: int, call: Caller) -> list[
     if given is None:
         checker.context.say(node, f"{DELETE} with {len(node.arguments)} arguments", f"{DELETE}(pointer)")
         return []
+    pointer = methods.pointer_to_this(checker.context, given)
+    if pointer is not None:
+        assert isinstance(pointer.type, PointerType)
+        return [*_exits(checker, given, pointer.type, line, call), Free(Convert(pointer, Elementary.DWORD), line=line)]
     place = checker.target(given)
     if place is None:
         return []

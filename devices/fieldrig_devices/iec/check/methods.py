@@ -4,8 +4,8 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import dispatch, inheritance
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context
-from fieldrig_devices.iec.program import Cell, Place, Pou
-from fieldrig_devices.iec.types import BlockType
+from fieldrig_devices.iec.program import AddressOf, Cell, Place, Pou, This
+from fieldrig_devices.iec.types import BlockType, PointerType
 
 Called = tuple[Place | None, Pou]
 """The instance, unless it is the one whose code runs, and the method."""
@@ -17,6 +17,16 @@ def is_this(context: Context, node: tree.Expression) -> bool:
     The standard writes both without ^.
     """
     return is_super(context, node) or _is_word(context, node, "THIS")
+
+
+def pointer_to_this(context: Context, node: tree.Expression) -> AddressOf | None:
+    """Return the pointer that THIS without ^ is; None for anything else."""
+    if not isinstance(node, tree.Name) or node.text.upper() != "THIS" or not context.project.dialect.has_this_pointer:
+        return None
+    block = context.block
+    if block is None or block.type is None or context.find(node.text) is not None:
+        return None
+    return AddressOf(This(block.type), PointerType(block.type))
 
 
 def is_super(context: Context, node: tree.Expression) -> bool:

@@ -353,7 +353,14 @@ def _as_number(place: Place) -> Place:
 def _dereference(checker: Checker, node: tree.Dereference) -> Place | None:
     if methods.is_this(checker.context, node) and not methods.is_super(checker.context, node):
         return _this(checker.context)
-    pointer = checker.place(node.of)
+    if isinstance(node.of, tree.Call):
+        value = checker.expression(node.of)
+        if value is None or not isinstance(value.type, PointerType) or isinstance(value.type, InterfaceType):
+            pointer = checker.place(node.of) if value is not None else None
+        else:
+            return Target(check_functions.address(checker.context, value, node), value.type.to)
+    else:
+        pointer = checker.place(node.of)
     if pointer is None:
         return None
     if not isinstance(pointer.type, PointerType) or isinstance(pointer.type, InterfaceType):

@@ -14,9 +14,6 @@ from fieldrig_devices.iec.types import ArrayType, BlockType, StructType, Type
 REFERENCE: Final = 4
 DEEPEST: Final = 40
 """Levels of structures and instances in one another; CoDeSys V2.3 has no use for more."""
-MOST_PARTS: Final = 1_000_000
-"""Components and elements of a type or a variable, at any level.  Empty structures take no memory, but 30 of them, each
-twice in the next one, would take the time of the host."""
 
 
 class Refused(Enum):
@@ -56,7 +53,7 @@ class Sizes:
         self._parts[kind] = 1 + sum(map(self.parts, parts))
         if self._depths[kind] > DEEPEST:
             self._refuse(kind, Refused.DEEP)
-        elif self._parts[kind] > MOST_PARTS:
+        elif self._parts[kind] > self._project.limits.parts:
             self._refuse(kind, Refused.LARGE)
         return kind.size
 

@@ -5,10 +5,12 @@ from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
+    places,
     references,
     writing,
 )
 from fieldrig_devices.iec.check.checker import Checker
+from fieldrig_devices.iec.check.project import Entity
 from fieldrig_devices.iec.check.sizes import Sizes
 from fieldrig_devices.iec.check.texts import text
 from fieldrig_devices.iec.check.untyped import integer
@@ -62,12 +64,18 @@ def _sizeof(checker: Checker, node: tree.Call) -> Expression | None:
     given = _one_argument(checker, node)
     if given is None:
         return None
-    if isinstance(given, tree.Name) and checker.context.find(given.text) is None:
-        kind = checker.context.project.named_type(given.text)
+    named = places.without_library(checker.context, given)
+    if isinstance(named, tree.Name) and _may_be_type(checker.context.find(named.text)):
+        kind = checker.context.project.named_type(named.text)
         if kind is not None:
             return _size(checker, given, kind)
     value = checker.expression(given)
     return _size(checker, given, value.type) if value is not None else None
+
+
+def _may_be_type(entity: Entity | None) -> bool:
+    """True for a name that means nothing else than a type."""
+    return entity is None or (isinstance(entity, Pou) and entity.kind.has_instances)
 
 
 def _size(checker: Checker, at: tree.Node, kind: Type) -> Expression | None:

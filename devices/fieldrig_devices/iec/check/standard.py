@@ -154,6 +154,8 @@ def of_values(
         return None
     if not checker.context.mixes_integers:
         overload = intrinsics.transferring(overload)
+    if checker.context.project.dialect.writes_todays_texts:
+        overload = intrinsics.of_today(overload)
     places = nodes or [at] * len(values)
     converted = [
         checker.convert(value, kind, node)

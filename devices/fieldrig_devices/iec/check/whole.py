@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.project import UNKNOWN, Project
-from fieldrig_devices.iec.check.sizes import MOST_PARTS, Sizes
+from fieldrig_devices.iec.check.sizes import Sizes
 from fieldrig_devices.iec.program import Pou, Space, Variable
 from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.iec.types import ArrayType, StructType
@@ -45,9 +45,10 @@ def _variable(project: Project, sizes: Sizes, variable: Variable) -> None:
     if not isinstance(variable.type, ArrayType | StructType) or variable.type is UNKNOWN or variable.is_reference:
         return
     size, parts = sizes.of(variable.type), sizes.parts(variable.type)
-    if parts > MOST_PARTS:
+    most = project.limits.parts
+    if parts > most:
         what = f"{variable.name} has {parts} components and elements"
-        project.reports.say(variable.file, variable.position, what, f"at most {MOST_PARTS}")
+        project.reports.say(variable.file, variable.position, what, f"at most {most}")
     if size > limit:
         project.reports.say(
             variable.file, variable.position, f"{variable.name} has {size} bytes", f"at most {limit} bytes (PD-316)"

@@ -6,6 +6,7 @@ LD, FBD, SFC and CFC are archives of the editor.
 """
 
 import re
+from dataclasses import replace
 from typing import Final
 
 from fieldrig_devices.iec import tree
@@ -159,10 +160,19 @@ def _implementation(node: Element, pieces: Pieces, report: Report) -> None:
     if name_of(body) == "ST":
         pieces.add(text_of(body), line_of(body))
         return
+    if _is_empty_drawing(body):
+        return
     language = _ARCHIVES.get(name_of(body).casefold(), name_of(body)[:30])
     report.mistake(
         line_of(body), f"The body is in {language}, as an archive of TwinCAT's editor", "a body in ST", _EXPORT
     )
+
+
+def _is_empty_drawing(body: Element) -> bool:
+    """True for a CFC, or networks of LD or FBD, with nothing in it: TwinCAT writes so for a new unit."""
+    lists = {"cfc": ("InnerList",), "nwl": ("NetworkItems", "ILLines")}.get(name_of(body).casefold(), ())
+    found = [node for node in body.iter() if isinstance(node.tag, str) and attribute(node, "n") in lists]
+    return bool(found) and not any(elements(node) for node in found)
 
 
 def _without_comments(text: str) -> str:
@@ -170,6 +180,6 @@ def _without_comments(text: str) -> str:
 
 
 def _parsed(pieces: Pieces, report: Report, dialect: Dialect) -> tree.Unit:
-    unit, mistakes = parse(pieces.text(), report.file, dialect)
+    unit, mistakes = parse(pieces.text(), report.file, replace(dialect, reserves_configurations=False))
     report.take(mistakes)
     return unit

@@ -18,7 +18,7 @@ Source: PacDrive manual 2564 to 2745 (PD-L37 to PD-L44).  What the manual leaves
 
 import struct
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, partial
 from typing import Final
 
 from fieldrig_devices.iec import characters
@@ -142,6 +142,9 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
     "MIDNIGHT": midnight,
     "NARROW": characters.narrowed,
     "NARROW_CODE": characters.narrowed_code,
+    "DT_TEXT_OF_TODAY": texts.todays_dt_text,
+    "REAL_TEXT_OF_TODAY": partial(texts.todays_real_text, Elementary.REAL),
+    "LREAL_TEXT_OF_TODAY": partial(texts.todays_real_text, Elementary.LREAL),
     **{f"{kind.name}_TO_{text.name}": texts.writer(kind) for kind in Elementary for text in _TEXTS},
     **{f"{text.name}_TO_{kind.name}": texts.reader(kind) for kind in Elementary for text in _TEXTS},
 }
@@ -255,6 +258,14 @@ def _to_time(given: Elementary, wanted: Elementary) -> str:
     before, after = UNITS_NS[given], UNITS_NS[wanted]
     python = f"{{0}} * {before // after}" if before >= after else f"({{0}} // {after // before})"
     return f"({python} % {_day(wanted)})" if wanted is Elementary.TOD else _number_to(wanted, python)
+
+
+TODAYS: Final[Mapping[str, str]] = {
+    "DT_TO_STRING": "DT_TEXT_OF_TODAY({0})",
+    "REAL_TO_STRING": "REAL_TEXT_OF_TODAY({0})",
+    "LREAL_TO_STRING": "LREAL_TEXT_OF_TODAY({0})",
+}
+"""The conversions to texts that CODESYS V3 and TwinCAT write otherwise, with their Python."""
 
 
 def cost_of(source: Type, target: Type) -> int:

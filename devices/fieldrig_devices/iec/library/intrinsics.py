@@ -36,6 +36,7 @@ from fieldrig_devices.iec.library.templates import (
     IMPLEMENTATIONS,
     REAL_FUNCTIONS,
     SHIFTS,
+    TODAY,
     TRANSFER,
     evaluate,
     implementation,
@@ -46,7 +47,7 @@ from fieldrig_devices.iec.types import BlockType, EnumType, PointerType, StringT
 
 __all__ = [
     "BINARY_ONLY", "IMPLEMENTATIONS", "OPERATORS", "REAL_FUNCTIONS", "SHIFTS",
-    "evaluate", "find", "formal_names", "implementation", "is_standard", "transferring",
+    "evaluate", "find", "formal_names", "implementation", "is_standard", "of_today", "transferring",
 ]  # fmt: skip
 
 OPERATORS: Final[Mapping[str, Operator]] = {
@@ -84,6 +85,13 @@ def find(name: str, arguments: Sequence[Argument], wanted: Type | None = None) -
     if _overloaded(key) is not None:
         return _overloaded_conversion(key, arguments)
     return f"{name} is no standard function"
+
+
+def of_today(overload: Overload) -> Overload:
+    """Return the conversion to a text as CODESYS V3 and TwinCAT have it."""
+    if overload.name not in conversions.TODAYS:
+        return overload
+    return _overload(f"{overload.name}.{TODAY}", overload.parameters, overload.result)
 
 
 def transferring(overload: Overload) -> Overload:

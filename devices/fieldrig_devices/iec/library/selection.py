@@ -42,8 +42,13 @@ def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[s
 Named = Pou | Interface | TypeDeclaration | Variable
 
 
+def _is_selected(block: Variables) -> bool:
+    """True for constants, and for a list of variables with a name, of which only those that are named stay."""
+    return block.is_constant or bool(block.name)
+
+
 def _stays(declared: Declaration) -> bool:
-    return isinstance(declared, Variables) and not declared.is_constant
+    return isinstance(declared, Variables) and not _is_selected(declared)
 
 
 def _named(units: Sequence[Unit]) -> Iterator[tuple[str, Named]]:
@@ -51,7 +56,7 @@ def _named(units: Sequence[Unit]) -> Iterator[tuple[str, Named]]:
         for declared in unit.declarations:
             if isinstance(declared, Pou | Interface | TypeDeclaration):
                 yield declared.name.casefold(), declared
-            elif isinstance(declared, Variables) and declared.is_constant:
+            elif isinstance(declared, Variables) and _is_selected(declared):
                 yield from ((constant.name.casefold(), constant) for constant in declared.variables)
 
 
@@ -66,7 +71,7 @@ def _kept(declarations: Iterable[Declaration], used: set[str], known: Mapping[st
         return node.name.casefold() in used and known[node.name.casefold()] is node
 
     for declared in declarations:
-        if isinstance(declared, Variables) and declared.is_constant:
+        if isinstance(declared, Variables) and _is_selected(declared):
             constants = tuple(filter(is_used, declared.variables))
             if constants:
                 yield replace(declared, variables=constants)

@@ -15,13 +15,15 @@ from fieldrig_devices.iec import library
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.parser import parse
-from fieldrig_devices.iec.tree import Unit
+from fieldrig_devices.iec.tree import Unit, Variables
 from fieldrig_devices.languages.mistakes import CompileError
 
 EDITION_3: Final = "edition-3"
 """Name of the dialect with the standard's own names."""
 CODESYS: Final = "codesys"
 """Name of the dialect with what programs of TwinCAT expect."""
+LISTS: Final = {"_TaskInfo": "TwinCAT_SystemInfoVarList"}
+"""The names of lists of global variables in our libraries, by their first variable."""
 LARGE: Final = (Elementary.DINT, Elementary.UDINT, Elementary.LINT, Elementary.ULINT)
 """The types that edition 3 has further counters for."""
 
@@ -50,6 +52,9 @@ def parsed(text: str, name: str, dialect: Dialect) -> Unit:
     unit, mistakes = parse(text, name, dialect)
     if mistakes:
         raise CompileError(mistakes)
+    for declared in unit.declarations:
+        if isinstance(declared, Variables):
+            declared.name = LISTS.get(declared.variables[0].name, "")
     return unit
 
 

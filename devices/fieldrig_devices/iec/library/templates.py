@@ -38,6 +38,8 @@ IMPLEMENTATIONS: Final[Mapping[str, object]] = {
 Nothing here raises for values of the parameter types.
 """
 
+TODAY: Final = "TODAY"
+"""The end of the name of a conversion to the text that CODESYS V3 and TwinCAT write."""
 TRANSFER: Final = "BITS"
 """The end of the name of a conversion that transfers bits, `DWORD_TO_REAL.BITS`."""
 REAL_FUNCTIONS: Final = frozenset({"SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "EXP", "LN", "LOG"})
@@ -120,6 +122,8 @@ def implementation(name: str) -> Implementation:
     if base in fixed.FIXED:
         return fixed.FIXED[base].implementation
     pair = conversions.pair(base)
+    if type_name == TODAY:
+        return Implementation(conversions.TODAYS[base], conversions.cost_of(*pair) if pair is not None else 0)
     if type_name == TRANSFER:
         return Implementation(conversions.TRANSFERS[base])
     if pair is not None and not type_name:

@@ -98,6 +98,17 @@ _WRITERS: Final[dict[Elementary, Callable[..., str]]] = {
 }
 
 
+def todays_real_text(kind: Elementary, value: float) -> str:
+    """Return a number as CODESYS V3 and TwinCAT write it, 3.402823E38."""
+    mantissa, mark, exponent = _WRITERS[kind](value).partition("e")
+    return f"{mantissa if '.' in mantissa else mantissa + '.0'}E{int(exponent)}" if mark else mantissa
+
+
+def todays_dt_text(value_s: int) -> str:
+    """Return a date as they write it, with its seconds."""
+    return literal_texts.date_text("DT", value_s, literal_texts.S_NS)
+
+
 def writer(kind: Elementary) -> Callable[..., str]:
     return _WRITERS.get(kind, str)
 

@@ -15,6 +15,7 @@ from fieldrig_devices.iec.lower.hoisting import Hoisting, has_call
 from fieldrig_devices.iec.lower.places import common
 from fieldrig_devices.iec.lower.values import of_type
 from fieldrig_devices.iec.program import (
+    AddressOf,
     Assign,
     Binary,
     Bit,
@@ -202,8 +203,12 @@ class Calls:
             if variables[number].is_reference and isinstance(value, Load):
                 arguments[number] = Load(self._hoisting.out_of_place(value.place))
         by_value = [number for number, one in enumerate(variables) if not one.is_reference]
+        calling = {number for number in by_value if has_call(arguments[number])}
         for number, value in zip(by_value, self._hoisting.all_out_of([arguments[n] for n in by_value]), strict=True):
-            arguments[number] = value
+            # The result of a call is where the arguments go, unless it is one cell and so is the result of this call.
+            is_in_the_way = number in calling and (pou.result is None or storage(value.type) is None)
+            is_in_the_way = is_in_the_way and not isinstance(value, Constant | AddressOf | Description)
+            arguments[number] = self._body.keep(value) if is_in_the_way else value
         emitter = self._body.emitter()
         copies = []
         for variable, value in zip(variables, arguments, strict=True):

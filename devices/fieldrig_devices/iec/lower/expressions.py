@@ -251,8 +251,36 @@ class Expressions:
                 return Value(text, target) if is_exact else emitter.single(text, target)
         return of_type(expand(conversions.python_of(source, target), [value.text]), target)
 
+    def _chosen(self, expression: Intrinsic, emitter: Emitter) -> Value | None:
+        """Return what SEL chooses, of which the other one is not computed: it may be outside of an array.
+
+        None if neither can fail.
+        """
+        condition, first, second = expression.arguments
+        part, cost = len(emitter.lines), emitter.cost
+        kind = self._stored(expression)
+        name = emitter.new("0")
+        emitter.add(f"if {self.value(condition, emitter).text}:")
+        before = len(emitter.lines)
+        values = []
+        for one in (second, first):
+            emitter.deeper()
+            values.append(self.value(one, emitter).text)
+            emitter.add(f"{name} = {values[-1]}")
+            emitter.back()
+            emitter.add("else:")
+        emitter.lines.pop()
+        if len(emitter.lines) == before + 3:
+            del emitter.lines[part:]
+            emitter.cost = cost
+            return None
+        emitter.charge(intrinsics.implementation(expression.name).cost_ns)
+        return of_type(name, kind)
+
     def _intrinsic(self, expression: Intrinsic, emitter: Emitter) -> Value:
         implementation = intrinsics.implementation(expression.name)
+        if expression.name.partition(".")[0] == "SEL" and (chosen := self._chosen(expression, emitter)) is not None:
+            return chosen
         arguments = [emitter.short(self.value(argument, emitter)) for argument in expression.arguments]
         emitter.charge(implementation.cost_ns)
         own = texts.OWN.get(expression.name)

@@ -182,6 +182,10 @@ class Places:
         self.keep(where)
         return str(where) if where.is_raw or where.terms in ((), ("base",)) else self._mark(where, place.type)
 
+    def mark(self, variable: Variable, emitter: Emitter) -> None:
+        """Note the kinds of a variable on the stack."""
+        emitter.add(self._mark(self.cell(variable), variable.type))
+
     def _mark(self, where: Address, kind: Type) -> str:
         return f"mark({where}, {self._form_of(kind)})"
 

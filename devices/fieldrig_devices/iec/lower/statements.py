@@ -37,6 +37,7 @@ from fieldrig_devices.iec.program import (
 )
 from fieldrig_devices.iec.program import Label as LabelStatement
 from fieldrig_devices.iec.tree import Section
+from fieldrig_devices.iec.types import ArrayType, BlockType, StructType, Type
 
 FEWEST_FOR_TABLE: Final = 7  # branches of a CASE; fewer are compared one after the other
 LARGEST_TABLE: Final = 1_000  # numbers in the labels of a CASE
@@ -55,6 +56,15 @@ def frame_variables(pou: Pou) -> list[Variable]:
     return own if pou.result is None else [pou.result, *own]
 
 
+def has_block(kind: Type) -> bool:
+    """True for an instance of a function block, and for what contains one."""
+    while isinstance(kind, ArrayType):
+        kind = kind.element
+    if isinstance(kind, StructType):
+        return any(has_block(field.type) for field in kind.fields.values())
+    return isinstance(kind, BlockType)
+
+
 class Statements:
     """The statements of one body."""
 
@@ -71,6 +81,9 @@ class Statements:
         pou, emitter = self._body.pou, self._body.emitter()
         for variable in frame_variables(pou):
             self._body.start(variable, emitter)
+        for variable in pou.variables.values():
+            if variable.space is Space.FRAME and not variable.is_reference and has_block(variable.type):
+                self._body.places.mark(variable, emitter)  # its code may hand out pointers to itself
         if pou.owner is not None:
             for variable in pou.owner.variables.values():
                 if variable.is_reference and variable.space is Space.INSTANCE:

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from fieldrig_devices.iec import literals, tree
+from fieldrig_devices.iec import characters, literals, tree
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec.parser.cursor import DEEPEST_EXPRESSION, LONGEST_CHAIN, Cursor
 from fieldrig_devices.iec.tree import LiteralKind
@@ -169,7 +169,10 @@ class Expressions(Cursor):
             return self._typed(self.texts[at], at)
         if kind == token.STRING:
             self.i += 1
-            return self._literal(LiteralKind.STRING, at, self.texts[at], literals.string)
+            text = self.texts[at]
+            if self.dialect.has_windows_strings and not text.isascii():
+                text = characters.of_windows(text)
+            return self._literal(LiteralKind.STRING, at, text, literals.string)
         if kind == token.WIDE_STRING:
             self.i += 1
             return self._literal(LiteralKind.WSTRING, at, self.texts[at], literals.wide_string)

@@ -22,7 +22,7 @@ from fieldrig_devices.languages.writer import Build
 
 LONGEST_NS: Final = 600 * S
 """Virtual time after which suites that have not finished are given up."""
-CYCLE_NS: Final = 60 * S
+CYCLE_NS: Final = 3_600 * S
 """Processor time of the program that one cycle may take."""
 SLICE_NS: Final = 10 * MS
 """Processor time after which the limits are looked at."""
@@ -49,6 +49,7 @@ class Bench:
         self.session.parameters = self._parameters()
         self._threads = [self.runtime.thread(pou) for task in compiled.program.tasks for pou in task.programs]
         self.interval_ns = round(self.program.interval_ms * MS)
+        self._cycles = 0
         self.faults: list[str] = []
         """Faults at run time outside of all suites."""
 
@@ -62,6 +63,7 @@ class Bench:
 
     def cycle(self, is_late: Callable[[], bool] = lambda: False) -> None:
         """Run one cycle of the programs.  A fault ends the suite that is running, and the others go on."""
+        self._count_cycle()
         for thread in self._threads:
             thread.start()
             left_ns = CYCLE_NS
@@ -72,6 +74,14 @@ class Bench:
                     break
             if thread.state is WorkState.FAULTED:
                 self._give_up(thread, str(thread.fault))
+
+    def _count_cycle(self) -> None:
+        """Tell the program the number of the cycle, which TwinCAT has in `_TaskInfo`."""
+        self._cycles += 1
+        for name, value in (("CycleCount", self._cycles), ("FirstCycle", self._cycles == 1)):
+            symbol = self.runtime.symbols.find(f"_TaskInfo[1].{name}")
+            if symbol is not None:
+                self.runtime.write(symbol, value)
 
     def _give_up(self, thread: Thread, fault: str) -> None:
         if self.session.running is None:

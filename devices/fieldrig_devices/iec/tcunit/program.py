@@ -31,6 +31,7 @@ NO_LIMITS: Final = Limits(
     variable=256 * _MB,
     stack=1 << 30,
     if_depth=1_000,
+    parts=20_000_000,
 )
 """A test runs on no controller, so that its memory has no limit but that of the host."""
 

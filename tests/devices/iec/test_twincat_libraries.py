@@ -1,0 +1,139 @@
+"""The part of TwinCAT's libraries that programs get without a machine.
+
+Expected values are those of the public descriptions, and of the calendar of Python.
+"""
+
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from iec_program import IecBench, PlainHost, program
+
+from fieldrig_devices.iec.dialect import CODESYS
+
+DATES = program(
+    "in : ULINT; s : TIMESTRUCT; back, dc : ULINT; text : STRING(29); d : DT;",
+    "s := FILETIME64_TO_SYSTEMTIME(in); back := SYSTEMTIME_TO_FILETIME64(s); text := SYSTEMTIME_TO_STRING(s);"
+    "dc := FILETIME64_TO_DCTIME64(in); d := SYSTEMTIME_TO_DT(s);",
+)
+EPOCH = datetime(1601, 1, 1, tzinfo=UTC)
+
+
+@pytest.fixture(scope="module")
+def dates() -> IecBench:
+    return IecBench(DATES, CODESYS)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.datetimes(datetime(1970, 1, 1), datetime(2100, 12, 31)))  # noqa: DTZ001
+def test_dates_are_those_of_the_calendar(dates: IecBench, moment: datetime) -> None:
+    moment = moment.replace(tzinfo=UTC)
+    ticks = (moment - EPOCH) // timedelta(microseconds=1) * 10
+    dates["in"] = ticks
+    dates.cycle()
+    assert dates["text"] == f"{moment:%Y-%m-%d-%H:%M:%S}.{moment.microsecond // 1000:03}"
+    assert dates["back"] == ticks // 10_000 * 10_000
+    assert dates["s.wDayOfWeek"] == moment.isoweekday() % 7
+    assert dates["d"] == int(moment.timestamp())
+
+
+def ran(declarations: str, body: str, before: str = "") -> IecBench:
+    bench = IecBench(before + program(declarations, body), CODESYS)
+    bench.cycle()
+    return bench
+
+
+def test_the_time_of_the_system_begins_in_2026_and_goes_on_with_the_program() -> None:
+    host = PlainHost()
+    text = program(
+        "t : STRING(29); f : FB_LocalSystemTime; y : WORD;",
+        "t := DCTIME64_TO_STRING(F_GetCurDcTaskTime64()); f(bEnable := TRUE); y := f.systemTime.wYear;",
+    )
+    bench = IecBench(text, CODESYS, host)
+    bench.cycle()
+    assert (bench["t"], bench["y"]) == ("2026-01-01-00:00:00.000000000", 2026)
+    host.ms = 61_005
+    bench.cycle()
+    assert bench["t"] == "2026-01-01-00:01:01.005000000"
+
+
+@pytest.mark.parametrize(
+    ("form", "expected"),
+    [
+        ("%s", "abc"),
+        ("<%5s>", "<  abc>"),
+        ("<%-5s>", "<abc  >"),
+        ("%.2s", "ab"),
+        ("100%%", "100%"),
+    ],
+)
+def test_formats_of_texts(form: str, expected: str) -> None:
+    bench = ran(
+        "f : FB_FormatString; s : STRING := 'abc'; o : STRING;",
+        f"f(sFormat := '{form}', arg1 := F_STRING(s)); o := f.sOut;",
+    )
+    assert bench["o"] == expected
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "form", "expected"),
+    [
+        ("INT", "-5", "%d", "-5"),
+        ("INT", "-5", "%05d", "000-5"),
+        ("UDINT", "7", "%03d", "007"),
+        ("LINT", "-9", "%d", "-9"),
+        ("WORD", "16#AB", "%04X", "00AB"),
+        ("DWORD", "16#AB", "%x", "ab"),
+        ("LREAL", "3.14159", "%.2f", "3.14"),
+        ("REAL", "-0.5", "%.1f", "-0.5"),
+        ("BOOL", "TRUE", "%b", "TRUE"),
+    ],
+)
+def test_formats_of_numbers(kind: str, value: str, form: str, expected: str) -> None:
+    body = f"f(sFormat := '{form}', arg1 := F_{kind}(v)); o := f.sOut;"
+    assert ran(f"f : FB_FormatString; v : {kind} := {value}; o : STRING;", body)["o"] == expected
+
+
+def test_texts_of_any_size_by_their_address() -> None:
+    bench = ran(
+        "a : STRING(300) := 'Hello '; b : STRING := 'World'; c : STRING(300); n, at_ : UDINT; ok, cut : BOOL; d : STRING(4);",
+        "ok := CONCAT2(ADR(a), ADR(b), ADR(c), SIZEOF(c)); n := LEN2(ADR(c)); at_ := FIND2(ADR(c), ADR(b), TRUE);"
+        "cut := NOT STRNCPY(ADR(d), ADR(c), SIZEOF(d));",
+    )
+    assert [bench[name] for name in ("c", "n", "at_", "ok", "cut", "d")] == ["Hello World", 11, 7, True, True, "Hell"]
+
+
+def test_memory_of_a_manager_and_a_buffer() -> None:
+    bench = ran(
+        "m : FB_DynMem_Manager2; b : FB_DynMem_Buffer(ipMemMan := m); p : POINTER TO LREAL; x : LREAL; ok, none : BOOL;",
+        "ok := b.CreateBuffer(80, TRUE); p := b.pBuffer; p[9] := 2.5; ok := ok AND b.Resize(160, TRUE, TRUE);"
+        "p := b.pBuffer; x := p[9]; b.DeleteBuffer(); none := NOT b.bAvailable;",
+    )
+    assert [bench[name] for name in ("ok", "x", "none")] == [True, 2.5, True]
+
+
+def test_numbers_by_chance_are_the_same_for_a_seed_and_even() -> None:
+    bench = ran(
+        "a, b : DRAND; n : INT; sum : LREAL; differ : BOOL;",
+        "FOR n := 1 TO 1000 DO a(Seed := 7); b(Seed := 7); differ := differ OR a.Num <> b.Num; sum := sum + a.Num; END_FOR;",
+    )
+    assert bench["differ"] is False
+    assert 450 < float(bench["sum"]) < 550
+
+
+@pytest.mark.parametrize(
+    ("expression", "expected"),
+    [
+        ("DT_TO_STRING(DT#1970-01-01-00:00:00)", "DT#1970-01-01-00:00:00"),
+        ("REAL_TO_STRING(1.5E20)", "1.5E20"),
+        ("LREAL_TO_STRING(2E-7)", "2.0E-7"),
+        ("F_RTrim('ab  ')", "ab"),
+        ("F_LTrim('  ab')", "ab"),
+        ("F_ToUCase('aZ1')", "AZ1"),
+        ("DWORD_TO_HEXSTR(16#1F, 4, FALSE)", "001F"),
+        ("LREAL_TO_FMTSTR(2.345, 1, TRUE)", "2.3"),
+    ],
+)
+def test_texts(expression: str, expected: str) -> None:
+    assert ran("s : STRING;", f"s := {expression};")["s"] == expected
