@@ -1,6 +1,6 @@
 """A scenario in many branches of a rig, each with its own seed."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import Any, TypeVar
 
@@ -41,6 +41,33 @@ def run_branches(rig: Branchable, scenario: Callable[[Any, int], T], seeds: Iter
     if failed:
         raise _told({order[place]: failed[place] for place in sorted(failed)})
     return [done[place] for place in sorted(done)]
+
+
+def one_by_one(rig: Branchable, work: Iterable[Callable[[Any], T]]) -> Iterator[T | RigError]:
+    """Yield what each call returns in a branch of its own, in order; a RigError that it raises is yielded as well.
+
+    The next branch begins while the system ends the last one, which takes as long as a short test.
+    """
+    check_may_branch(rig)
+    last: Branch | None = None
+    present: Branch | None = None
+    try:
+        for call in work:
+            last, present = present, branch_of(rig, None, call)
+            if last is not None:
+                last.close()
+            yield _result_of(present)
+    finally:
+        for branch in (last, present):
+            if branch is not None:
+                branch.close()
+
+
+def _result_of(branch: Branch) -> Any:
+    try:
+        return branch._received()
+    except RigError as wrong:
+        return wrong
 
 
 def _played(scenario: Callable[[Any, int], T], seed: int, rig: Branchable) -> T:

@@ -170,8 +170,7 @@ class _Run:
 
     @staticmethod
     def code(outcomes: "Sequence[Outcome]") -> Exit:
-        from fieldrig_devices.iec.testing.case import Verdict
-        from fieldrig_devices.iec.testing.reports.people import MISTAKE
+        from fieldrig_devices.iec.testing.case import MISTAKE, Verdict
 
         if any(failure.kind == MISTAKE for outcome in outcomes for failure in outcome.failures):
             return Exit.WRONG

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import closing
+from itertools import groupby
 from pathlib import Path
 from typing import Final
 
@@ -10,14 +11,13 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.testing import gathered
 from fieldrig_devices.iec.testing.alone import Alone
-from fieldrig_devices.iec.testing.case import Case, Failure, Limits, Outcome, Verdict
+from fieldrig_devices.iec.testing.case import MISTAKE, Case, Failure, Limits, Outcome, Verdict
 from fieldrig_devices.iec.testing.compiled import Tested, compile_tests
 from fieldrig_devices.iec.testing.extension import CaseBlock
 from fieldrig_devices.iec.testing.in_rig import Rigs
 from fieldrig_devices.iec.testing.runner import Runner
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 
-MISTAKE: Final = "mistake"
 COMPILES: Final = "the file compiles"
 """The name of the case of a file whose tests cannot be found."""
 
@@ -53,21 +53,28 @@ class BlockSource:
             yield from (_not_compiled(case, wrong.mistakes) for case in chosen)
             return
         blocks = {block.test.name: block for block in tested.blocks if block.file == str(self._file)}
-        rigs, alone = Rigs(self._file.parent), None
-        with closing(rigs):
-            for case in chosen:
-                block = blocks[case.name]
-                if block.test.skip is not None:
-                    yield Outcome(case, Verdict.SKIPPED, reason=block.test.skip)
-                elif block.rig is not None:
-                    yield self._in_rig(rigs, case, block, tested, limits)
+        with closing(Rigs(self._file.parent)) as rigs:
+            for use, group in groupby([(case, blocks[case.name]) for case in chosen], key=_rig_of):
+                tests = list(group)
+                if use is None:
+                    yield from self._without_rig(tests, tested, limits)
                 else:
-                    try:
-                        alone = alone or Runner(tested, Alone(tested))
-                    except RigError as wrong:
-                        yield _not_begun(case, wrong)
-                        continue
-                    yield _with_diagram(alone, case, block, limits)
+                    yield from rigs.run(use, tests, tested, limits)
+
+    def _without_rig(
+        self, tests: Sequence[tuple[Case, CaseBlock]], tested: Tested, limits: Limits
+    ) -> Iterator[Outcome]:
+        runner: Runner | None = None
+        for case, block in tests:
+            if block.test.skip is not None:
+                yield Outcome(case, Verdict.SKIPPED, reason=block.test.skip)
+                continue
+            try:
+                runner = runner or Runner(tested, Alone(tested))
+            except RigError as wrong:
+                yield _not_begun(case, wrong)
+                continue
+            yield _with_diagram(runner, case, block, limits)
 
     def _compiled(self) -> Tested:
         found, mistakes = gathered.with_code(self._test, self._dialect)
@@ -81,13 +88,11 @@ class BlockSource:
             raise CompileError([Mistake(1, 1, "there are no tests", "TEST 'name' ... END_TEST", file=str(self._file))])
         return tested
 
-    def _in_rig(self, rigs: Rigs, case: Case, block: CaseBlock, tested: Tested, limits: Limits) -> Outcome:
-        try:
-            return rigs.run(case, block, tested, limits)
-        except RigError as wrong:
-            position = block.rig.position if block.rig is not None else block.test.position
-            failure = Failure(MISTAKE, "", wrong.what, wrong.remedy, self._file, position.line, 0)
-            return Outcome(case, Verdict.ERROR, (failure,))
+
+def _rig_of(test: tuple[Case, CaseBlock]) -> tree.RigUse | None:
+    """Return the rig that a test runs in; None for one that runs without, or not at all."""
+    _, block = test
+    return None if block.test.skip is not None else block.rig
 
 
 def _with_diagram(runner: Runner, case: Case, block: CaseBlock, limits: Limits) -> Outcome:

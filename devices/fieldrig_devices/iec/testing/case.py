@@ -8,9 +8,12 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Final, NamedTuple, Protocol, runtime_checkable
 
 from fieldrig.clock import S
+
+MISTAKE: Final = "mistake"
+"""The kind of a failure that is a mistake of the test file, or of the rig that it names."""
 
 
 class Verdict(StrEnum):

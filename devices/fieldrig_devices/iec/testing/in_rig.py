@@ -3,7 +3,7 @@
 Each test has a branch of a rig that was booted once, where branches are possible, and otherwise a rig of its own.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,7 @@ from fieldrig_devices.iec.memory import limited
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.testing.beginning import begin_program
-from fieldrig_devices.iec.testing.case import Case, Limits, Outcome
+from fieldrig_devices.iec.testing.case import MISTAKE, Case, Failure, Limits, Outcome, Verdict
 from fieldrig_devices.iec.testing.compiled import Tested
 from fieldrig_devices.iec.testing.extension import CaseBlock
 from fieldrig_devices.iec.testing.places import place_of
@@ -34,8 +34,7 @@ LOOK_NS: Final = 1 * MS
 PRESSED_NS: Final = 10 * MS
 """Virtual time between two looks at the clock of the host."""
 
-_present: tuple[Case, CaseBlock, Tested, Limits] | None = None
-"""The test that the next branch runs, which has a copy of it."""
+RigTest = tuple[Case, CaseBlock]
 
 
 class Rigs:
@@ -45,19 +44,29 @@ class Rigs:
         self._folder, self._stack = folder, ExitStack()
         self._booted: dict[tuple[str, int], Rig] = {}
 
-    def run(self, case: Case, block: CaseBlock, tested: Tested, limits: Limits) -> Outcome:
-        """Run a test in its rig.  RigError for a rig file that is wrong, and for a rig that cannot be built."""
+    def run(self, use: tree.RigUse, tests: Sequence[RigTest], tested: Tested, limits: Limits) -> Iterator[Outcome]:
+        """Run tests that have the same rig, and yield their outcomes in order."""
         from fieldrig.virtual.branch import HAS_FORK
+        from fieldrig.virtual.branches import one_by_one
 
-        assert block.rig is not None
-        if not HAS_FORK:
-            with self._made(block.rig) as rig:
-                return _run(rig, case, block, tested, limits)
-        global _present
-        rig = self._of(block.rig)
-        _present = case, block, tested, limits
-        with rig.branch() as branch:
-            return branch.call(_run_present)
+        try:
+            rig = self._of(use)
+            program = Prepared(tested)  # before the branches, which then share its memory
+            calls = [partial(_run, case=case, block=block, program=program, limits=limits) for case, block in tests]
+            outcomes = one_by_one(rig, calls) if HAS_FORK else (self._alone(use, call) for call in calls)
+            for test, outcome in zip(tests, outcomes, strict=True):
+                yield _not_run(test, use, outcome) if isinstance(outcome, RigError) else outcome
+        except RigError as wrong:
+            for test in tests:
+                yield _not_run(test, use, wrong)
+
+    def _alone(self, use: tree.RigUse, call: "Callable[[Rig], Outcome]") -> Outcome | RigError:
+        """Run a test in a rig of its own, where a rig cannot be branched."""
+        try:
+            with self._made(use) as rig:
+                return call(rig)
+        except RigError as wrong:
+            return wrong
 
     def close(self) -> None:
         self._stack.close()
@@ -96,13 +105,25 @@ def _after_ns(use: tree.RigUse) -> int:
     raise UsageError(f"the time behind AFTER in line {use.position.line} is no time", "expected one such as T#10s")
 
 
-def _run_present(rig: "Rig") -> Outcome:
-    assert _present is not None, "the rig has set it before it made the branch"
-    return _run(rig, *_present)
+def _not_run(test: RigTest, use: tree.RigUse, wrong: RigError) -> Outcome:
+    case, block = test
+    failure = Failure(MISTAKE, "", wrong.what, wrong.remedy, Path(block.file), use.position.line, 0)
+    return Outcome(case, Verdict.ERROR, (failure,))
 
 
-def _run(rig: "Rig", case: Case, block: CaseBlock, tested: Tested, limits: Limits) -> Outcome:
-    return Runner(tested, InRig(rig, block, tested)).run(case, block, limits, is_recorded=True)
+class Prepared:
+    """The program of the tests, loaded and started once."""
+
+    def __init__(self, tested: Tested) -> None:
+        """RigError if its variables cannot be started."""
+        self.tested = tested
+        self.runtime = Runtime(tested.compiled, tested.host)
+        begin_program(self.runtime)
+        self.fresh = self.runtime.fresh()
+
+
+def _run(rig: "Rig", case: Case, block: CaseBlock, program: Prepared, limits: Limits) -> Outcome:
+    return Runner(program.tested, InRig(rig, block, program)).run(case, block, limits, is_recorded=True)
 
 
 class Linked:
@@ -143,10 +164,11 @@ class Linked:
 class InRig:
     """The world of a test with a rig (`runner.Place`)."""
 
-    def __init__(self, rig: "Rig", block: CaseBlock, tested: Tested) -> None:
-        self._rig, self._tested = rig, tested
-        self.runtime = Runtime(tested.compiled, tested.host)
-        begin_program(self.runtime)
+    def __init__(self, rig: "Rig", block: CaseBlock, program: Prepared) -> None:
+        """RigError for a variable at a place that the rig does not have."""
+        tested = program.tested
+        self._rig, self._tested, self._program = rig, tested, program
+        self.runtime = program.runtime
         self.is_pressed: Callable[[], None] = lambda: None
         tested.judge.use(tested.assertions, self.runtime.memory)
         root = tested.compiled.program.globals[block.instance.lower()]
@@ -161,6 +183,8 @@ class InRig:
         return self._rig.now_ns
 
     def begin(self) -> None:
+        if not self._rig.is_branch:  # a branch is fresh by itself
+            self._program.fresh()
         self._take()
 
     def fault(self, where: str, fault: str) -> None:

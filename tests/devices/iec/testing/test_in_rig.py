@@ -94,7 +94,7 @@ def test_a_pulse_within_one_instant_is_seen(folder: Path) -> None:
     from fieldrig_devices.iec.dialect import EDITION_3
     from fieldrig_devices.iec.testing.case import Case, Limits
     from fieldrig_devices.iec.testing.compiled import compile_tests
-    from fieldrig_devices.iec.testing.in_rig import InRig
+    from fieldrig_devices.iec.testing.in_rig import InRig, Prepared
     from fieldrig_devices.iec.testing.runner import Runner
     from fieldrig_devices.languages.source_file import SourceFile
 
@@ -112,7 +112,7 @@ def test_a_pulse_within_one_instant_is_seen(folder: Path) -> None:
 
         node.clock.call_at(20_000_000, pulse)
         case = Case("it", "s", file, 1)
-        outcome = Runner(tested, InRig(rig, tested.blocks[0], tested)).run(case, tested.blocks[0], Limits())
+        outcome = Runner(tested, InRig(rig, tested.blocks[0], Prepared(tested))).run(case, tested.blocks[0], Limits())
     assert [(one.kind, one.at_ns) for one in outcome.failures] == [("ASSERT_NEVER", 19_000_000)]
 
 

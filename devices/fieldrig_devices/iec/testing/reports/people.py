@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from fieldrig_devices.iec.literal_texts import long_time_text
-from fieldrig_devices.iec.testing.case import Failure, Outcome, Verdict
+from fieldrig_devices.iec.testing.case import MISTAKE, Failure, Outcome, Verdict
 
 _WORDS: Final = {
     Verdict.PASSED: "ok     ",
@@ -15,7 +15,6 @@ _WORDS: Final = {
     Verdict.SKIPPED: "skipped",
     Verdict.ERROR: "ERROR  ",
 }
-MISTAKE: Final = "mistake"
 
 
 def line_of(outcome: Outcome) -> str:
