@@ -502,11 +502,10 @@ def spaces(table: Table) -> list[Bit | Register | Fifo]:
 
 
 def commands() -> Iterator[tuple[str, Any]]:
-    """The kernel's own commands, with their whole names."""
+    """The kernel's own commands and all of its groups, with their whole names."""
     root: Any = typer.main.get_command(app)
     for name, command in root.commands.items():
-        inner = getattr(command, "commands", None)
-        if inner is None:
+        if getattr(command, "commands", None) is None:
             yield name, command
         else:
-            yield from ((f"{name} {part}", inner[part]) for part in inner)
+            yield from ((f"{name} {part}", command.get_command(None, part)) for part in command.list_commands(None))
