@@ -52,10 +52,10 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
 
 def test_cantools_decodes_every_frame_by_name(lab: Recorded) -> None:
     command = [sys.executable, "-m", "cantools", "decode", "--single-line", str(lab.dbc)]
-    with lab.log.open() as log:
+    with lab.log.open(encoding="utf-8") as log:
         done = subprocess.run(command, stdin=log, capture_output=True, text=True, check=True)
     lines, names = done.stdout.splitlines(), re.findall(r":: (\w+)\(", done.stdout)
-    assert len(names) == len(lines) == len(lab.log.read_text().splitlines())
+    assert len(names) == len(lines) == len(lab.log.read_text(encoding="utf-8").splitlines())
     assert {*names} == {
         *("NMT", "SYNC", "io_heartbeat", "sensor_heartbeat", "io_TPDO1", "io_TPDO2", "io_RPDO2", "sensor_TPDO1"),
         *("io_SDO_request", "io_SDO_answer", "sensor_SDO_request", "sensor_SDO_answer"),
