@@ -85,10 +85,12 @@ def _lists(config: "RigConfig") -> Content:
 
 
 def _write(target: Path, ending: str, content: Content, without: str) -> None:
-    """Write a file, or one for each in a folder if the target is no file of this kind."""
+    """Write a file, or one for each in a folder if the target has no ending or is one."""
     if not content:
         raise UsageError(without, "")
-    is_folder = target.is_dir() or target.suffix.lower() != ending
+    is_folder = target.is_dir() or not target.suffix
+    if not is_folder and target.suffix.lower() != ending:
+        raise UsageError(f"{target} has another ending", f"name a file that ends in {ending}, or a folder")
     if not is_folder and len(content) > 1:
         raise UsageError(f"{target} is one file, but there are {', '.join(content)}", "name a folder instead")
     files = {target / f"{name}{ending}" if is_folder else target: data for name, data in content.items()}
@@ -108,5 +110,6 @@ def _write_page(target: Path, config: "RigConfig", without: str) -> None:
     if not tables:
         raise UsageError(without, "")
     with writing(target, "name another file"):
+        target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(page_of(config.name, tables), encoding="utf-8")
     typer.echo(str(target))

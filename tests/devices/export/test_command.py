@@ -28,6 +28,8 @@ def test_the_command_writes_a_file_or_one_for_each_bus(tmp_path: Path) -> None:
         (["modems.yaml", "--csv", "none.csv"], "has no register table"),
         (["modems.yaml", "--markdown", "none.md"], "has no register table"),
         (["lab.yaml"], "nothing is to be written"),
+        (["lab.yaml", "--dbc", "lab.txt"], "name a file that ends in .dbc, or a folder"),
+        (["lab.yaml", "--markdown", "/dev/null/x.md"], "cannot be written"),
         (["lab.yaml", "--dbc", "/dev/null/x.dbc"], "cannot be written"),
     ],
 )
