@@ -10,7 +10,7 @@ from fieldrig_bus.can.codec import decode
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
 from fieldrig_devices.canopen.dictionary import Dictionary
-from fieldrig_devices.canopen.names import NODES, CanopenNames
+from fieldrig_devices.canopen.names import NODES, SDO_REQUEST, SDO_RESPONSE, CanopenNames
 from fieldrig_devices.canopen.standard_names import StandardDictionary
 from fieldrig_devices.dialogues import SdoTransfer
 from fieldrig_devices.named_logs.heartbeats import PRODUCER_TIME, Heartbeats, Loss
@@ -43,6 +43,8 @@ class CanRows:
             message = decode(entry.data)
         except ValueError:
             return row_of(number, entry, ("other",), "", "", entry.data.hex(" "))
+        if isinstance(message, CanFrame) and message.identifier & 0x780 in (SDO_REQUEST, SDO_RESPONSE):
+            self.meet(message.identifier & 0x7F)
         named = self.names(message, entry.sender)
         row = row_of(number, entry, _services(named.kind), named.kind, named.node, named.text)
         if isinstance(message, CanFrame):

@@ -1,7 +1,8 @@
 """The rows of a log in the order of time, in constant memory.
 
 The row of a dialogue is complete when its last message came, and is shown at its first.  So later rows wait for it, up
-to a bound: beyond that, a dialogue that is still open gets its row when it ends.
+to a bound: beyond that, the row says that the dialogue is still open.  If it is completed after all, it gets another
+row then.
 """
 
 from collections import OrderedDict
@@ -119,7 +120,7 @@ class Rows:
         place = self._places.get(first)
         entry = self._late.pop(first, None) if place is None else place.entry
         row = None if entry is None else self._row(dialogue, entry)
-        if row is None or self._every_frame:
+        if row is None or self._every_frame or (place is None and dialogue.end_ns is None):
             return
         for number in dialogue.entries:
             part = self._places.get(number)
@@ -147,6 +148,12 @@ class Rows:
         row.services += ("stray",)
         return row
 
+    def _still_open(self, number: int, entry: TraceEntry) -> Row:
+        row = self._rows(entry).row(number, entry)
+        row.text += " (still open)"
+        row.services += ("unanswered",)
+        return row
+
     def _ready(self, entry: TraceEntry | None) -> Iterator[Row]:
         """Yield the rows that wait for nothing; all of them if there is no next message."""
         places = self._places
@@ -156,6 +163,7 @@ class Rows:
                 if entry is None or not self._is_too_long(place, entry):
                     return
                 self._late[number] = place.entry
+                place.row = self._still_open(number, place.entry)
             del places[number]
             if place.row is not None and not place.is_part:
                 yield place.row

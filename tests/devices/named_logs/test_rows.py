@@ -185,14 +185,20 @@ def test_rows_are_in_the_order_of_their_first_messages() -> None:
     assert [text.split()[0] for text in found] == ["SDO", "SYNC"]
 
 
-def test_an_answer_that_comes_very_late_is_told_when_it_comes() -> None:
+def test_an_answer_that_comes_very_late_has_another_row() -> None:
     asked, answered = can_log("605#40 00 10 00 00 00 00 00", "585#43 00 10 00 91 01 0F 00")
     between = can_log("080#")[0]
     entries = [
         TraceEntry(at_ns, entry.bus, entry.family, entry.sender, entry.data)
         for at_ns, entry in ((0, asked), (S, between), (12 * S, between), (20 * S, answered))
     ]
-    assert [row.words.split(",")[-1] for row in rows_of(entries)] == ["SYNC", "SYNC", " in 20 s"]
+    assert [row.words for row in rows_of(entries)] == [
+        "SDO read node 5 1000:00 Device type (still open)",
+        "SYNC",
+        "SYNC",
+        "SDO read node 5 1000:00 Device type = 983441 (F0191h), in 20 s",
+    ]
+    assert len(rows_of(entries[:-1])) == 3
 
 
 frames = st.builds(
