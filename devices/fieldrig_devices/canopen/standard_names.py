@@ -47,12 +47,12 @@ NAMES: Final[list[tuple[range, str, dict[int, str]]]] = [
     (range(0x1022, 0x1023), "Store format", {}),
     (range(0x1028, 0x1029), "Emergency consumer object", {}),
     (range(0x1029, 0x102A), "Error behavior object", {1: "Communication error"}),
-    (range(0x1200, 0x1280), "SDO server parameter", _CHANNEL),
-    (range(0x1280, 0x1300), "SDO client parameter", _CHANNEL),
-    (range(0x1400, 0x1600), "RPDO communication parameter", _COMMUNICATION),
-    (range(0x1600, 0x1800), "RPDO mapping parameter", {}),
-    (range(0x1800, 0x1A00), "TPDO communication parameter", _COMMUNICATION),
-    (range(0x1A00, 0x1C00), "TPDO mapping parameter", {}),
+    (range(0x1200, 0x1280), "SDO server {} parameter", _CHANNEL),
+    (range(0x1280, 0x1300), "SDO client {} parameter", _CHANNEL),
+    (range(0x1400, 0x1600), "RPDO {} communication parameter", _COMMUNICATION),
+    (range(0x1600, 0x1800), "RPDO {} mapping parameter", {}),
+    (range(0x1800, 0x1A00), "TPDO {} communication parameter", _COMMUNICATION),
+    (range(0x1A00, 0x1C00), "TPDO {} mapping parameter", {}),
     (range(0x1F80, 0x1F81), "NMT startup", {}),
     (range(0x1F81, 0x1F82), "NMT slave assignment", {}),
 ]
@@ -83,7 +83,8 @@ def standard_variable(index: int, subindex: int) -> Variable | None:
     for indices, name, members in NAMES:
         if index in indices:
             kind = wanted(index, subindex) or DATA_TYPES[VISIBLE_STRING if index in _TEXTS else UNSIGNED32]
-            return Variable(index, subindex, _full(name, members, index, subindex), kind, Access.RW, start=b"")
+            full = _full(name.format(index - indices.start + 1), members, index, subindex)
+            return Variable(index, subindex, full, kind, Access.RW, start=b"")
     return None
 
 

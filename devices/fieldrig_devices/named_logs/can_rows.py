@@ -1,8 +1,8 @@
 """The messages of one CAN bus as rows: CANopen by name, and any other frame as it is."""
 
 from collections.abc import Iterator
-from functools import cache
-from typing import Final
+from functools import cache, partial
+from typing import Any, Final
 
 from fieldrig.traces.instants import instant, span
 from fieldrig.traces.trace import TraceEntry
@@ -31,8 +31,9 @@ ERROR_CONTROL: Final = 0x700
 class CanRows:
     """Makes the rows of one bus."""
 
-    def __init__(self, names: CanopenNames) -> None:
-        self.names = names
+    def __init__(self, names: CanopenNames, *, has_values: bool = False) -> None:
+        """With `has_values`, the rows of frames have their values one by one, for scripts."""
+        self.names, self._has_values = names, has_values
         self._heartbeats = Heartbeats()
         self._described: set[int] = set(names.nodes)
         self._last: tuple[str, str] = ("", "can")
@@ -50,9 +51,17 @@ class CanRows:
         if isinstance(message, CanFrame):
             row.identifiers = (message.identifier | EXTENDED_KEY if message.is_extended else message.identifier,)
             row.node_ids = self._nodes_of(message, named.kind)
+            if self._has_values:
+                row.details = partial(dict, values=self._values(message))
         else:
             row.services = ("error",)
         return row
+
+    def _values(self, frame: CanFrame) -> list[dict[str, Any]]:
+        """Return the values as they are now; a later mapping may be another one."""
+        parts = self.names.parts(frame)
+        values = () if parts is None else parts.values
+        return [{"key": part.key, "name": part.name, "value": part.value, "text": part.text} for part in values]
 
     @property
     def next_loss_ns(self) -> int:

@@ -5,7 +5,9 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from fieldrig.cli.common import reading
+from fieldrig.config.settings_file import validated
 from fieldrig.errors import ConfigError, Mistake, UsageError
+from fieldrig.settings import WrongSettingsError
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds.reader import load
 from fieldrig_devices.canopen.eds.text import EdsError
@@ -38,8 +40,18 @@ def read_eds(files: Mapping[int, Path]) -> dict[int, Dictionary]:
 
 
 def read_registers(files: Mapping[int, Path]) -> dict[int, Table]:
-    """Return register tables by unit.  ConfigError with the mistakes of all files."""
-    return _read(files, lambda unit, path: load_table(path))
+    """Return register tables by unit, from YAML files or CSV lists.  ConfigError with the mistakes of all files."""
+    return _read(files, lambda unit, path: _from_list(path) if path.suffix.lower() == ".csv" else load_table(path))
+
+
+def _from_list(path: Path) -> Table:
+    from fieldrig_devices.begin.register_list import read_list
+
+    try:
+        return validated(Table, {space: entries for space, entries in read_list(path).entries.items() if entries})
+    except (ValueError, WrongSettingsError) as cause:
+        remedy = "expected CSV with names of columns in the first line: address, name, type, unit, scale"
+        raise UsageError(f"{path} is no list of registers: {cause}", remedy) from cause
 
 
 def _read(files: Mapping[int, Path], read: Callable[[int, Path], Read]) -> dict[int, Read]:

@@ -59,10 +59,11 @@ BusRows = CanRows | ModbusRows | _PlainRows
 
 
 class Rows:
-    """Makes the rows of a log.  With `every_frame`, each message has a row of its own."""
+    """Makes the rows of a log."""
 
-    def __init__(self, names: NamedLog, *, every_frame: bool = False) -> None:
-        self._names, self._every_frame = names, every_frame
+    def __init__(self, names: NamedLog, *, every_frame: bool = False, has_values: bool = False) -> None:
+        """With `every_frame`, each message has a row; with `has_values`, CAN frames have their values one by one."""
+        self._names, self._every_frame, self._has_values = names, every_frame, has_values
         self._buses: OrderedDict[tuple[str, str], BusRows] = OrderedDict()
         self._sdo, self._modbus = SdoDialogues(), ModbusDialogues()
         self._places: OrderedDict[int, _Place] = OrderedDict()
@@ -109,7 +110,7 @@ class Rows:
         bus = entry.bus, entry.family
         rows = self._buses.get(bus)
         if rows is None:
-            rows = self._buses[bus] = _rows_of(self._names.namer(entry.bus, entry.family))
+            rows = self._buses[bus] = _rows_of(self._names.namer(entry.bus, entry.family), self._has_values)
             if len(self._buses) > MOST_BUSES:
                 self._buses.popitem(last=False)
         return rows
@@ -172,7 +173,7 @@ class Rows:
         return len(self._places) > MOST_HELD or entry.time_ns > place.entry.time_ns + PATIENCE_NS
 
 
-def _rows_of(namer: Namer) -> BusRows:
+def _rows_of(namer: Namer, has_values: bool) -> BusRows:
     if isinstance(namer, CanopenNames):
-        return CanRows(namer)
+        return CanRows(namer, has_values=has_values)
     return ModbusRows(namer) if isinstance(namer, ModbusNames) else _PlainRows(namer)

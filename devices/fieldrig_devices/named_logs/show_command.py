@@ -62,7 +62,7 @@ def show(
     chosen = chosen_by(names, nodes, identifiers, units, register_words, services)
     messages = Messages(file, buses, begin=begin, duration=duration)
     lines = RtuLines(lambda bus: names.is_in_rig(bus, "serial"))
-    rows = Rows(names, every_frame=every_frame).of(in_order(lines.of(messages)))
+    rows = Rows(names, every_frame=every_frame, has_values=as_json).of(in_order(lines.of(messages)))
     for row in chosen.chosen(rows):
         if as_json:
             echo_json(row.as_data())

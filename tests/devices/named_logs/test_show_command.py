@@ -106,6 +106,27 @@ def test_json_has_the_numbers_of_a_dialogue(log: Path) -> None:
     assert (coil["exception"], coil["unit"], coil["is_done"]) == (1, 2, True)
 
 
+def test_json_has_the_values_of_frames(log: Path) -> None:
+    pdo, _ = map(json.loads, _json(log, "--service", "pdo", "--eds", f"5={IO32}"))
+    assert [(value["key"], value["name"], value["value"]) for value in pdo["values"]][:2] == [
+        ("6000h:01", "Read inputs byte 1", 1),
+        ("6000h:02", "Read inputs byte 2", 2),
+    ]
+    (emergency,) = map(json.loads, _json(log, "--service", "emcy"))
+    assert emergency["values"][0]["value"] == 0x1000
+
+
+def test_registers_may_be_a_list_in_csv(log: Path, tmp_path: Path) -> None:
+    listed = tmp_path / "meter.csv"
+    listed.write_text("address,name,type,register type,unit,scale\n0,level,u16,input register,m,0.001\n")
+    (line,) = shown(log, "--registers", f"1={listed}", "--register", "level")
+    assert line == "read input registers unit 1 level 0.5 m, in 1 ms"
+    wrong = tmp_path / "wrong.csv"
+    wrong.write_text("x,y\n1,2\n")
+    with pytest.raises(UsageError, match="is no list of registers"):
+        shown(log, "--registers", f"1={wrong}")
+
+
 def test_every_frame_has_a_line_if_wanted(log: Path) -> None:
     assert len(shown(log, "--frames")) == len(FRAMES) + 4 == len(shown(log)) + 3
 
