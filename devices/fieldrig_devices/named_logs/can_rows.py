@@ -32,7 +32,7 @@ class CanRows:
     """Makes the rows of one bus."""
 
     def __init__(self, names: CanopenNames, *, has_values: bool = False) -> None:
-        """With `has_values`, the rows of frames have their values one by one, for scripts."""
+        """The rows of frames have their values one by one if `has_values`, for scripts."""
         self.names, self._has_values = names, has_values
         self._heartbeats = Heartbeats()
         self._described: set[int] = set(names.nodes)

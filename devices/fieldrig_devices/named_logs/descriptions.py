@@ -19,29 +19,49 @@ UNITS: Final = range(256)
 Read = TypeVar("Read")
 
 
-def described(words: Iterable[str] | None, numbers: range, example: str) -> dict[int, Path]:
-    """Return files by number, from words such as `5=io32.eds`.  ValueError, with the example, for anything else."""
-    found: dict[int, Path] = {}
+Place = tuple[str, int]
+"""The bus of a node or unit, and its number; an empty bus is any."""
+Files = Mapping[int, Path] | Mapping[Place, Path]
+"""Files by number, or by bus and number."""
+
+
+def described(words: Iterable[str] | None, numbers: range, example: str) -> dict[Place, Path]:
+    """Return files by place, from words such as `5=io32.eds`, or `can1:5=io32.eds` for one bus of several.
+
+    ValueError, with the example, for anything else.
+    """
+    found: dict[Place, Path] = {}
     for word in words or ():
-        number, equals, path = word.partition("=")
-        if not equals or not path or not number.strip().isascii() or not number.strip().isdigit():
+        place, equals, path = word.partition("=")
+        bus, _, number = place.rpartition(":")
+        if not equals or not path or not number.isascii() or not number.isdigit():
             raise ValueError(f"{word!r} is not NUMBER=FILE\nsuch as {example}")
         if int(number) not in numbers:
             raise ValueError(f"{word!r}: expected {numbers.start} to {numbers.stop - 1} before the =, found {number}")
-        if int(number) in found:
-            raise ValueError(f"{word!r}: {number} already has the file {found[int(number)]}")
-        found[int(number)] = Path(path)
+        if (bus, int(number)) in found:
+            raise ValueError(f"{word!r}: {place} already has the file {found[bus, int(number)]}")
+        found[bus, int(number)] = Path(path)
     return found
 
 
-def read_eds(files: Mapping[int, Path]) -> dict[int, Dictionary]:
-    """Return dictionaries by node-ID.  ConfigError with the mistakes of all files."""
-    return _read(files, lambda node_id, path: load(path, node_id))
+def read_eds(files: Files) -> dict[Place, Dictionary]:
+    """Return dictionaries by place.  ConfigError with the mistakes of all files."""
+    return _read(files, load_for)
 
 
-def read_registers(files: Mapping[int, Path]) -> dict[int, Table]:
-    """Return register tables by unit, from YAML files or CSV lists.  ConfigError with the mistakes of all files."""
-    return _read(files, lambda unit, path: _from_list(path) if path.suffix.lower() == ".csv" else load_table(path))
+def load_for(place: Place, path: Path) -> Dictionary:
+    """Return the dictionary of the node at this place."""
+    return load(path, place[1])
+
+
+def read_registers(files: Files) -> dict[Place, Table]:
+    """Return register tables by place, from YAML files or CSV lists.  ConfigError with the mistakes of all files."""
+    return _read(files, lambda place, path: _from_list(path) if path.suffix.lower() == ".csv" else load_table(path))
+
+
+def of_bus(found: Mapping[Place, Read], bus: str) -> dict[int, Read]:
+    """Return what is described of one bus, by number."""
+    return {number: read for where in ("", bus) for (of, number), read in found.items() if of == where}
 
 
 def _from_list(path: Path) -> Table:
@@ -54,13 +74,14 @@ def _from_list(path: Path) -> Table:
         raise UsageError(f"{path} is no list of registers: {cause}", remedy) from cause
 
 
-def _read(files: Mapping[int, Path], read: Callable[[int, Path], Read]) -> dict[int, Read]:
-    found: dict[int, Read] = {}
+def _read(files: Files, read: Callable[[Place, Path], Read]) -> dict[Place, Read]:
+    found: dict[Place, Read] = {}
     mistakes: list[Mistake] = []
-    for number, path in files.items():
+    for key, path in files.items():
+        place = ("", key) if isinstance(key, int) else key
         try:
             with reading(path):
-                found[number] = read(number, path)
+                found[place] = read(place, path)
         except ConfigError as cause:
             mistakes += cause.mistakes
         except EdsError as cause:

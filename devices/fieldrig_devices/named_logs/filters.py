@@ -1,12 +1,13 @@
 """Which rows of a log are chosen: by node, identifier, unit, register and kind of service.
 
 Nodes and identifiers choose among the rows of CAN buses, units and registers among those of Modbus buses; several of
-one kind are alternatives.  A bus for which none is given has no rows then.  A service chooses on all buses.
+one kind are alternatives.  The name of a device chooses on all buses where nothing else does.  A bus for which none is
+given has no rows then.  A service chooses on all buses.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Final
 
@@ -38,15 +39,15 @@ class Filter:
     """The words of the options; an empty kind chooses all."""
 
     nodes: Sequence[str] = ()
-    """Node-IDs, or names of the rig; a * in a name matches any characters."""
+    """Node-IDs, or names of devices of the rig; a * in a name matches any characters."""
     identifiers: Sequence[str] = ()
     """Such as 0x181, 0x180-0x1FF, or 0x180/0x780 with a mask."""
     units: Sequence[str] = ()
     registers: Sequence[str] = ()
     """Such as 40001, 40001-40010, holding:0, or the name of a register table."""
     services: Sequence[str] = ()
-    tables: Mapping[int, NamedRegisters] = field(default_factory=dict)
-    """The register tables that are known, by unit."""
+    tables: Sequence[tuple[int, NamedRegisters]] = ()
+    """The register tables that are known, with their units."""
 
     def __post_init__(self) -> None:
         """Raise ValueError, with what was expected, for a wrong word."""
@@ -85,7 +86,7 @@ class Filter:
             return self._is_of_nodes(row) and self._has_identifier(row)
         if row.family == "modbus" and (self.units or self.registers):
             return (not self._units or row.unit in self._units) and self._has_register(row)
-        return False
+        return any(number is None and fnmatchcase(row.node, word) for word, number in self._nodes.items())
 
     def _note(self, row: Row) -> None:
         """Remember what the log has, and which words fit to it."""
@@ -93,6 +94,8 @@ class Filter:
             self._see("node", str(node_id), row.node)
         if row.unit is not None:
             self._see("unit", str(row.unit), "")
+        if row.node and not row.node_ids:
+            self._see("node", "", row.node)
 
     def _see(self, kind: str, number: str, name: str) -> None:
         seen = self._seen[kind]
@@ -127,12 +130,12 @@ class Filter:
             return [(None, found)]
         named = [
             (unit, place)
-            for unit, table in self.tables.items()
+            for unit, table in self.tables
             for name, place in table.addresses().items()
             if fnmatchcase(name, word)
         ]
         if not named:
-            known = sorted({name for table in self.tables.values() for name in table.addresses()})
+            known = sorted({name for _, table in self.tables for name in table.addresses()})
             remedy = closest(word, known) if known else "expected such as 40001 or holding:0; a name needs --registers"
             raise ValueError(f"there is no register {word!r}\n{remedy}")
         return [(unit, place) for unit, place in named]

@@ -1,18 +1,17 @@
 """The names for a log: of a rig file, or of the EDS files and register tables of single nodes and units."""
 
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from fieldrig.cli.message_words import bus_of
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.traces.names import Named, Namer, namer_of
 from fieldrig.traces.trace import TraceEntry
-from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.names import CanopenNames, KnownNode
 from fieldrig_devices.modbus.names import KnownUnit, ModbusNames
-from fieldrig_devices.named_logs.descriptions import read_eds, read_registers
+from fieldrig_devices.named_logs.descriptions import Files, of_bus, read_eds, read_registers
+from fieldrig_devices.registers.described import HasTables
 from fieldrig_devices.registers.named import NamedRegisters
+from fieldrig_devices.registers.table import load_table
 
 
 class NamedLog:
@@ -23,21 +22,15 @@ class NamedLog:
     """
 
     def __init__(
-        self,
-        eds: Mapping[int, Path] | None = None,
-        registers: Mapping[int, Path] | None = None,
-        config: RigConfig | None = None,
+        self, eds: Files | None = None, registers: Files | None = None, config: RigConfig | None = None
     ) -> None:
-        """`eds` has EDS or DCF files by node-ID, `registers` register tables by unit.  ConfigError with all mistakes.
+        """`eds` has EDS or DCF files by node-ID, `registers` register tables by unit.
 
-        UsageError for a file that cannot be read.
+        ConfigError with the mistakes of all files, and UsageError for one that cannot be read.
         """
-        self._eds = dict(eds or {})
-        self.tables: Mapping[int, NamedRegisters] = {
-            unit: NamedRegisters(table) for unit, table in read_registers(registers or {}).items()
-        }
-        """The register tables, by unit."""
+        self._eds: Files = eds or {}
         self._config = config
+        self._tables = {place: NamedRegisters(table) for place, table in read_registers(registers or {}).items()}
         read_eds(self._eds)  # so that all mistakes are reported before the log is read
 
     def namer(self, bus: str, family: str) -> Namer:
@@ -46,12 +39,23 @@ class NamedLog:
         if known is not None and self._config is not None:
             return namer_of(self._config, known)
         if family == "can":
-            return CanopenNames(
-                {node_id: KnownNode(f"node {node_id}", found) for node_id, found in self._nodes().items()}
-            )
+            nodes = of_bus(read_eds(self._eds), bus)
+            return CanopenNames({node_id: KnownNode(f"node {node_id}", found) for node_id, found in nodes.items()})
         if family == "modbus":
-            return ModbusNames({unit: KnownUnit(f"unit {unit}", table) for unit, table in self.tables.items()})
+            units = of_bus(self._tables, bus)
+            return ModbusNames({unit: KnownUnit(f"unit {unit}", table) for unit, table in units.items()})
         return _Plain(family)
+
+    @property
+    def tables(self) -> list[tuple[int, NamedRegisters]]:
+        """The register tables that are known, with their units: those of the files, and those of the rig."""
+        found = [(unit, table) for (_, unit), table in self._tables.items()]
+        for device in () if self._config is None else self._config.devices.values():
+            if isinstance(device.settings, HasTables):
+                found += [
+                    (unit.unit_id, NamedRegisters(load_table(unit.table))) for unit in device.settings.register_tables()
+                ]
+        return found
 
     def is_in_rig(self, bus: str, family: str) -> bool:
         """Return whether a bus of the log is one of the rig, which then knows what it carries."""
@@ -63,9 +67,6 @@ class NamedLog:
         rates = {getattr(entry.bus.settings, "bitrate", None) for entry in buses if entry.bus.family == "can"}
         rate = rates.pop() if len(rates) == 1 else None
         return rate if isinstance(rate, int) else None
-
-    def _nodes(self) -> dict[int, Dictionary]:
-        return read_eds(self._eds)
 
     def _bus_in_rig(self, bus: str, family: str) -> str | None:
         if self._config is None:

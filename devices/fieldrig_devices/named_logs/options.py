@@ -22,13 +22,13 @@ def _option(name: str, metavar: str, about: str) -> typer.models.OptionInfo:
 
 Eds = Annotated[
     list[str] | None,
-    _option("--eds", "NODE=FILE", "The EDS or DCF file of a node, such as 5=io32.eds. May be given several times."),
+    _option("--eds", "NODE=FILE", "The EDS or DCF file of a node, such as 5=io32.eds, or can1:5=io32.eds."),
 ]
 Registers = Annotated[
     list[str] | None,
-    _option("--registers", "UNIT=FILE", "The register table of a Modbus unit, such as 1=meter.yaml."),
+    _option("--registers", "UNIT=FILE", "The register table of a Modbus unit, such as 1=meter.yaml or 1=meter.csv."),
 ]
-Nodes = Annotated[list[str] | None, _option("--node", "NODE", "Only this CANopen node: its node-ID, or its name.")]
+Nodes = Annotated[list[str] | None, _option("--node", "NODE", "Only this node: its node-ID, or a name of the rig.")]
 Identifiers = Annotated[
     list[str] | None, _option("--id", "ID", "Only these CAN identifiers: 0x181, 0x180-0x1FF, or 0x180/0x780 (mask).")
 ]

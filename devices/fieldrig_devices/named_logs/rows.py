@@ -62,7 +62,7 @@ class Rows:
     """Makes the rows of a log."""
 
     def __init__(self, names: NamedLog, *, every_frame: bool = False, has_values: bool = False) -> None:
-        """With `every_frame`, each message has a row; with `has_values`, CAN frames have their values one by one."""
+        """Each message has a row if `every_frame`, and CAN frames have their values one by one if `has_values`."""
         self._names, self._every_frame, self._has_values = names, every_frame, has_values
         self._buses: OrderedDict[tuple[str, str], BusRows] = OrderedDict()
         self._sdo, self._modbus = SdoDialogues(), ModbusDialogues()

@@ -97,6 +97,23 @@ def test_files_give_names_without_a_rig(log: Path) -> None:
     assert any("level 0.5 m" in line for line in found)
 
 
+def test_a_rig_gives_names_of_nodes_and_registers_to_filters(log: Path) -> None:
+    lab = ("--rig", str(EDS.parent / "lab.yaml"))
+    assert kinds(log, *lab, "--node", "io") == ["heartbeat", "TPDO 1", "EMCY", "SDO read"]
+    assert kinds(log, *lab, "--register", "level") == ["read input registers"]
+    with pytest.raises(UsageError, match="did you mean sensor"):
+        shown(log, *lab, "--node", "sensr")
+
+
+def test_an_eds_may_be_that_of_one_bus(tmp_path: Path) -> None:
+    path = tmp_path / "two.jsonl"
+    write([*can_log("185#01 02 03 04"), *can_log("185#01 02 03 04", bus="can1")], path)
+    assert shown(path, "--eds", f"can1:5={IO32}", "--service", "tpdo") == [
+        "TPDO 1 node 5 01 02 03 04",
+        "TPDO 1 node 5 Read inputs byte 1 1, Read inputs byte 2 2, Read inputs byte 3 3, Read inputs byte 4 4",
+    ]
+
+
 def test_json_has_the_numbers_of_a_dialogue(log: Path) -> None:
     (sdo,) = map(json.loads, _json(log, "--service", "sdo"))
     assert (sdo["index"], sdo["subindex"], sdo["data"], sdo["abort"]) == (0x1000, 0, "91010f00", None)
