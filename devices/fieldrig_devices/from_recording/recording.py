@@ -8,9 +8,9 @@ from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry, is_time_of_day
 from fieldrig.traces.trace_files import read
+from fieldrig_devices.dialogues.rtu_line import RtuLine
 from fieldrig_devices.from_recording.can_log import CanLog
 from fieldrig_devices.from_recording.modbus_log import ModbusLog
-from fieldrig_devices.dialogues.rtu_line import RtuLine
 
 MOST_BUSES: Final = 32
 BusLog = CanLog | ModbusLog
