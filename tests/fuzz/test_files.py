@@ -28,7 +28,7 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import read as read_trace
 from fieldrig.traces.trace_files import write as write_trace
 from fieldrig_bus.modbus import codec as modbus
-from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
 from fieldrig_devices.canopen.eds import reader as eds
 from fieldrig_devices.canopen.eds.check import check_eds
 from fieldrig_devices.canopen.eds.text import EdsError
@@ -164,7 +164,7 @@ def test_a_trace_is_read_or_refused(suffix: str, tmp_path: Path, inputs_a_target
 def test_a_capture_with_tcp_streams_is_read_or_refused(tmp_path: Path, inputs_a_target: int) -> None:
     path = tmp_path / "trace.pcap"
     asked, answered = ModbusRequest(1, bytes.fromhex("03006b0003"), 7), ModbusResponse(1, bytes.fromhex("03020001"), 7)
-    messages = [("a", asked), ("unit", answered)] * 4
+    messages: list[tuple[str, ModbusMessage]] = [("a", asked), ("unit", answered)] * 4
     entries = [
         TraceEntry(n, "mb", "modbus", sender, modbus.encode(message)) for n, (sender, message) in enumerate(messages)
     ]

@@ -88,7 +88,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     odd = Oddities() if odd is None else odd
     lines, names, begin_ns, last_ns = LogLines(file, odd), BusNames(), 0, 0
     is_hex, is_relative, found = True, False, 0
-    wrong = ""
+    wrong, new = "", tuple.__new__
     for line in lines:
         match = PLAIN(line) if is_hex and not is_relative else None
         if match is not None:
@@ -98,7 +98,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
                 offset_ns = int(seconds) * S + int(fraction) * 10 ** (9 - len(fraction))
                 message = plain_message(word | EXTENDED if extended else word, bytes.fromhex(data))
                 found += 1
-                yield TraceEntry(begin_ns + offset_ns, names[int(channel)], "can", "", message)
+                yield new(TraceEntry, (begin_ns + offset_ns, names[int(channel)], "can", "", message))
                 continue
         if (date := date_of(line)) is not None:
             begin_ns = last_ns = _begin_ns(text_of(date), odd)

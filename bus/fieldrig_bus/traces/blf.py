@@ -86,7 +86,7 @@ class _Reader:
         """Yield the messages that are complete with these bytes."""
         data, at = self._rest + chunk, 0
         odd, names, start_ns, size = self._odd, self._names, self._start_ns, len(data)
-        unpack, whole = _CLASSICAL.unpack_from, _CLASSICAL.size
+        unpack, whole, new = _CLASSICAL.unpack_from, _CLASSICAL.size, tuple.__new__
         while (found := data.find(SIGNATURE, at)) >= 0 and size - found >= BASE_SIZE:
             if found - at > 8:
                 odd.report("bytes that are no objects are skipped")
@@ -99,7 +99,7 @@ class _Reader:
                         odd.number += 1
                         self.found += 1
                         time_ns = start_ns + (ticks * 10_000 if unit == 1 else ticks)
-                        yield TraceEntry(time_ns, names[channel], "can", "", plain_message(word, body[:dlc]))
+                        yield new(TraceEntry, (time_ns, names[channel], "can", "", plain_message(word, body[:dlc])))
                         at += length
                         continue
             _, _, _, length, kind = layout.OBJ_HEADER_BASE_STRUCT.unpack_from(data, at)

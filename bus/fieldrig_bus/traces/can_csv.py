@@ -30,6 +30,8 @@ _PLAIN: Final = re.compile(
     re.ASCII,
 ).fullmatch
 """A classical data frame, as nearly all lines are."""
+_TENS: Final = [10 ** (9 - digits) for digits in range(10)]
+"""Nanoseconds of the last digit of a fraction, by its number of digits."""
 _NUMBER: Final = re.compile(r"\d{1,3}", re.ASCII)
 
 
@@ -53,11 +55,11 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
         row = rows.row(entry)
         if row is None:
             continue
-        seconds, rest_ns = divmod(abs(start_unix_ns + entry.time_ns), S)
-        sign = "-" if start_unix_ns + entry.time_ns < 0 else ""
-        flags = f"{row.is_extended:d},{row.is_remote:d},{row.is_error:d}"
-        data = b2a_base64(row.data, newline=False).decode()
-        file.write(f"{sign}{seconds}.{rest_ns:09},0x{row.identifier:x},{flags},{row.length},{data}\n".encode())
+        identifier, is_extended, is_remote, is_error, length, data = row
+        clock = f"{start_unix_ns + entry.time_ns:010}"
+        flags = f"{is_extended:d},{is_remote:d},{is_error:d}" if is_extended or is_remote or is_error else "0,0,0"
+        text = b2a_base64(data, newline=False).decode()
+        file.write(f"{clock[:-9]}.{clock[-9:]},0x{identifier:x},{flags},{length},{text}\n".encode())
         written += 1
     return written
 
@@ -65,16 +67,19 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  A line that cannot be read is odd; UsageError, with the line, if none can."""
     odd = Oddities() if odd is None else odd
-    lines, found, wrong = LogLines(file, odd), 0, ""
+    lines, found, wrong, new = LogLines(file, odd), 0, "", tuple.__new__
+    second, second_ns = "", 0
     for line in lines:
         if match := _PLAIN(line):
             seconds, fraction, digits, extended, text = match.groups()
             word, data = int(digits, 16), a2b_base64(text)
             if len(data) <= 8 and word <= (EXTENDED_MASK if extended == "1" else STANDARD_MASK):
-                time_ns = int(seconds) * S + int(fraction) * 10 ** (9 - len(fraction))
+                if seconds != second:
+                    second, second_ns = seconds, int(seconds) * S
+                time_ns = second_ns + int(fraction) * _TENS[len(fraction)]
                 found += 1
-                message = plain_message(word | EXTENDED if extended == "1" else word, data)
-                yield TraceEntry(time_ns, BUS, "can", "", message)
+                message = plain_message(word if extended == "0" else word | EXTENDED, data)
+                yield new(TraceEntry, (time_ns, BUS, "can", "", message))
                 continue
         if (odd.number == 1 and line.strip().startswith("timestamp")) or not line.strip():
             continue

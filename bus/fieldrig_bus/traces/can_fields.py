@@ -18,6 +18,7 @@ _HEAD: Final = struct.Struct("<IB")  # as in can/codec.py
 _HEAD_SIZE: Final = _HEAD.size
 _PLAIN_EXTENDED: Final = EXTENDED >> 29
 _pack, _unpack = _HEAD.pack, _HEAD.unpack_from
+_new = tuple.__new__  # takes a third of the time of calling a named tuple
 
 
 class Fields(NamedTuple):
@@ -39,7 +40,7 @@ def fields_of(message: bytes) -> Fields | None:
     if len(message) >= _HEAD_SIZE:
         word, length = _unpack(message)
         if length == len(message) - _HEAD_SIZE <= 8 and (word <= STANDARD_MASK or word >> 29 == _PLAIN_EXTENDED):
-            return Fields(word, message[_HEAD_SIZE:], length)
+            return _new(Fields, (word, message[_HEAD_SIZE:], length, False, False))
     try:
         decoded = decode(message)
     except ValueError:

@@ -32,6 +32,7 @@ _TABLE: Final = (
 )
 _INSERT: Final = "INSERT INTO messages VALUES (?, ?, ?, ?, ?, ?, ?)"
 _SELECT: Final = "SELECT ts, arbitration_id, extended, remote, error, dlc, substr(data, 1, 65) FROM messages"
+_new = tuple.__new__
 _BATCH: Final = 10_000
 """Rows that are written at once."""
 
@@ -113,6 +114,6 @@ def _entry(values: tuple[Any, ...]) -> TraceEntry:
     highest = EXTENDED_MASK if extended else STANDARD_MASK
     if not (remote or error) and 0 <= identifier <= highest and len(data) <= 8:
         word = identifier | EXTENDED if extended else identifier
-        return TraceEntry(time_ns, BUS, "can", "", plain_message(word, data))
+        return _new(TraceEntry, (time_ns, BUS, "can", "", plain_message(word, data)))
     row = Row(int(identifier), bool(extended), bool(remote), bool(error), int(length), data)
     return TraceEntry(time_ns, BUS, "can", "", message_of_row(row))

@@ -40,6 +40,7 @@ def recognises(head: bytes) -> bool:
     return False
 
 
+_LINE: Final = b"(%d.%06d) %b %b\n"
 _TIME: Final = re.compile(r" ?\((\d{1,12})\.(\d{6})\) ", re.ASCII)
 
 
@@ -57,8 +58,8 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
     for entry in entries:
         body = _body(entry.data) if entry.family == "can" else None
         if body is not None:
-            seconds, microseconds = divmod((start_unix_ns + entry.time_ns) // 1000, 1_000_000)
-            file.write(f"({seconds}.{microseconds:06}) {entry.bus} {body}\n".encode())
+            clock = divmod((start_unix_ns + entry.time_ns) // 1000, 1_000_000)
+            file.write(_LINE % (*clock, entry.bus.encode(), body.encode()))
             written += 1
     return written
 
@@ -67,7 +68,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Entries with the time of day as their instant.  UsageError, with the line, for a file that is not such a log."""
     odd = Oddities() if odd is None else odd
     lines, time_ns, buses = LogLines(file, odd), 0, dict[str, str]()
-    second, second_ns = "", 0
+    second, second_ns, new = "", 0, tuple.__new__
     for line in lines:
         if match := PLAIN(line):
             seconds, microseconds, bus, identifier, digits = match.groups()
@@ -78,7 +79,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
                     second, second_ns = seconds, int(seconds) * S
                 time_ns = second_ns + int(microseconds) * 1000
                 message = plain_message(word if is_standard else word | EXTENDED, bytes.fromhex(digits))
-                yield TraceEntry(time_ns, buses.get(bus) or _bus(bus, buses, odd), "can", "", message)
+                yield new(TraceEntry, (time_ns, buses.get(bus) or _bus(bus, buses, odd), "can", "", message))
                 continue
         if says_nothing(line):
             continue
@@ -114,6 +115,8 @@ def _body(message: bytes) -> str | None:
     if fields is None:
         return None
     word, data, length, is_fd, is_switched = fields
+    if word <= STANDARD_MASK and not is_fd:  # as most frames are
+        return f"{word:03X}#{data.hex().upper()}"
     identifier = f"{word:03X}" if word <= STANDARD_MASK else _flagged(word)
     if word & REMOTE:
         return f"{identifier}#R{length or ''}"

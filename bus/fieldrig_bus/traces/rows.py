@@ -11,11 +11,12 @@ from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.codec import encode
-from fieldrig_bus.can.frame import EXTENDED_MASK
+from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
 from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.traces.can_fields import Fields, fields_of, message_of
 from fieldrig_bus.traces.error_capture import unknown_error
 
+_new = tuple.__new__
 BUS: Final = "can0"
 """The name of the bus of a table."""
 
@@ -46,6 +47,8 @@ class Rows:
         elif entry.bus != self._bus:
             self._odd.report("the format has no buses, so their frames are not told apart")
         word, data, length, is_fd, is_switched = fields
+        if word <= STANDARD_MASK and not is_fd:  # as most frames are
+            return _new(Row, (word, False, False, False, length, data))
         if is_fd:
             self._report_fd(fields, is_switched)
         is_error = bool(word & ERROR)

@@ -16,7 +16,7 @@ from fieldrig.traces.log_lines import LogLines
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
-from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS
+from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK
 from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.traces.can_fields import fields_of
 from fieldrig_bus.traces.channels import BusNames, Channels
@@ -63,9 +63,9 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
             file.write(f";   {channels.add(entry.bus)}\r\n".encode())
         written += 1
         kind, rest = text
-        offset_us = (time_ns - begin_ns) // US
-        offset = f"{'-' if offset_us < 0 else ''}{abs(offset_us) // 1000}.{abs(offset_us) % 1000:03}"
-        file.write(f"{written:>7} {offset:>13} {kind} {channels[entry.bus]:<2} {rest}\r\n".encode())
+        ms, us = divmod(abs(time_ns - begin_ns) // US, 1000)
+        ms_text = f"-{ms}" if time_ns < begin_ns else ms
+        file.write(f"{written:>7} {ms_text:>9}.{us:03} {kind} {channels[entry.bus]:<2} {rest}\r\n".encode())
     if begin_ns is None:
         file.write(_head(0))
     return written
@@ -75,16 +75,17 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  What is no CAN frame is odd; UsageError, with the line, if nothing is one."""
     odd = Oddities() if odd is None else odd
     lines, names, header = LogLines(file, odd), BusNames(), _Header(odd)
-    found, wrong = 0, ""
+    found, wrong, new = 0, "", tuple.__new__
     for line in lines:
-        if line.startswith(";"):
+        found_line = plain(line) if header.is_plain else None
+        if found_line is None and line.startswith(";"):
             names.learn(line)
             header.take(line)
             continue
-        if not line.strip():
+        if found_line is None and not line.strip():
             continue
         try:
-            offset_ns, channel, message = (plain(line) if header.is_plain else None) or parse(line, header.columns)
+            offset_ns, channel, message = found_line or parse(line, header.columns)
         except (ValueError, LookupError) as cause:
             if not lines.is_cut:
                 wrong = wrong or f"line {odd.number} is not a frame of a TRC log: {cause}"
@@ -94,7 +95,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
             odd.report("lines that are no CAN frames are left out")
             continue
         found += 1
-        yield TraceEntry(header.start_ns + offset_ns, names[channel], "can", "", message)
+        yield new(TraceEntry, (header.start_ns + offset_ns, names[channel], "can", "", message))
     if wrong and not found:
         raise UsageError(wrong, REMEDY)
 
@@ -160,6 +161,8 @@ def _text(message: bytes) -> tuple[str, str] | None:
     if fields is None or fields.word & ERROR:
         return None
     word, data, length, is_fd, is_switched = fields
+    if word <= STANDARD_MASK and not is_fd:  # as most frames are
+        return "DT", f"    {word:04X} Rx -  {length:<4} {data.hex(' ').upper()}"
     digits = f"{word & EXTENDED_MASK:08X}" if word & EXTENDED else f"{word & EXTENDED_MASK:04X}"
     if word & REMOTE:
         return "RR", f"{digits:>8} Rx -  {length}"

@@ -29,6 +29,7 @@ VERSIONS: Final = ("1.0", "1.1", "1.2", "1.3", "2.0", "2.1")
 COLUMNS: Final = {"1.0": "NOILD", "1.1": "NOTILD", "1.2": "NOBTILD", "1.3": "NOBTIRLD"}
 """The columns of the versions that do not list them, by the letters of version 2.0."""
 MOST_COLUMNS: Final = 20
+_new = tuple.__new__
 DAY_NS: Final = 86_400_000_000_000
 EPOCH_DAY: Final = 25_569
 """1 January 1970, counted from 30 December 1899."""
@@ -89,7 +90,7 @@ def plain(line: str) -> Line | None:
     if len(data) != int(length) or word > (EXTENDED_MASK if len(digits) > 4 else STANDARD_MASK):
         return None
     message = plain_message(word | EXTENDED if len(digits) > 4 else word, data)
-    return Line(int(ms) * MS + int(us) * US, int(channel), message)
+    return _new(Line, (int(ms) * MS + int(us) * US, int(channel), message))
 
 
 def parse(line: str, columns: Mapping[str, int]) -> Line:
