@@ -39,6 +39,7 @@ import single_drive  # noqa: E402
 import start_up  # noqa: E402
 import teleservice  # noqa: E402
 import timers  # noqa: E402
+import trace_formats  # noqa: E402
 import trace_names  # noqa: E402
 import virtual_time  # noqa: E402
 
@@ -52,6 +53,7 @@ BENCHMARKS = (
     flood,
     recording,
     trace_names,
+    trace_formats,
     pulses,
     shipped_rigs,
     drive_cycle,

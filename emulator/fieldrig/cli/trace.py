@@ -28,8 +28,9 @@ app = command_group(TraceCommands)
 def trace() -> None:
     """Record, show or convert traces.
 
-    The ending of its name selects the format: .jsonl (every message), .log (candump), .pcapng (Wireshark),
-    .vcd (waveforms of wires).
+    The ending of its name selects the format: .jsonl (every message), .log (candump), .asc, .blf (CANoe), .trc
+    (PCAN-View), .csv, .db (python-can), .mf4, .pcap, .pcapng (Wireshark), .vcd (waveforms of wires). A file is read
+    by its content.
 
     \b
         fieldrig trace record lab.pcapng can0 --for 10s
