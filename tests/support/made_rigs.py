@@ -45,7 +45,7 @@ def rig_file(log: Path, *words: str) -> Path:
 
 
 def keys_of(rig: Path) -> Any:
-    return read(rig.read_text(), rig.name).data
+    return read(rig.read_text(encoding="utf-8"), rig.name).data
 
 
 def virtual(rig: Path) -> Rig:

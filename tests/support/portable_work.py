@@ -1,4 +1,4 @@
-"""The work that needs no POSIX, done once: `python portable_work.py SYSTEM SEEN FOLDER` writes results to FOLDER as JSON.
+"""The work that needs no POSIX: `python portable_work.py SYSTEM SEEN FOLDER` writes its results to FOLDER as JSON.
 
 SYSTEM is linux, win32 or darwin, and SEEN is `sys.platform` as our packages see it (`without_posix`).
 """
