@@ -1,5 +1,6 @@
 """Output on a full disk: logs and `fieldrig up` go on, other commands end with a message."""
 
+import io
 import logging
 import os
 import subprocess
@@ -92,3 +93,38 @@ def test_a_file_never_gets_the_number_of_a_standard_file(tmp_path: Path, closed:
     done = subprocess.run(["sh", "-c", f'exec "$0" -c "$1" {closed}', sys.executable, code], check=False)
     assert done.returncode == 0
     assert int((tmp_path / "fd").read_text()) > 2
+
+
+@pytest.mark.parametrize(
+    ("encoding", "errors", "expected"),
+    [
+        ("cp1252", "strict", b"40 \xb0C \\u2192 \\u03a9"),
+        ("ascii", "strict", b"40 \\xb0C \\u2192 \\u03a9"),
+        ("utf-8", "strict", "40 °C → Ω".encode()),
+        ("ascii", "replace", b"40 ?C ? ?"),
+    ],
+)
+def test_a_character_that_the_output_has_not_is_an_escape(
+    tmp_path: Path, encoding: str, errors: str, expected: bytes
+) -> None:
+    path = tmp_path / "out"
+    with path.open("w", encoding=encoding, errors=errors) as stream:
+        same = strict(stream)
+        same.write("40 °C → Ω")
+        same.flush()
+    assert path.read_bytes() == expected
+
+
+def test_the_console_of_windows_stays_what_it_is() -> None:
+    """It writes by calls of its own, and not to its descriptor, where letters beyond the code page would be lost."""
+
+    class Console(io.RawIOBase):
+        def fileno(self) -> int:
+            return 1
+
+        def writable(self) -> bool:
+            return True
+
+    console = io.TextIOWrapper(io.BufferedWriter(Console()), encoding="utf-8")
+    assert strict(console) is console
+    assert steady(console) is console
