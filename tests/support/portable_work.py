@@ -75,6 +75,30 @@ node = network.add_node(5, "eds/io32.eds")
 print(hex(node.sdo.upload(0x1000, 0)[0]), f"{time.monotonic():.6f}")
 network.disconnect()
 """
+SERIAL_MASTER: Final = """\
+import serial
+import time
+
+with serial.serial_for_url("fieldrig://com", 38400, timeout=1) as port:
+    time.sleep(0.1)
+    seen = [(port.cts, port.dsr, port.ri, port.cd)]
+    port.write(b"AT&C0\\r")
+    seen.append(port.read(11))
+    seen.append(port.cd)
+    port.write(b"AT&D2E0\\r")
+    port.dtr = False
+    port.send_break()
+    time.sleep(0.5)
+    port.dtr = True
+    print(seen, port.read(100))
+"""
+SERIAL_RIG: Final = """\
+buses:
+  com: {kind: serial.virtual, baud: 38400}
+  telephone: {kind: telephone.virtual, numbers: {office: "100"}}
+devices:
+  office: {kind: modem, links: {line: com, telephone: telephone}}
+"""
 PROGRAM: Final = """\
 FUNCTION Twice : INT
 VAR_INPUT
@@ -180,7 +204,10 @@ def masters() -> dict[str, Any]:
     """Return what unchanged masters print in virtual time."""
     Path("master.py").write_text(MASTER, encoding="utf-8")
     Path("can_master.py").write_text(CAN_MASTER, encoding="utf-8")
-    return {name: command("exec", "lab.yaml", "--", name) for name in ("master.py", "can_master.py")}
+    Path("serial_master.py").write_text(SERIAL_MASTER, encoding="utf-8")
+    Path("line.yaml").write_text(SERIAL_RIG, encoding="utf-8")
+    played = (("lab.yaml", "master.py"), ("lab.yaml", "can_master.py"), ("line.yaml", "serial_master.py"))
+    return {name: command("exec", rig, "--", name) for rig, name in played}
 
 
 def traces() -> dict[str, Any]:

@@ -7,13 +7,12 @@ from dataclasses import replace
 from typing import Any, Final, Protocol, runtime_checkable
 
 from fieldrig.bus import Hub
+from fieldrig.master_time.terminals import CD, CTS, DSR, RI
 from fieldrig_bus.serial.message import ControlLines, inputs_from
 from fieldrig_bus.serial.pty import PtyPort
 
 BREAK_MS: Final = 250
 """Duration of a break, that of pyserial's `send_break`."""
-CTS, CD, RI, DSR = 0x20, 0x40, 0x80, 0x100
-"""The bits of TIOCMGET on Linux."""
 
 
 @runtime_checkable

@@ -89,7 +89,7 @@ class Network:
     def __init__(self) -> None:
         self.pairs = Pairs()
         self._listening: dict[Address, _Listening] = {}
-        """What listens at each address."""
+        """The sockets that listen, by their address."""
         self._of_socket: WeakKeyDictionary[socket.socket, _Listening] = WeakKeyDictionary()
         self._addresses: WeakKeyDictionary[socket.socket, tuple[Any, Any]] = WeakKeyDictionary()
         """The own address of each socket, and that of its peer."""

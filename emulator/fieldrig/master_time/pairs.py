@@ -3,7 +3,7 @@
 POSIX has such pairs, and lets a socket lead to one of them under its own number.  Windows has pairs over its TCP only,
 which delivers a moment later.  There a sender waits for that moment, and a socket gets another number when it is bound
 or connected.
-Left out: more than `SEEN` bytes that nobody reads, which on Windows may come in other pieces in each run.
+Left out: more than `SEEN` unread bytes, which on Windows may come in other pieces in each run.
 """
 
 import os
@@ -22,7 +22,7 @@ _Socket: Final[Any] = socket.socket.__base__
 
 
 class _End:
-    """What a socket has not read yet, over a TCP that delivers later."""
+    """The count of bytes that a socket has not read yet, over a TCP that delivers later."""
 
     __slots__ = ("is_over", "peer", "unread")
 

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 MOST_PENDING: Final = 64 * 1024
 """Bytes kept for a program that reads slowly; data beyond that is lost, as on a line without a receiver."""
-DTR, RTS, CTS, CD, DSR = 0x2, 0x4, 0x20, 0x40, 0x100
+DTR, RTS, CTS, CD, RI, DSR = 0x2, 0x4, 0x20, 0x40, 0x80, 0x100
 """The bits of TIOCMGET, on Linux and on macOS."""
 BAUD: Final = 9600
 """The rate of a port before a program sets it."""
@@ -76,14 +76,14 @@ class Terminal:
 
     # ---- the program
 
-    def plug_in(self) -> int:
-        """Return a descriptor of a program that opens the port."""
+    def plug_in(self) -> socket.socket:
+        """Return the end of a program that opens the port."""
         near, far = socket.socketpair()
         near.setblocking(False)
         far.setblocking(False)
         far.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MOST_PENDING)
         self._terminals.call(self._on_opened, far)
-        return near.detach()
+        return near
 
     def set_outputs(self, outputs: int) -> None:
         """Take the control lines of the program, as bits of TIOCMGET."""
@@ -168,9 +168,13 @@ class Terminals:
 
     def open(self, terminal: Terminal) -> int:
         """Return a descriptor of a program that opens this port."""
-        descriptor = terminal.plug_in()
-        self._opened[descriptor] = terminal, _identity(descriptor)
-        return descriptor
+        return self.connect(terminal).detach()
+
+    def connect(self, terminal: Terminal) -> socket.socket:
+        """Return the end of a program that opens this port."""
+        near = terminal.plug_in()
+        self._opened[near.fileno()] = terminal, _identity(near.fileno())
+        return near
 
     def behind(self, descriptor: int) -> Terminal | None:
         """Return the port behind a descriptor, unless that was closed meanwhile and leads elsewhere."""
