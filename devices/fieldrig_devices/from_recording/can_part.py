@@ -30,8 +30,10 @@ def can_part(
     end_ns = log.end_ns
     shares = len(bus.nodes) > MOST_PROCESSES
     for model in bus.nodes:
-        path = PurePosixPath("eds", model.eds.name)
-        part.files[path] = model.eds.read_bytes()
+        path, data = PurePosixPath("eds", model.eds.name), model.eds.read_bytes()
+        if part.files.get(path, data) != data:  # makers call many files the same
+            path = path.with_name(f"{model.name}-{model.eds.name}")
+        part.files[path] = data
         recorded = PurePosixPath("recorded", f"{model.name}.csv")
         if model.columns:
             part.files[recorded], cut_ns = csv_of(model.columns, end_ns - model.begin_ns)

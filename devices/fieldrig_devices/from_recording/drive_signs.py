@@ -121,7 +121,7 @@ def _follows(words: Sequence[Word]) -> Iterator[Delay]:
 
 def _usual(delays: Iterable[Delay]) -> Delay | None:
     """Return the narrowest delay, which says most; None without one."""
-    usual = [delay for delay in delays if delay.most_ms <= LATEST_MS]
+    usual = [delay for delay in delays if 0 <= delay.least_ms <= delay.most_ms <= LATEST_MS]
     return min(usual, key=lambda delay: delay.most_ms - delay.least_ms, default=None)
 
 

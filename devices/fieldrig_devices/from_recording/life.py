@@ -99,7 +99,7 @@ class Life:
 
     def _boot(self, time_ns: int) -> None:
         reset, self._reset = self._reset, None
-        is_reset = reset is not None and time_ns - reset[0] <= RESET_TAKES_NS
+        is_reset = reset is not None and 0 <= time_ns - reset[0] <= RESET_TAKES_NS
         if len(self.boots) < MOST:
             self.boots.append(
                 BootUp(time_ns, reset[1], time_ns - reset[0])

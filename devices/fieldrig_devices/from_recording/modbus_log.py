@@ -106,7 +106,7 @@ class UnitLog:
             return
         self.answers += 1
         if len(self.answer_ns) < MOST_INSTANTS:
-            self.answer_ns.append(exchange.end_ns - exchange.begin_ns)
+            self.answer_ns.append(max(exchange.end_ns - exchange.begin_ns, 0))  # the time of a log may jump back
             self.answer_sizes.append(len(response))
         group = group_of(request)
         log = None if group is None else self._group(group)

@@ -28,6 +28,9 @@ SHORT: Final = {"coils": "coil", "discrete_inputs": "input", "holding_registers"
 TEXTS: Final = ("vendor_name", "product_code", "revision", "vendor_url", "product_name", "model_name",
                 "user_application_name")  # fmt: skip
 """The keys of `identification` by the ids of function 43/14."""
+CODES: Final = range(1, 256)
+"""Exception codes; a response that ends before its code has none."""
+FUNCTION_CODES: Final = range(1, 128)
 MOST_FAULTS: Final = 100
 MOST_READ_BACKS: Final = 8
 
@@ -112,7 +115,13 @@ class UnitModel:
                 if self._answers(server, log.refused_request) == bytes((group.function | EXCEPTION, code)):
                     continue
                 address = self._refusing_address(group)
-                if address is None or len(log.refused) > 1 or log.sample is not None or count >= MOST_FAULTS:
+                if (
+                    code not in CODES
+                    or address is None
+                    or len(log.refused) > 1
+                    or log.sample is not None
+                    or count >= MOST_FAULTS
+                ):
                     self.remarks.append(
                         f"{_words(group)} ended in {_exception(code)} {times} times, which is not repeated here"
                     )
@@ -120,6 +129,8 @@ class UnitModel:
                 count += 1
                 yield {"what": "exception", "function": group.function, "address": address, "code": code}
         for request, code in self.log.refused_functions.items():
+            if code not in CODES or request[0] not in FUNCTION_CODES:
+                continue
             if self._answers(server, request) != bytes((request[0] | EXCEPTION, code)) and count < MOST_FAULTS:
                 count += 1
                 yield {"what": "exception", "function": request[0], "code": code}

@@ -130,7 +130,7 @@ class ObjectLogs:
         if log is None:
             return
         if len(transfer.entries) == 2 and len(self.answer_ns) < 4_096:
-            self.answer_ns.append(transfer.end_ns - transfer.begin_ns)
+            self.answer_ns.append(max(transfer.end_ns - transfer.begin_ns, 0))  # the time of a log may jump back
         if transfer.abort is not None:
             log.refuse(transfer)
             self._announce(transfer)

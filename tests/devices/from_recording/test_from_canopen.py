@@ -2,14 +2,18 @@
 
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
+import canopen
 import pytest
 from made_rigs import SdoMaster, keys_of, read_by_sdo, rig_file, virtual, written_log
 
 from fieldrig.clock import MS, S
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.eds.check import check_eds
+from fieldrig_devices.cia402 import EDS as DRIVE
 
+CONFIGS = Path(__file__).parents[3] / "configs"
 BOOT = "0 705#00"
 STARTED = "0.1 000#0105"
 TYPE = read_by_sdo(0.05, 5, "4300100091010F00")
@@ -211,7 +215,7 @@ def test_a_node_that_was_reset_counts_from_its_reset(tmp_path: Path) -> None:
 
 
 def test_an_eds_of_1021h_describes_the_node(tmp_path: Path) -> None:
-    eds = Path(__file__).parents[3] / "configs/eds/level-sensor.eds"
+    eds = CONFIGS / "eds/level-sensor.eds"
     data = eds.read_bytes()
     lines = ["0.1 606#4021100000000000", f"0.101 586#41211000{len(data).to_bytes(4, 'little').hex()}"]
     for place in range(0, len(data), 7):
@@ -234,7 +238,7 @@ def test_the_written_eds_has_no_findings(tmp_path: Path) -> None:
 
 
 def test_a_file_of_the_maker_fills_what_is_not_known(tmp_path: Path) -> None:
-    eds = Path(__file__).parents[3] / "configs/eds/level-sensor.eds"
+    eds = CONFIGS / "eds/level-sensor.eds"
     lines = ["0 706#00", *read_by_sdo(0.1, 6, "4300100094010200"), *read_by_sdo(0.2, 6, "4B171000E8030000")]
     rig = rig_file(written_log(tmp_path, *lines, "1.2 706#7F"), str(eds))
     with virtual(rig) as running:
@@ -247,3 +251,58 @@ def test_the_bit_rate_is_that_of_frames_without_a_gap(tmp_path: Path) -> None:
     lines = [BOOT] + [f"{1 + turn * 47 / 250_000:.6f} 555#" for turn in range(40)]
     rig = rig_file(written_log(tmp_path, *lines))
     assert keys_of(rig)["buses"]["can0"]["bitrate"] in (125_000, 250_000, 500_000)
+
+
+def test_python_canopen_reads_the_written_eds(tmp_path: Path) -> None:
+    lines = [BOOT, *TYPE, *MAPPED, STARTED, "0.2 185#011027", "0.3 185#02102F", "0.4 205#0102"]
+    text = ["0.5 605#4008100000000000", "0.501 585#4208100050756D70"]
+    eds = rig_file(written_log(tmp_path, *lines, *text)).parent / "eds/node5.eds"
+    dictionary: Any = canopen.import_od(str(eds), node_id=5)
+    assert dictionary[0x1000].default == 0x000F0191
+    assert dictionary[0x1008].default == "Pump"
+    assert dictionary[0x1800][1].default == 0x185
+    assert dictionary[0x1A00][2].default == 0x64020110
+    assert (dictionary[0x6402][1].data_type, dictionary[0x6402][1].pdo_mappable) == (0x06, True)
+    assert [dictionary[0x1600][entry].default for entry in range(3)] == [2, 0x54000108, 0x54000208]
+
+
+def test_a_drive_with_the_file_of_its_maker_keeps_it(tmp_path: Path) -> None:
+    words = [line for turn in range(4) for line in read_by_sdo(1 + turn, 3, "4B41600050060000")]
+    log = written_log(tmp_path, "0 703#00", *read_by_sdo(0.5, 3, "4300100092010200"), *words)
+    rig = rig_file(log, f"3={DRIVE}")
+    assert keys_of(rig)["devices"]["node3"]["kind"] == "cia402.drive"
+    assert (rig.parent / "eds" / DRIVE.name).read_bytes() == DRIVE.read_bytes()
+    with virtual(rig) as running:
+        assert running.get("node3/6083:00") == 10_000_000
+
+
+def test_time_that_jumps_back_is_no_negative_time(tmp_path: Path) -> None:
+    asked = ["2 603#4041600000000000", "1.5 583#4B41600050060000"] * 3
+    rig = rig_file(written_log(tmp_path, "0 703#00", *read_by_sdo(0.5, 3, "4300100092010200"), *asked))
+    assert "the time jumps back" in " ".join(rig.read_text().split())
+    with virtual(rig) as running:
+        running.run_until(100 * MS)
+
+
+def test_axes_of_one_node_stay_a_node_that_replays(tmp_path: Path) -> None:
+    lines = [
+        *read_by_sdo(0.5, 3, "4300100092010200"),
+        *read_by_sdo(0.6, 3, "4B41600050060000"),
+        *read_by_sdo(0.7, 3, "4B41680050060000"),
+    ]
+    rig = rig_file(written_log(tmp_path, "0 703#00", *lines))
+    assert keys_of(rig)["devices"]["node3"]["kind"] == "canopen.node"
+    assert "node 3 has several axes" in rig.read_text()
+
+
+def test_two_files_of_one_name_are_both_there(tmp_path: Path) -> None:
+    """Makers call every file `device.eds`."""
+    files = []
+    for name in ("io32", "level-sensor"):
+        file = tmp_path / name / "device.eds"
+        file.parent.mkdir()
+        file.write_bytes((CONFIGS / f"eds/{name}.eds").read_bytes())
+        files.append(file)
+    rig = rig_file(written_log(tmp_path, "0 705#00", "0.1 706#00"), f"5={files[0]}", f"6={files[1]}")
+    with virtual(rig) as running:
+        assert [running.get(f"node{node_id}/1008:00") for node_id in (5, 6)] == ["IO32", "Level sensor"]
