@@ -12,7 +12,7 @@ from fieldrig_devices.from_recording.columns import TIME, csv_of
 from fieldrig_devices.from_recording.known_files import KnownFile
 from fieldrig_devices.from_recording.node_model import NodeModel
 from fieldrig_devices.from_recording.node_words import seen, unknown
-from fieldrig_devices.from_recording.parts import RigPart, comment
+from fieldrig_devices.from_recording.parts import RigPart, comment, unknown_lines
 from fieldrig_devices.from_recording.read_backs import sdo_read_backs
 
 FIRST_PORT = 29_536
@@ -64,9 +64,7 @@ def _device(
     yield ""
     for sentence in seen(model, start_ns):
         yield from comment(sentence, 2)
-    yield from comment("Not known:", 2)
-    for sentence in unknown(model):
-        yield from comment(f"- {sentence}", 2)
+    yield from unknown_lines(unknown(model))
     yield f"  {model.name}:"
     yield f"    kind: {'cia402.drive' if model.is_drive else 'canopen.node'}"
     yield f"    node_id: {model.node_id}"

@@ -25,13 +25,20 @@ class Column(NamedTuple):
 
 
 def column_of(series: Series, begin_ns: int, show: Callable[[int], str], *, is_event: bool = False) -> Column:
-    """Return the column of a series, whose rows count from `begin_ns`.
+    """Return the column of a series; see `column_from`."""
+    return column_from(series.changes(begin_ns), series.left_out, begin_ns, show, is_event=is_event)
+
+
+def column_from(
+    changes: Iterable[Change], left_out: int, begin_ns: int, show: Callable[[int], str], *, is_event: bool = False
+) -> Column:
+    """Return the column of changes, whose rows count from `begin_ns`; `left_out` changes are missing.
 
     A value that was polled has changed at an unknown instant between two polls; the middle keeps a replay right even if
     it polls a little earlier or later.  A PDO that an event has sent (`is_event`) tells the instant of the change.
     """
     rows: list[tuple[int, str]] = []
-    for change in series.changes(begin_ns):
+    for change in changes:
         at_ns = max(_instant(change, is_event) - begin_ns, 0) if rows else 0
         text = show(change.value)
         if rows and rows[-1][1] == text:
@@ -40,7 +47,7 @@ def column_of(series: Series, begin_ns: int, show: Callable[[int], str], *, is_e
             rows[-1] = rows[-1][0], text
         else:
             rows.append((at_ns, text))
-    return Column(rows, series.left_out)
+    return Column(rows, left_out)
 
 
 def _instant(change: Change, is_event: bool) -> int:

@@ -10,7 +10,7 @@ from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_devices.from_recording.columns import csv_of
 from fieldrig_devices.from_recording.modbus_log import ModbusLog, UnitLog
 from fieldrig_devices.from_recording.modbus_unit import UnitModel
-from fieldrig_devices.from_recording.parts import RigPart, comment
+from fieldrig_devices.from_recording.parts import RigPart, comment, unknown_lines
 
 FIRST_PORT: Final = 5_020
 BAUD: Final = 19_200
@@ -98,9 +98,7 @@ def _device(bus: str, model: UnitModel, table: PurePosixPath) -> Iterator[str]:
     yield ""
     for sentence in model.seen():
         yield from comment(sentence, 2)
-    yield from comment("Not known:", 2)
-    for sentence in model.unknown():
-        yield from comment(f"- {sentence}", 2)
+    yield from unknown_lines(model.unknown())
     yield f"  {model.name}:"
     yield "    kind: modbus.device"
     yield f"    table: {flow(str(table))}"

@@ -16,10 +16,11 @@ from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_bus.modbus.server import ModbusServer
-from fieldrig_devices.from_recording.columns import TIME, Column, column_of
+from fieldrig_devices.from_recording.columns import TIME, Column, column_from, column_of
 from fieldrig_devices.from_recording.modbus_log import BITS, EXCEPTION, READERS, Group, GroupLog, RegisterLog, UnitLog
 from fieldrig_devices.from_recording.parts import ReadBack, comment
 from fieldrig_devices.from_recording.rhythm import period_of
+from fieldrig_devices.from_recording.typed_registers import Typed, show_float, typed_values
 from fieldrig_devices.modbus.unit import ModbusUnit
 from fieldrig_devices.registers.table import SPACES, Table
 
@@ -66,23 +67,37 @@ class UnitModel:
         return 0 if self._line is None else self._line.frame_ns(size)
 
     def _entries(self, space: str, registers: Mapping[int, RegisterLog], begin_ns: int) -> list[dict[str, Any]]:
+        groups = [group for group in self.log.groups if READERS.get(group.function) == space]
+        typed = {} if space in BITS else typed_values(registers, groups)
+        taken = {address + place for address, value in typed.items() for place in range(value.words)}
         entries: list[dict[str, Any]] = []
         for address in sorted(registers):
-            register = registers[address]
-            name = f"{SHORT[space]}{address}"
-            entry: dict[str, Any] = {"address": address, "name": name}
-            column = column_of(register.values, begin_ns, str) if register.is_moved else None
-            if column is not None and column.moves and not register.is_written:
-                self.columns[name] = column
-                entry["source"] = {"kind": "replay", "file": f"../{self.recorded}", "column": name, "time_column": TIME}
-            elif register.start:
-                entry["initial"] = bool(register.start) if space in BITS else register.start
-            if register.is_moved and register.is_written:
-                self.remarks.append(f"{name} was written, and changed by itself too: it keeps what is written")
-            if column is not None and column.left_out:
-                self.remarks.append(f"{name} changed {column.left_out} times more than its column has")
-            entries.append(entry)
+            head: dict[str, Any] = {"address": address, "name": f"{SHORT[space]}{address}"}
+            if address in typed:
+                entries.append(head | self._typed(head["name"], typed[address], begin_ns))
+            elif address not in taken:
+                entries.append(head | self._value(head["name"], registers[address], begin_ns, is_bit=space in BITS))
         return _joined(entries)
+
+    def _typed(self, name: str, value: Typed, begin_ns: int) -> dict[str, Any]:
+        if not value.changes:
+            return value.entry
+        return value.entry | self._live(name, column_from(value.changes, 0, begin_ns, show_float))
+
+    def _value(self, name: str, register: RegisterLog, begin_ns: int, *, is_bit: bool) -> dict[str, Any]:
+        """Return the keys of a register or bit that has no type."""
+        column = column_of(register.values, begin_ns, str) if register.is_moved else None
+        if column is not None and column.left_out:
+            self.remarks.append(f"{name} changed {column.left_out} times more than its column has")
+        if column is not None and register.is_written:
+            self.remarks.append(f"{name} was written, and changed by itself too: it keeps what is written")
+        elif column is not None and column.moves:
+            return self._live(name, column)
+        return {"initial": bool(register.start) if is_bit else register.start} if register.start else {}
+
+    def _live(self, name: str, column: Column) -> dict[str, Any]:
+        self.columns[name] = column
+        return {"source": {"kind": "replay", "file": f"../{self.recorded}", "column": name, "time_column": TIME}}
 
     def _more(self) -> dict[str, Any]:
         """Return the further keys of the device."""
@@ -194,7 +209,7 @@ class UnitModel:
     def unknown(self) -> Iterator[str]:
         yield from self.remarks
         yield "registers that no master read or wrote: they do not exist here (exception 02)"
-        yield "names, units and types of the registers: a value of two registers is two numbers of 16 bits here"
+        yield "names, units and types: a value in several registers is several numbers here, unless its type is certain"
         if self.log.unanswered:
             yield f"why {counted(self.log.unanswered, 'request')} had no answer"
         for function, count in sorted(self.log.functions.items()):

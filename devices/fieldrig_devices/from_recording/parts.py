@@ -1,6 +1,6 @@
 """A part of the rig of a recording: one bus with its devices, their files, and what a test reads of them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from textwrap import wrap
@@ -36,6 +36,15 @@ class RigPart:
     remarks: list[str] = field(default_factory=list)
     """Facts that the user should know at once."""
     read_backs: list[ReadBack] = field(default_factory=list)
+
+
+def unknown_lines(sentences: Iterable[str]) -> Iterator[str]:
+    """Yield the comment of a device with what is not known; nothing if all is known."""
+    listed = list(sentences)
+    if listed:
+        yield from comment("Not known:", 2)
+    for sentence in listed:
+        yield from comment(f"- {sentence}", 2)
 
 
 def comment(sentence: str, indent: int) -> Iterator[str]:

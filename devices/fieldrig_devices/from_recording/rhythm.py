@@ -24,6 +24,8 @@ LATEST_NS: Final = 2 * MS
 """Time in which a node sends its synchronous PDOs, at least: a full bus delays them."""
 JITTER: Final = 0.1
 """Part of a period by which a frame of a timer may be early or late."""
+MOST_INHIBIT_NS: Final = 100 * MS
+"""Longest inhibit time that is taken for one; a node whose values change more slowly is not held back."""
 LEAST_JITTER_NS: Final = 500 * US
 
 
@@ -121,7 +123,7 @@ def _inhibit(distances: Sequence[int]) -> int:
     """Return the inhibit time: the smallest distance, if several are the same and others are longer; 0 without one."""
     shortest = min(distances)
     same = sum(distance <= shortest * 1.02 for distance in distances)
-    is_limit = shortest >= MS and FEWEST <= same < SHARE * len(distances)
+    is_limit = MS <= shortest <= MOST_INHIBIT_NS and FEWEST <= same < SHARE * len(distances)
     return shortest if is_limit and not _is_grid(distances, shortest) else 0
 
 

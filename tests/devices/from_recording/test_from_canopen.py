@@ -144,8 +144,7 @@ def test_objects_have_size_value_and_access_of_the_log(tmp_path: Path) -> None:
 def test_a_text_in_segments_is_a_text(tmp_path: Path) -> None:
     name = [
         "0.1 605#4008100000000000", "0.101 585#4108100006000000",
-        "0.102 605#6000000000000000", "0.103 585#0350756D703100",  # seven bytes: no SDO message
-        "0.104 605#6000000000000000", "0.105 585#0350756D70203100",
+        "0.102 605#6000000000000000", "0.103 585#0350756D70203100",
     ]  # fmt: skip
     with virtual(rig_file(written_log(tmp_path, BOOT, *name))) as rig:
         assert rig.get("node5/1008:00") == "Pump 1"

@@ -1,7 +1,10 @@
 """A rig of a Modbus log: units, registers, refusals and answer times.  The PDUs are those of V1.1b3, chapter 6."""
 
+import math
+import struct
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -15,8 +18,8 @@ from fieldrig.errors import UsageError
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus import codec
 from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
+from fieldrig_devices.dialogues.rtu_line import RtuLine
 from fieldrig_devices.from_recording.content import content_for
-from fieldrig_devices.from_recording.rtu_line import RtuLine
 
 READ = "03 006B 0003"  # 6.3: holding registers 107 to 109
 VALUES = "03 06 022B 0000 0064"
@@ -165,6 +168,57 @@ def test_a_log_without_answers_has_no_device(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="shows no device") as refused:
         content_for(log)
     assert "unit 7 never answered 1 request" in str(refused.value)
+
+
+def read_registers(*words: int) -> str:
+    return (bytes((3, 2 * len(words))) + b"".join(word.to_bytes(2, "big") for word in words)).hex()
+
+
+def table_of(path: Path) -> list[dict[str, Any]]:
+    entries: list[dict[str, Any]] = read((path.parent / "registers/unit7.yaml").read_text(), "").data[
+        "holding_registers"
+    ]
+    return entries
+
+
+def test_a_text_is_certain_if_it_is_long_enough(tmp_path: Path) -> None:
+    words = [int.from_bytes(b"PM-3200\0"[place : place + 2], "big") for place in range(0, 8, 2)]
+    path = made(tmp_path, (0, 7, "03 0000 0005", read_registers(*words, 0x4142)))
+    assert [(entry["address"], entry.get("type"), entry.get("initial")) for entry in table_of(path)] == [
+        (0, "string[8]", "PM-3200"),
+        (4, None, 0x4142),  # two letters may be a number
+    ]
+    with virtual(path) as rig:
+        assert ask(rig, 7, "03 0000 0005")[0] == read_registers(*words, 0x4142)
+
+
+@pytest.mark.parametrize("order", ["big", "little"])
+def test_a_number_of_32_bits_is_certain_if_its_low_word_is_at_chance(tmp_path: Path, order: str) -> None:
+    numbers = [struct.pack(">f", 228 + 3 * math.sin(turn)) for turn in range(20)]
+    words = [(int.from_bytes(data[:2], "big"), int.from_bytes(data[2:], "big")) for data in numbers]
+    rows = [
+        (float(turn), 7, "03 0000 0002", read_registers(*(pair if order == "big" else pair[::-1])))
+        for turn, pair in enumerate(words)
+    ]
+    path = made(tmp_path, *rows)
+    (entry,) = table_of(path)
+    assert (entry["type"], entry.get("word_order", "big")) == ("f32", order)
+    with virtual(path) as rig:
+        for at_s, unit, request, response in rows:
+            rig.run_until(round(at_s * S))
+            assert ask(rig, unit, request)[0] == response
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [(16803 + turn % 3, 215 + turn) for turn in range(20)],  # two temperatures
+        [(turn * 7000 >> 16, turn * 7000 & 0xFFFF) for turn in range(40)],  # a counter
+    ],
+)
+def test_numbers_of_16_bits_and_counters_are_no_such_number(tmp_path: Path, words: list[tuple[int, int]]) -> None:
+    rows = [(float(turn), 7, "03 0000 0002", read_registers(*pair)) for turn, pair in enumerate(words)]
+    assert [entry.get("type") for entry in table_of(made(tmp_path, *rows))] == [None, None]
 
 
 PDUS = st.one_of(
