@@ -30,6 +30,7 @@ import pam  # noqa: E402
 import pam_language  # noqa: E402
 import pam_pipes  # noqa: E402
 import plc_on_ring  # noqa: E402
+import program_tests  # noqa: E402
 import pulse_engine  # noqa: E402
 import pulses  # noqa: E402
 import recording  # noqa: E402
@@ -60,6 +61,7 @@ BENCHMARKS = (
     single_drive,
     virtual_time,
     branches,
+    program_tests,
     master_time,
     arp_language,
     arp_loop,

@@ -199,9 +199,18 @@ class Memory:
         free = {size: list(addresses) for size, addresses in self._free.items()}
         return Kept(self.cells[DATA:], bytes(self.kinds[DATA:]), dict(self._allocated), free)
 
-    def restore(self, kept: "Kept") -> None:
-        """Give the data area contents that it had before, and forget what was on the first stack."""
-        self.cells[DATA:], self.kinds[DATA:] = kept.cells, kept.kinds
+    def restore(self, kept: "Kept", parts: Sequence[range] | None = None) -> None:
+        """Give the data area contents that it had before, and forget what was on the first stack.
+
+        With `parts`, only those addresses can have changed, unless the program has made variables by itself.
+        """
+        if parts is None or len(self.cells) != DATA + len(kept.cells):
+            self.cells[DATA:], self.kinds[DATA:] = kept.cells, kept.kinds
+        else:
+            for part in parts:
+                there = slice(part.start - DATA, part.stop - DATA)
+                self.cells[part.start : part.stop] = kept.cells[there]
+                self.kinds[part.start : part.stop] = kept.kinds[there]
         self._allocated = dict(kept.allocated)
         self._free = {size: list(addresses) for size, addresses in kept.free.items()}
         self.kinds[STACKS : STACKS + STACK_SIZE] = _UNKNOWN

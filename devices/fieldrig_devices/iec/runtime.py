@@ -9,10 +9,10 @@ Memory starts as `layout` says (PD-051 to PD-056): a cold start gives all variab
 but the retained ones.  An online change keeps the values of all variables that have the same name and type as before.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any, Final, Protocol
 from weakref import WeakSet
 
 from fieldrig_devices.iec.carrying import Carrier
@@ -37,6 +37,12 @@ MOST_FORCED: Final = 1_000
 """Variables that can be forced at the same time, because all of them are written twice in each cycle."""
 _WRONG_KIND: Final = (TypeError, AttributeError)
 """Raised for a value of another type where a pointer or a VAR_IN_OUT refers to a variable of a call that has ended."""
+
+
+class Fresh(Protocol):
+    """Makes a program as it was."""
+
+    def __call__(self, parts: Sequence[range] | None = None) -> None: ...
 
 
 class Runtime:
@@ -102,15 +108,16 @@ class Runtime:
         self.give_markers()
         self.natives.forget()
 
-    def fresh(self) -> Callable[[], None]:
+    def fresh(self) -> Fresh:
         """Return a function that makes everything as it is now, much faster than `initialise`; for tests.
 
-        It needs the code that is loaded now, and no thread within a cycle.
+        It may be given the addresses of the variables that can have changed.  It needs the code that is loaded now, and
+        no thread within a cycle.
         """
         memory, areas = self._memory.kept(), {letter: bytes(area) for letter, area in self._areas.items()}
 
-        def again() -> None:
-            self._memory.restore(memory)
+        def again(parts: Sequence[range] | None = None) -> None:
+            self._memory.restore(memory, parts)
             for letter, area in areas.items():
                 self._areas[letter][:] = area
             self._forced.clear()

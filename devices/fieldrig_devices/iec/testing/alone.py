@@ -1,13 +1,15 @@
 """A program with its tests, without a controller: its memory, which begins anew, its tasks, and its clock."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 
 from fieldrig.clock import MS
+from fieldrig_devices.iec.layout import DATA
 from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.tasks.task import Task
 from fieldrig_devices.iec.testing.beginning import begin_program
 from fieldrig_devices.iec.testing.compiled import Tested
+from fieldrig_devices.iec.testing.extension import CaseBlock
 from fieldrig_devices.iec.thread import Fault
 
 LOOK_NS = 1 * MS
@@ -37,6 +39,10 @@ class Alone:
         self._program = LoadedProgram(tested.clock, tested.compiled, tested.host, self)
         begin_program(self.runtime)
         self._fresh = self.runtime.fresh()
+        layout, key = tested.compiled.layout, tested.compiled.program.dialect.key
+        slots = {block.instance: layout.slots[key(block.instance)] for block in tested.blocks}
+        self._own = {name: range(slot.address, slot.address + slot.size) for name, slot in slots.items()}
+        self._shared = list(_between(DATA, layout.end, self._own.values()))
         self._is_used = False
         tested.judge.use(tested.assertions, self.runtime.memory)
 
@@ -48,8 +54,8 @@ class Alone:
     def now_ns(self) -> int:
         return self._tested.clock.instant_ns
 
-    def begin(self) -> None:
-        """Give all variables their start values, at the time 0."""
+    def begin(self, block: CaseBlock) -> None:
+        """Give all variables their start values, at the time 0; no test uses those of another one."""
         self._look: Callable[[], bool] | None = None
         self._fault: TaskFaultError | None = None
         if self._is_used:
@@ -57,7 +63,7 @@ class Alone:
             self._load()
         else:
             self._tested.clock.instant_ns = 0
-            self._fresh()
+            self._fresh((*self._shared, self._own[block.instance]))
 
     def fault(self, where: str, fault: str) -> None:
         raise ValueError("there is no rig that could have a fault: expected RIG 'file.yaml' in the test")
@@ -108,3 +114,13 @@ class Alone:
 
     def on_cycle(self, task: Task) -> None:
         self._looked()
+
+
+def _between(first: int, end: int, ranges: Iterable[range]) -> Iterator[range]:
+    """Yield the addresses that are in none of the ranges."""
+    for one in sorted(ranges, key=lambda one: one.start):
+        if one.start > first:
+            yield range(first, one.start)
+        first = max(first, one.stop)
+    if end > first:
+        yield range(first, end)

@@ -182,7 +182,7 @@ class InRig:
     def now_ns(self) -> int:
         return self._rig.now_ns
 
-    def begin(self) -> None:
+    def begin(self, block: CaseBlock) -> None:
         if not self._rig.is_branch:  # a branch is fresh by itself
             self._program.fresh()
         self._take()

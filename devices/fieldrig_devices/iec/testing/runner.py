@@ -35,7 +35,7 @@ class Place(Protocol):
     @property
     def runtime(self) -> Runtime: ...
 
-    def begin(self) -> None: ...
+    def begin(self, block: CaseBlock) -> None: ...
 
     def fault(self, where: str, fault: str) -> None: ...
 
@@ -69,7 +69,7 @@ class Runner:
                 raise TookTooLongError(f"the test took more than {limits.timeout_s:g} s")
 
         place.is_pressed = is_pressed
-        place.begin()
+        place.begin(block)
         begin_ns = place.now_ns
         judge.begin_test(place)
         recorder = Recorder(place.runtime, block, lambda: place.now_ns - begin_ns) if is_recorded else None
