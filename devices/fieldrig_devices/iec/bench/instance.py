@@ -7,9 +7,10 @@ from typing import Any, Final
 from fieldrig.errors import ArgumentError
 from fieldrig.text.nearest import closest
 from fieldrig_devices.iec.bench.owner import Owner
-from fieldrig_devices.iec.bench.python_values import cells_of, checker_of, single, to_python
+from fieldrig_devices.iec.bench.python_values import cell_of, cells_of, checker_of, single, to_python
 from fieldrig_devices.iec.layout import members, storage
 from fieldrig_devices.iec.program import Variable
+from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.testing.reports.people import instant
 from fieldrig_devices.iec.testing.texts import value_text
 from fieldrig_devices.iec.types import BlockType, Type, Value
@@ -45,6 +46,9 @@ class Instance:
         self._keep(_kind=kind, _address=address, _parts=parts)
 
     def __getattr__(self, name: str) -> Any:
+        symbol = self._located(name)
+        if symbol is not None:
+            return single(symbol.type, self._bench.runtime.read(symbol))
         kind, address = self._place(name)
         if isinstance(kind, BlockType):
             return Instance(self._bench, f"{self._path}.{name}", kind, address)
@@ -52,10 +56,23 @@ class Instance:
         return single(kind, cells[address]) if storage(kind) is not None else to_python(kind, cells, address)
 
     def __setattr__(self, name: str, value: Any) -> None:
+        symbol = self._located(name)
+        if symbol is not None:
+            self._bench.runtime.write(symbol, cell_of(symbol.type, value, symbol.path))
+            return
         kind, address = self._place(name)
         cells = self._bench.cells
         for at, cell in list(cells_of(kind, value, f"{self._path}.{name}", address)):
             cells[at] = cell
+
+    def _located(self, name: str) -> Symbol | None:
+        """Return a variable with an address, which is in an area and not in the instance."""
+        pou = self._kind.pou
+        known = pou.variables.values() if pou is not None else ()
+        for one in known:
+            if one.location is not None and one.name.lower() == name.lower() and storage(one.type) is not None:
+                return Symbol(f"{self._path}.{name}", name, one.type, location=one.location)
+        return None
 
     def _place(self, name: str) -> tuple[Type, int]:
         """Return type and address of a variable.  AttributeError for an unknown one."""

@@ -2,6 +2,7 @@
 
 from typing import Protocol
 
+from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.types import Value
 
 
@@ -11,3 +12,6 @@ class Owner(Protocol):
 
     @property
     def now_ns(self) -> int: ...
+
+    @property
+    def runtime(self) -> Runtime: ...

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
+from zlib import crc32
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.testing.extension import CaseExtension, begin_unit
@@ -23,7 +24,8 @@ class Wrapper:
 
     @property
     def pou(self) -> str:
-        return f"BENCH {self.name} {self.number}"
+        # Names count to their 32nd character in EPAS-4 (PD-350), so that of the block would not tell them apart.
+        return f"BENCH {crc32(self.name.casefold().encode()):08x} {self.number}"
 
     @property
     def instance(self) -> str:

@@ -37,16 +37,13 @@ class Tests(Methods):
         return following in SECTIONS or self._end_of_block(word) is not None
 
     def part_of_tests(self) -> None:
-        at, word = self.i, self.texts[self.i].upper()
-        front = self.taken()
+        word, front = self.texts[self.i].upper(), self.taken()
         self.is_test = True
         try:
             if word == "USES":
-                self.i += 1
-                self.uses.append(tree.Use(self.quoted("a file"), position=self.positions[at], comments=front))
-                self.accept(";")
+                self.uses.append(self._use_of_tests(front))
             elif word == "RIG":
-                self.rig = self._rig_of_tests()
+                self.rig = self._rig_of_tests(front)
             else:
                 self._block_of_tests(_WORDS[word], front)
         finally:
@@ -62,15 +59,30 @@ class Tests(Methods):
                 return None
         return None
 
-    def _rig_of_tests(self) -> tree.RigUse:
+    def _use_of_tests(self, front: tuple[str, ...]) -> tree.Use:
+        """Read USES 'pid.st'."""
+        at = self.i
+        self.i += 1
+        use = tree.Use(self.quoted("a file"), position=self.positions[at])
+        self.accept(";")
+        self._decorate_part(use, front, at)
+        return use
+
+    def _rig_of_tests(self, front: tuple[str, ...] = ()) -> tree.RigUse:
         """Read RIG 'feeder.yaml' AFTER T#10s."""
         at = self.i
         self.i += 1
         use = tree.RigUse(self.quoted("a rig file"), position=self.positions[at])
         if self.accept_word("AFTER"):
-            use.after = self.expression()
+            use.delay = self.expression()
         self.accept(";")
+        self._decorate_part(use, front, at)
         return use
+
+    def _decorate_part(self, part: tree.Statement, front: tuple[str, ...], at: int) -> None:
+        """Give a part its comments: those in front, those inside, and one behind."""
+        self.gather_from(at + 1)
+        part.comments, part.remark = front + self.taken(), self.remark()
 
     def _block_of_tests(self, word: tree.TestWord, front: tuple[str, ...]) -> None:
         opening = self.i
@@ -100,8 +112,9 @@ class Tests(Methods):
     def _options_of_test(self, test: tree.Test) -> None:
         """Read RIG and SKIP behind the name of a test, in any order."""
         while self.kinds[self.i] == token.NAME and self.kinds[self.i + 1] in TEXTS:
+            self.gather()
             if self.is_word("RIG"):
-                test.rig = self._rig_of_tests()
+                test.rig = self._rig_of_tests(self.taken())
             elif self.accept_word("SKIP"):
                 test.skip = self.quoted("the reason")
                 self.accept(";")

@@ -12,8 +12,9 @@ def part_of_tests(lines: Lines, node: tree.Test | tree.Use | tree.RigUse) -> Non
         case tree.Use(file=file):
             lines.front(node)
             lines.add(f"USES {quoted(file)};")
+            lines.behind(node)
         case tree.RigUse():
-            lines.add(_rig(node))
+            _rig(lines, node)
         case tree.Test():
             _test(lines, node)
 
@@ -23,16 +24,18 @@ def quoted(text: str) -> str:
     return "'" + text.replace("$", "$$").replace("'", "$'") + "'"
 
 
-def _rig(use: tree.RigUse) -> str:
-    after = f" AFTER {expression_text(use.after)}" if use.after is not None else ""
-    return f"RIG {quoted(use.file)}{after};"
+def _rig(lines: Lines, use: tree.RigUse) -> None:
+    lines.front(use)
+    after = f" AFTER {expression_text(use.delay)}" if use.delay is not None else ""
+    lines.add(f"RIG {quoted(use.file)}{after};")
+    lines.behind(use)
 
 
 def _test(lines: Lines, test: tree.Test) -> None:
     lines.front(test)
     lines.add(" ".join([test.word.value, *([quoted(test.name)] if test.word is tree.TestWord.TEST else [])]))
     if test.rig is not None:
-        lines.add(_rig(test.rig))
+        _rig(lines, test.rig)
     if test.skip is not None:
         lines.add(f"SKIP {quoted(test.skip)};")
     for block in test.blocks:

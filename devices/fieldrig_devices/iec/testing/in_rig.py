@@ -95,7 +95,7 @@ class Rigs:
 
 def _after_ns(use: tree.RigUse) -> int:
     """Return the time for which a rig runs before its tests.  UsageError for what is no constant time."""
-    match use.after:
+    match use.delay:
         case None:
             return 0
         case tree.Literal(kind=tree.LiteralKind.TIME, value=int(value)):

@@ -6,7 +6,7 @@ from typing import Final
 
 from fieldrig_devices.iec.tree.bodies import Body
 from fieldrig_devices.iec.tree.expressions import Expression
-from fieldrig_devices.iec.tree.nodes import NOWHERE, Node, Position, Statement
+from fieldrig_devices.iec.tree.nodes import NOWHERE, Position, Statement
 from fieldrig_devices.iec.tree.types import Initial, TypeSpec, Variable
 
 ACCESS: Final = frozenset({"PUBLIC", "PROTECTED", "PRIVATE", "INTERNAL"})
@@ -154,11 +154,12 @@ class TestWord(Enum):
 
 
 @dataclass(slots=True)
-class RigUse(Node):
+class RigUse(Statement):
     """`RIG 'feeder.yaml' AFTER T#10s`: the rig that tests run in, and the time that it takes to boot."""
 
     file: str
-    after: Expression | None = None
+    delay: Expression | None = None
+    """The time behind AFTER; `after` are comments, as everywhere."""
 
 
 @dataclass(slots=True)

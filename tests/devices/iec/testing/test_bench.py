@@ -345,3 +345,31 @@ END_FUNCTION_BLOCK"""
     assert (first.n, second.n, second().n) == (8, 7, 8)
     plc.reset()
     assert plc.block("Counter").n == 7
+
+
+LOCATED = """VAR_GLOBAL switch AT %IX0.0 : BOOL; lamp AT %QX1.3 : BOOL; total AT %MD4 : DINT; END_VAR
+PROGRAM PLC_PRG
+VAR enable AT %IX0.1 : BOOL; END_VAR
+lamp := switch AND enable; total := total + 5;
+END_PROGRAM
+"""
+
+
+def test_variables_with_an_address_are_read_and_set_like_others(tmp_path: Path) -> None:
+    (tmp_path / "io.st").write_text(LOCATED)
+    plc = program(tmp_path / "io.st")
+    main = plc.block("PLC_PRG")
+    plc["switch"] = main.enable = True
+    main()
+    assert (main.enable, plc["PLC_PRG.enable"], plc["lamp"], plc["total"]) == (True, True, True, 5)
+    plc.reset()
+    assert (plc["switch"], plc["lamp"], plc["total"]) == (False, False, 0)
+
+
+def test_blocks_with_long_names_have_instances_of_their_own(tmp_path: Path) -> None:
+    name = "ABlockWithANameOfThirtyOneChars"
+    (tmp_path / "long.st").write_text(f"FUNCTION_BLOCK {name}\nVAR_INPUT x : INT; END_VAR\nEND_FUNCTION_BLOCK")
+    plc = program(tmp_path / "long.st")  # names of EPAS-4 count to their 32nd character
+    first, second = plc.block(name), plc.block(name)
+    first(x=1)
+    assert (first.x, second(x=2).x, first.x) == (1, 2, 1)

@@ -317,3 +317,15 @@ def test_of_two_files_with_one_name_the_test_takes_the_one_that_it_is_named_afte
 def test_tests_may_stand_in_the_file_of_the_code(tmp_path: Path) -> None:
     written(tmp_path, motor=MOTOR + "TEST 'it' ASSERT_EQ(Step(4), 4); END_TEST")
     assert outcomes(tmp_path / "motor.st")["it"].verdict is Verdict.PASSED
+
+
+def test_a_test_sets_the_inputs_of_a_program(tmp_path: Path) -> None:
+    io = """VAR_GLOBAL switch AT %IX0.0 : BOOL; lamp AT %QX1.3 : BOOL; END_VAR
+PROGRAM PLC_PRG
+VAR enable AT %IX0.1 : BOOL; END_VAR
+lamp := switch AND enable;
+END_PROGRAM"""
+    body = "ASSERT_FALSE(lamp); switch := TRUE; PLC_PRG.enable := TRUE; PLC_PRG(); ASSERT_TRUE(%QX1.3);"
+    body += " %IX0.0 := FALSE; PLC_PRG(); ASSERT_FALSE(lamp); %IX0.0 := TRUE; PLC_PRG();"
+    written(tmp_path, io=io, io_test=f"TEST 'a' {body} END_TEST TEST 'b' {body} END_TEST")
+    assert [one.failures for one in outcomes(tmp_path / "io_test.st").values()] == [(), ()]

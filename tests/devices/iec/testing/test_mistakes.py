@@ -86,6 +86,31 @@ PARTS = [
 ]  # fmt: skip
 
 
+def test_no_comment_is_lost_when_a_test_file_is_formatted() -> None:
+    text = """(* 1 *) USES 'a.st'; (* 2 *)
+(* 3 *)
+RIG (* 4 *) 'b.yaml' (* 5 *) AFTER (* 6 *) T#1s (* 7 *); (* 8 *)
+(* 9 *)
+SETUP (* 10 *) VAR (* 11 *) x : INT; (* 12 *) END_VAR (* 13 *) x := 1; (* 14 *) END_SETUP (* 15 *)
+(* 16 *)
+TEST (* 17 *) 'a' (* 18 *)
+(* 19 *)
+RIG 'c.yaml' (* 20 *)
+SKIP (* 21 *) 'why'; (* 22 *)
+(* 23 *)
+ASSERT_TRUE((* 24 *) TRUE); (* 25 *)
+(* 26 *)
+END_TEST (* 27 *)
+TEST 'b' (* 28 *) END_TEST
+(* 29 *)
+"""
+    unit, mistakes = parse(text, "any.st", EDITION_3)
+    assert mistakes == []
+    printed = print_unit(unit)
+    assert [number for number in range(1, 30) if f"(* {number} *)" not in printed] == []
+    assert print_unit(parse(printed, "any.st", EDITION_3)[0]) == printed
+
+
 @settings(max_examples=300, deadline=None)
 @given(st.lists(st.sampled_from(PARTS), max_size=12))
 def test_any_text_of_tests_is_parsed_without_an_exception(parts: list[str]) -> None:
