@@ -34,6 +34,7 @@ import program_tests  # noqa: E402
 import pulse_engine  # noqa: E402
 import pulses  # noqa: E402
 import recording  # noqa: E402
+import replay  # noqa: E402
 import ring  # noqa: E402
 import shipped_rigs  # noqa: E402
 import single_drive  # noqa: E402
@@ -55,6 +56,7 @@ BENCHMARKS = (
     recording,
     trace_names,
     trace_formats,
+    replay,
     pulses,
     shipped_rigs,
     drive_cycle,

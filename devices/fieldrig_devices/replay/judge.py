@@ -35,6 +35,7 @@ COMPARED: Final = frozenset({"can", "modbus", "serial"})
 HORIZON_NS: Final = 2 * S
 MOST_WAITING: Final = 8_192
 MOST_WAITS: Final = 64
+MOST_STREAMS: Final = 20_000
 HEAD_OF_FRAME: Final = 5
 
 
@@ -193,6 +194,9 @@ class Judge:
             stream = stream._replace(key=str(stream.key).partition(" ")[2])  # senders have other names in other logs
         aligner = self._aligners.get(stream)
         if aligner is None:
+            if len(self._aligners) >= MOST_STREAMS:
+                self.result.note(f"only {MOST_STREAMS} identifiers and units of the log are compared, as it has more")
+                return
             aligner = self._aligners[stream] = Aligner(self._tolerances.time_ns, HORIZON_NS, MOST_WAITING)
             parts = self._names[1].parts(item)
             self._kinds[stream] = ("", "") if parts is None else (parts.node, parts.kind)

@@ -78,7 +78,10 @@ class _Performance:
         log, pace = self._begin(clock.now_ns() + LEAD_NS)
         dues = schedule(log, self._sides, self._buses, self._judge.result)
         own = {name: _OwnLink(link, self._buses[name], clock) for name, link in links.items()}
-        player = Player(dues, self._judge, pace, clock, clock.now_ns, lambda _, bus: own[bus], lambda: on_end(None))
+        served = self._sides.selection.units
+        player = Player(
+            dues, self._judge, pace, clock, clock.now_ns, lambda _, bus: own[bus], lambda: on_end(None), served
+        )
         for name, link in links.items():
             own[name].player = player
             self._listen(player, name, link, clock)

@@ -17,6 +17,7 @@ from fieldrig.link import Link
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import REMOTE
 from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
+from fieldrig_bus.modbus.codec import RESPONSE
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.canopen.names import ERROR_CONTROL, LSS_MASTER, LSS_SLAVE, NODES
 from fieldrig_devices.dialogues import ModbusDialogues, ModbusExchange
@@ -65,10 +66,13 @@ class Player:
         now_ns: Callable[[], int],
         link_of: LinkOf,
         on_end: Callable[[], None],
+        served: frozenset[int] = frozenset(),
     ) -> None:
+        """`served` are the Modbus units whose answers are played."""
         self._dues, self._judge, self._pace = dues, judge, pace
         self._clock, self._now_ns, self._link_of, self._on_end = clock, now_ns, link_of, on_end
         self._result: ReplayResult = judge.result
+        self._served = served
         self._next: Due | None = None
         self._shift_ns = 0
         self._last_ns = pace.begin_ns
@@ -237,8 +241,9 @@ class Player:
             if not is_there:
                 self._gates[entry.bus, "modbus", mine] = AnswerGate(entry.time_ns)
         self._judge.expect(entry, due.due_ns)
-        if entry.data[0] in (1, 2, 3) and not self._asked.get((entry.bus, entry.data[1])):
-            self._gates[entry.bus, "server", entry.data[1]] = AnswerGate(entry.time_ns)
+        unit = entry.data[1]
+        if entry.data[0] != RESPONSE and unit in self._served and not self._asked.get((entry.bus, unit)):
+            self._gates[entry.bus, "server", unit] = AnswerGate(entry.time_ns)
 
     def _expect_frame(self, entry: TraceEntry) -> None:
         gate = self._frames(entry)

@@ -37,7 +37,7 @@ def schedule(
     for number, entry in enumerate(in_order(entries)):
         due = _due(number, entry, sides, buses, leads)
         if due is None:
-            key = entry.bus, entry.family
+            key = (entry.bus, entry.family) if len(left_out) < MOST_NOTES else ("further buses", "any")
             left_out[key] = left_out.get(key, 0) + 1
             continue
         heappush(waiting, due)
@@ -51,7 +51,7 @@ def schedule(
     if sides.strange_units:
         units = ", ".join(map(str, sorted(sides.strange_units)))
         result.note(f"the rig does not have the Modbus units {units} of the log: their exchanges are left out")
-    for (bus, family), count in list(left_out.items())[:MOST_NOTES]:
+    for (bus, family), count in left_out.items():
         result.note(f"{count} messages of {bus} ({family}) are neither played nor expected")
 
 

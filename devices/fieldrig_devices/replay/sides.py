@@ -24,6 +24,7 @@ from fieldrig_devices.canopen.names import NMT, NODES, SDO_REQUEST, SYNC, TIME, 
 from fieldrig_devices.replay.log_names import bus_in
 
 MASTER: Final = "master"
+MOST_BUSES: Final = 10_000
 WAYS: Final = "expected master, node=5, id=185, unit=3, client=10.0.0.7, sender=plc, or a device of the rig"
 
 
@@ -213,6 +214,8 @@ class Sides:
 
     def _of(self, entry: TraceEntry) -> _Bus | None:
         if entry.bus not in self._known:
+            if len(self._known) >= MOST_BUSES:
+                return None
             self._known[entry.bus] = self._found(entry)
         return self._known[entry.bus]
 

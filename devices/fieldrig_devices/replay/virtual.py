@@ -66,8 +66,9 @@ def play(entries: Iterable[TraceEntry], rig: Rig, sides: Sides, judge: Judge, pa
     for bus, entry in rig.config.buses.items():
         if entry.bus.family == "modbus" and sides.selection.units:
             stage.serve(bus, sorted(sides.selection.units))
+    served = sides.selection.units
     dues = schedule(entries, sides, rig.buses, judge.result)
-    player = Player(dues, judge, pace, stage.clock_node.clock, lambda: rig.now_ns, stage.link, lambda: None)
+    player = Player(dues, judge, pace, stage.clock_node.clock, lambda: rig.now_ns, stage.link, lambda: None, served)
 
     def hear(bus: Bus[Any], delivery: Delivery[Any]) -> None:
         message = delivery.message
