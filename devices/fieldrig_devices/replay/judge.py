@@ -132,6 +132,9 @@ class Judge:
                     self._judge(stream, pair)
         for stream in list(self._rows):
             self._end_row(stream)
+        if not self.expected:
+            self.result.forget("the log has no message of the rig's devices, so nothing is compared")
+            return
         self._heartbeats.finish(end_ns)
         self.sdo.finish()
         self.modbus.finish()

@@ -82,6 +82,13 @@ class ReplayResult:
         if text not in self.notes:
             self.notes.append(text)
 
+    def forget(self, why: str) -> None:
+        """Forget all differences, as there was nothing to compare with."""
+        self.differences.clear()
+        self.by_subject.clear()
+        self.count = self.compared = 0
+        self.note(why)
+
     def raise_if_different(self) -> None:
         """Raise AssertionError with the first differences; for tests."""
         if not self.is_same:

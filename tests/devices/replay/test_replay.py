@@ -12,7 +12,8 @@ from fieldrig import Rig, S, load
 from fieldrig.errors import ArgumentError, UsageError
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can import CanFrame
-from fieldrig_bus.modbus import ModbusRequest
+from fieldrig_bus.modbus import ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.codec import encode as modbus
 from fieldrig_devices.replay import ReplayResult, diff, replay
 from fieldrig_devices.replay.comparison import compare_logs
 
@@ -304,6 +305,54 @@ def test_a_side_that_is_not_understood_is_refused(word: str) -> None:
     with pytest.raises(UsageError) as refused:
         replay([], LAB, play=[word])
     assert f"--play {word}" in refused.value.what
+
+
+def test_a_log_of_the_master_alone_is_played_and_nothing_is_compared() -> None:
+    result = replay([frame(100, 0x000, "01 00"), frame(120, 0x205, "55 00 00 00")], LAB)
+    assert (result.played, result.compared, result.differences) == (2, 0, [])
+    assert result.notes == ["the log has no message of the rig's devices, so nothing is compared"]
+
+
+EXCHANGES = [
+    ("03 0100 0001", "83 02", None),
+    (
+        "03 0000 0001",
+        "83 02",
+        "read holding registers at 0 with speed_set 0 %, the log says exception 02h illegal data",
+    ),
+    (
+        "04 0100 0001",
+        "04 02 0007",
+        "read input registers at 256 with exception 02h illegal data address, the log says 256",
+    ),
+    ("06 0000 01f4", None, "write register at 0 with data 06 00 00 01 F4, the log has no answer"),
+]
+
+
+@pytest.mark.parametrize(("request_", "response", "words"), EXCHANGES)
+def test_exceptions_and_answers_that_are_not_there_are_named(
+    request_: str, response: str | None, words: str | None
+) -> None:
+    """A capture of a network knows its clients by address, and its bus has another name."""
+    begin_ns = 1_790_000_000 * S
+    log = []
+    for number, (asked, answered) in enumerate((("04 0000 0001", "04 02 01f4"), (request_, response))):
+        at_ns = begin_ns + 100 * number * MS
+        log.append(
+            TraceEntry(at_ns, "eth0", "modbus", "10.0.0.5:3001", modbus(ModbusRequest(1, bytes.fromhex(asked), number)))
+        )
+        if answered is not None:
+            data = modbus(ModbusResponse(1, bytes.fromhex(answered), number))
+            log.append(TraceEntry(at_ns + 3 * MS, "eth0", "modbus", "10.0.0.9:502", data))
+    result = replay(log, LAB, buses={"eth0": "mb_tcp"})
+    assert result.played == 2
+    assert [each.words for each in result.differences] == [] if words is None else words in words_of(result)
+
+
+def test_an_emcy_that_the_rig_does_not_send_is_missed(drive: list[TraceEntry]) -> None:
+    log = [*drive, frame(700, 0x083, "10 20 81 00 00 00 00 00", "axis")]
+    [only] = replay(sorted(log, key=lambda entry: entry.time_ns), DRIVE).differences
+    assert only.words.startswith("axis did not send EMCY error code 2010h current, error register 81h")
 
 
 def test_an_empty_log_is_refused() -> None:
