@@ -24,6 +24,8 @@ class LogNames:
     def __init__(self, named: NamedLog | None = None) -> None:
         self._named = named or NamedLog()
         self._namers: dict[tuple[str, str], Namer] = {}
+        self._with_parts: dict[tuple[str, str], HasParts | None] = {}
+        """The same, None for those that take nothing apart: asking a protocol takes longer than taking apart."""
 
     def note(self, stream: Stream, item: Item) -> None:
         """Learn from a message what is mapped into PDOs."""
@@ -33,11 +35,15 @@ class LogNames:
 
     def parts(self, item: Item) -> Parts | None:
         """Return the values of a message; None if they are not known."""
-        namer = self._namer(item.entry.bus, item.entry.family)
-        if not isinstance(namer, HasParts):
+        key = item.entry.bus, item.entry.family
+        if key not in self._with_parts:
+            namer = self._namer(*key)
+            self._with_parts[key] = namer if isinstance(namer, HasParts) else None
+        parted = self._with_parts[key]
+        if parted is None:
             return None
         try:
-            return namer.parts(decoded(item.entry), item.request)
+            return parted.parts(decoded(item.entry), item.request)
         except ValueError:
             return None
 

@@ -11,7 +11,7 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig.virtual.node import EventNode
 from fieldrig.virtual.rig import Rig
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
-from fieldrig_devices.replay.judge import Judge
+from fieldrig_devices.replay.judge import COMPARED, Judge
 from fieldrig_devices.replay.player import Pace, Player
 from fieldrig_devices.replay.schedule import schedule
 from fieldrig_devices.replay.sides import Sides
@@ -71,6 +71,8 @@ def play(entries: Iterable[TraceEntry], rig: Rig, sides: Sides, judge: Judge, pa
     player = Player(dues, judge, pace, stage.clock_node.clock, lambda: rig.now_ns, stage.link, lambda: None, served)
 
     def hear(bus: Bus[Any], delivery: Delivery[Any]) -> None:
+        if bus.family not in COMPARED:
+            return  # most messages of a machine are those of its rings
         message = delivery.message
         if bus.family == "modbus" and not stage.members.isdisjoint(delivery.receivers):
             if isinstance(message, ModbusResponse):
