@@ -25,7 +25,9 @@ myst_heading_slug_func = "doc_pages.anchor"
 
 html_theme = "furo"
 html_static_path = [str(HERE / "static")]
+html_favicon = str(HERE.parents[1] / "page/fieldrig_page/static/icon.svg")
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_copy_source = False
 html_use_index = False
 html_show_sphinx = False
