@@ -15,6 +15,8 @@ from fieldrig_devices.export.objects import Objects
 EVENT_DRIVEN: Final = 254
 """The transmission types from here on are those of events, with a timer."""
 WHOLE: Final = 8
+LAST_SYNC: Final = 240
+"""The highest transmission type that a SYNC acts on."""
 
 
 class Kind(NamedTuple):
@@ -43,10 +45,26 @@ def pdos(kind: Kind, node: str, objects: Objects, other: str) -> Iterator[Messag
             signals,
             node if is_sent else other,
             () if is_sent else (node,),
-            f"{kind.word} {number} of {node}",
+            f"{kind.word} {number} of {node}, {_when(kind, dictionary.number(index, 2))}",
             bool(cob_id & EXTENDED),
             _period_ms(objects, index) if is_sent else None,
         )
+
+
+def _when(kind: Kind, transmission: int) -> str:
+    """Return in words when a PDO is sent or acts, by its transmission type (7.5.2.35, 7.5.2.37)."""
+    if kind is RECEIVED:
+        return "acts at the next SYNC" if transmission <= LAST_SYNC else "acts at once"
+    match transmission:
+        case 0:
+            return "sent with SYNC after an event"
+        case 1:
+            return "sent with each SYNC"
+        case _ if transmission <= LAST_SYNC:
+            return f"sent with each SYNC of {transmission}"
+        case 252 | 253:
+            return "sent on request"
+    return "sent after an event"
 
 
 def _content(objects: Objects, mapping: int) -> tuple[Sequence[Signal], int]:

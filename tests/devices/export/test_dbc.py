@@ -154,6 +154,24 @@ def test_networks_of_all_shipped_rigs_are_read(file: str) -> None:
         }
 
 
+@pytest.mark.parametrize(
+    ("type", "words"),
+    [
+        (0, "sent with SYNC after an event"),
+        (1, "sent with each SYNC"),
+        (240, "sent with each SYNC of 240"),
+        (253, "sent on request"),
+        (254, "sent after an event"),
+        (255, "sent after an event"),
+    ],
+)
+def test_a_pdo_says_when_it_is_sent(type: int, words: str) -> None:
+    """CiA 301, 7.5.2.37, table of transmission types."""
+    node = databases(rig(node=io(1, objects={"1800:02": type, "1400:02": 1})))["can0"]
+    assert node.get_message_by_name("node_TPDO1").comment == f"TPDO 1 of node, {words}"
+    assert node.get_message_by_name("node_RPDO1").comment == "RPDO 1 of node, acts at the next SYNC"
+
+
 def test_a_pdo_between_two_nodes_is_one_message_of_its_producer() -> None:
     inner = databases(rig(first=io(1), second=io(2, objects={"1400:01": 0x181})))["can0"]
     message = inner.get_message_by_frame_id(0x181)
