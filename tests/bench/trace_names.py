@@ -4,8 +4,13 @@ The log is that of eight drives with a cycle of 2 ms, an SDO read in each cycle,
 """
 
 import random
+import resource
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterable
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cantools.database
 from cantools.database.can import Database, Message, Signal
@@ -13,6 +18,7 @@ from report import Report, progress
 
 from fieldrig.clock import MS, US
 from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.trace_files import write
 from fieldrig_bus.can.codec import decode, encode
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.cia402.single.own_objects import EDS
@@ -85,6 +91,27 @@ def per_second(work: Callable[[], int]) -> float:
     return best
 
 
+def commands(folder: Path, entries: list[TraceEntry], known: Database) -> tuple[float, float]:
+    """Return the frames for each second of CPU time of `fieldrig trace show` and of `cantools decode`."""
+    log, dbc = folder / "log.log", folder / "log.dbc"
+    write(entries, log)
+    dbc.write_text(known.as_dbc_string(), encoding="utf-8")
+    programs = Path(sys.executable).parent
+    described = [word for node in NODES for word in ("--eds", f"{node}={EDS}")]
+    ours = [str(programs / "fieldrig"), "trace", "show", str(log), *described]
+    theirs = [str(programs / "cantools"), "decode", "--single-line", str(dbc)]
+    return len(entries) / cpu_s(ours, log), len(entries) / cpu_s(theirs, log)
+
+
+def cpu_s(command: list[str], log: Path) -> float:
+    """Return the CPU time of a program that reads the log, and whose output is thrown away."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    with log.open("rb") as file:
+        subprocess.run(command, stdin=file, stdout=subprocess.DEVNULL, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+
+
 def run() -> Report:
     report = Report(
         "Logs by name",
@@ -111,7 +138,11 @@ def run() -> Report:
         ("into the figures of `trace stats`", stats),
     ):
         measured = per_second(work)
-        report.add(what, f"{measured:,.0f}/s", f"cantools, PDOs only: {peer:,.0f}/s", measured / peer)
+        report.add(what, f"{measured:,.0f}/s", f"values by cantools, PDOs only: {peer:,.0f}/s", measured / peer)
+    with TemporaryDirectory() as folder:
+        ours, theirs = commands(Path(folder), entries, known)
+    report.add("lines of the whole command `fieldrig trace show`", f"{ours:,.0f}/s",
+               f"`cantools decode`, PDOs only: {theirs:,.0f}/s", ours / theirs)  # fmt: skip
     return report
 
 

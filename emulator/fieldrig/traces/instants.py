@@ -1,6 +1,7 @@
 """Instants and spans of a trace in words, for people."""
 
 import time
+from functools import lru_cache
 
 from fieldrig.clock import MS, US, S
 from fieldrig.traces.trace import is_time_of_day
@@ -14,13 +15,16 @@ def instant(time_ns: int) -> str:
 def instant_in_column(time_ns: int) -> str:
     """Return the same without the unit, and of one width."""
     seconds, fraction_ns = divmod(time_ns, S)
-    if not is_time_of_day(time_ns):
-        return f"{seconds:8}.{fraction_ns // 1000:06}"
-    try:
-        clock = time.strftime("%H:%M:%S", time.localtime(seconds))
-    except (ValueError, OverflowError, OSError):  # a damaged log has years beyond every calendar
-        clock = f"{seconds:8}"
+    clock = _clock(seconds) if is_time_of_day(time_ns) else f"{seconds:8}"
     return f"{clock}.{fraction_ns // 1000:06}"
+
+
+@lru_cache(maxsize=16)
+def _clock(seconds: int) -> str:
+    try:
+        return time.strftime("%H:%M:%S", time.localtime(seconds))
+    except (ValueError, OverflowError, OSError):  # a damaged log has years beyond every calendar
+        return f"{seconds:8}"
 
 
 def span(duration_ns: int) -> str:
