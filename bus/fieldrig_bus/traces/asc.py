@@ -87,7 +87,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  What is no CAN frame is odd; UsageError, with the line, if nothing is one."""
     odd = Oddities() if odd is None else odd
     lines, names, begin_ns, last_ns = LogLines(file, odd), BusNames(), 0, 0
-    is_hex, is_relative, found = True, False, 0
+    is_hex, is_relative, found, has_head = True, False, 0, False
     wrong, new = "", tuple.__new__
     for line in lines:
         match = PLAIN(line) if is_hex and not is_relative else None
@@ -101,9 +101,10 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
                 yield new(TraceEntry, (begin_ns + offset_ns, names[int(channel)], "can", "", message))
                 continue
         if (date := date_of(line)) is not None:
-            begin_ns = last_ns = _begin_ns(text_of(date), odd)
+            begin_ns, has_head = _begin_ns(text_of(date), odd), True
+            last_ns = begin_ns
         elif (base := base_of(line)) is not None:
-            is_hex, is_relative = base
+            (is_hex, is_relative), has_head = base, True
         elif line.lstrip().startswith("//"):
             names.learn(line)
         else:
@@ -120,6 +121,8 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
                 last_ns = (last_ns if is_relative else begin_ns) + parsed.offset_ns
                 found += 1
                 yield TraceEntry(last_ns, names[parsed.channel], "can", "", parsed.message)
+    if not found and not has_head and odd.number:
+        wrong = wrong or f"none of its lines is one of an ASC log, up to line {odd.number}"
     if wrong and not found:
         raise UsageError(wrong, REMEDY)
 

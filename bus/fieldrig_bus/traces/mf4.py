@@ -196,7 +196,7 @@ def _opened(library: Any, path: Path) -> Any:
             return library.MDF(path)
         except Exception as cause:  # noqa: BLE001  whatever its parser meets in bytes that are damaged
             reason = str(cause)
-        gc.collect()
+        gc.collect(1)  # it is young
     finally:
         sys.unraisablehook = hook
     raise UsageError(f"not a file of MDF 4: {reason}", REMEDY)

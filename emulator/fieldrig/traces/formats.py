@@ -18,6 +18,14 @@ from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.sparse_index import Clock
 from fieldrig.traces.trace import TraceEntry
 
+PACKED: Final = {
+    b"\x1f\x8b": "gzip",
+    b"PK\x03\x04": "zip",
+    b"\xfd7zXZ": "xz",
+    b"\x28\xb5\x2f\xfd": "zstd",
+    b"BZh": "bzip2",
+}
+"""The beginnings of packed files."""
 HEAD: Final = 4096
 """Bytes by which a format recognises a file."""
 
@@ -64,9 +72,8 @@ def format_of(path: Path) -> Format:
         return _by_suffix()[path.suffix.lower()]
     except KeyError:
         endings = list(_by_suffix())
-        known = ", ".join(f"{suffix} ({name})" for suffix, name in _names().items())
         near = closest(path.suffix.lower(), endings)
-        remedy = near if near.startswith("did you mean") else f"there are: {known}"
+        remedy = near if near.startswith("did you mean") else f"there are: {_known()}"
         raise UsageError(f"{path}: no format of traces ends in {path.suffix!r}", remedy) from None
 
 
@@ -77,11 +84,13 @@ def format_of_file(suffix: str, head: bytes) -> Format:
     """
     by_suffix = _by_suffix().get(suffix.lower())
     candidates = ([by_suffix] if by_suffix else []) + [form for form in formats() if form is not by_suffix]
-    found = next((form for form in candidates if form.recognises(head)), by_suffix)
-    if found is None:
-        known = ", ".join(f"{name} ({suffix})" for suffix, name in _names().items())
-        raise UsageError("no log of a known format", f"there are: {known}")
-    return found
+    found = next((form for form in candidates if form.recognises(head)), None)
+    packed = next((name for magic, name in PACKED.items() if head.startswith(magic)), None)
+    if found is None and packed is not None:
+        raise UsageError(f"it is packed ({packed})", "unpack it first")
+    if found is None and by_suffix is None:
+        raise UsageError("no log of a known format", f"there are: {_known()}")
+    return cast(Format, found or by_suffix)
 
 
 @cache
@@ -95,7 +104,7 @@ def _by_suffix() -> dict[str, Format]:
     return {suffix: form for form in formats() for suffix in form.SUFFIXES}
 
 
-def _names() -> dict[str, str]:
-    """Return the name of the format of each ending."""
-    points = {point.load(): point.name for point in entry_points(group="fieldrig.trace_formats")}
-    return {suffix: points.get(form, "JSON lines") for form in formats() for suffix in form.SUFFIXES}
+def _known() -> str:
+    """Return the names of all formats with their endings."""
+    names = {point.load(): point.name for point in entry_points(group="fieldrig.trace_formats")}
+    return ", ".join(f"{names.get(form, 'JSON lines')} ({', '.join(form.SUFFIXES)})" for form in formats())

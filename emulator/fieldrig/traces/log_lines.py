@@ -39,6 +39,8 @@ class LogLines:
             if len(rest) > self._longest:
                 what = f"line {odd.number + 1} has more than {self._longest} bytes"
                 raise UsageError(what, NO_LOG)
+        if not rest and odd.number == 0:
+            odd.report("the file is empty")
         if rest:
             odd.number += 1
             self.is_cut = True

@@ -51,7 +51,7 @@ def test_what_is_no_log_is_named_with_the_formats_that_are_known(tmp_path: Path)
     path.write_text("Dear Sir or Madam,\n")
     with pytest.raises(UsageError, match=r"letter\.txt: no log of a known format") as refused:
         list(read(path))
-    assert "candump (.log)" in refused.value.remedy
+    assert "candump (.log, .candump)" in refused.value.remedy
 
 
 def test_a_mistake_is_named_with_its_file_and_line(log: Path) -> None:
@@ -121,3 +121,39 @@ def test_a_clock_that_was_set_back_does_not_fill_the_memory() -> None:
     assert [one.time_ns // S for one in found] == [50, 60, 100, 101]
     late = list(in_order([entry(100 * S), entry(200 * S), entry(50 * S)]))
     assert [later.time_ns >= earlier.time_ns for earlier, later in pairwise(late)] == [False, True]
+
+
+@pytest.mark.parametrize("ending", ["log", "asc", "trc", "csv", "jsonl"])
+def test_an_empty_file_of_text_is_reported(ending: str, tmp_path: Path) -> None:
+    (tmp_path / f"x.{ending}").touch()
+    odd = Oddities()
+    assert list(read(tmp_path / f"x.{ending}", odd=odd)) == []
+    assert [str(oddity) for oddity in odd] == ["the file is empty"]
+
+
+@pytest.mark.parametrize(
+    "ending", ["log", "asc", "blf", "trc", "csv", "db", "mf4", "pcap", "pcapng", "jsonl", "vcd", "txt"]
+)
+def test_a_picture_is_no_log_whatever_its_name_says(ending: str, tmp_path: Path) -> None:
+    path = tmp_path / f"x.{ending}"
+    path.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\n\0\0\0\n\x08\x06\n1 2 3\n")
+    with pytest.raises(UsageError) as refused:
+        list(read(path))
+    assert refused.value.what.startswith(f"{path}: ")
+
+
+@pytest.mark.parametrize(("head", "name"), [(b"\x1f\x8b\x08", "gzip"), (b"PK\x03\x04", "zip")])
+def test_a_packed_log_is_said_to_be_packed(head: bytes, name: str, tmp_path: Path) -> None:
+    path = tmp_path / "x.asc"
+    path.write_bytes(head + bytes(20))
+    with pytest.raises(UsageError, match=f"it is packed \\({name}\\)"):
+        list(read(path))
+
+
+def test_a_file_of_four_gigabytes_of_nothing_is_refused_at_once(tmp_path: Path) -> None:
+    for ending in ("log", "blf", "pcap", "csv", "mf4", "db", "jsonl"):
+        path = tmp_path / f"x.{ending}"
+        with path.open("wb") as file:
+            file.truncate(4 << 30)
+        with pytest.raises(UsageError, match=f"x.{ending}: "):
+            list(read(path))
