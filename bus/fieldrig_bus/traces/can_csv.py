@@ -17,21 +17,14 @@ from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
-from fieldrig_bus.traces.can_fields import plain_message
-from fieldrig_bus.traces.rows import BUS, Row, Rows, message_of_row
+from fieldrig_bus.traces.can_fields import Fields, plain_message
+from fieldrig_bus.traces.rows import BUS, Columns, Row, message_of_row, row_of
 
 SUFFIXES = (".csv",)
 FAMILIES = frozenset({"can"})
 HEAD: Final = "timestamp,arbitration_id,extended,remote,error,dlc,data"
 REMEDY: Final = "expected the CSV of python-can or `fieldrig trace`"
 _TIME: Final = re.compile(r"(-?)(\d{1,12})(?:\.(\d{1,12}))?", re.ASCII)
-_PLAIN: Final = re.compile(
-    r"(\d{1,12})\.(\d{1,9}),0x([0-9a-f]{1,8}),([01]),0,0,\d,((?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2}==|[A-Za-z0-9+/]{3}=)?)\r?",
-    re.ASCII,
-).fullmatch
-"""A classical data frame, as nearly all lines are."""
-_TENS: Final = [10 ** (9 - digits) for digits in range(10)]
-"""Nanoseconds of the last digit of a fraction, by its number of digits."""
 _NUMBER: Final = re.compile(r"\d{1,3}", re.ASCII)
 
 
@@ -41,46 +34,44 @@ def recognises(head: bytes) -> bool:
 
 def line_clock(head: bytes) -> Callable[[str], int | None]:
     def time_ns(line: str) -> int | None:
-        match = _PLAIN(line.rstrip())
-        return int(match[1]) * S + int(match[2]) * 10 ** (9 - len(match[2])) if match else None
+        match = _TIME.match(line)
+        return int(match[2]) * S + int((match[3] or "0").ljust(9, "0")[:9]) if match else None
 
     return time_ns
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
-    rows, written = Rows(Oddities() if odd is None else odd), 0
+    columns, written = Columns(Oddities() if odd is None else odd), 0
     file.write(f"{HEAD}\n".encode())
     for entry in entries:
-        row = rows.row(entry)
-        if row is None:
+        fields = columns.fields(entry)
+        if fields is None:
             continue
-        identifier, is_extended, is_remote, is_error, length, data = row
-        clock = f"{start_unix_ns + entry.time_ns:010}"
-        flags = f"{is_extended:d},{is_remote:d},{is_error:d}" if is_extended or is_remote or is_error else "0,0,0"
+        word, data, length, _, _ = fields
+        clock = f"{start_unix_ns + entry[0]:010}"
         text = b2a_base64(data, newline=False).decode()
-        file.write(f"{clock[:-9]}.{clock[-9:]},0x{identifier:x},{flags},{length},{text}\n".encode())
+        frame = f"0x{word:x},0,0,0" if word <= STANDARD_MASK else _flagged(fields)
+        file.write(f"{clock[:-9]}.{clock[-9:]},{frame},{length},{text}\n".encode())
         written += 1
     return written
+
+
+def _flagged(fields: Fields) -> str:
+    """Return identifier and flags of a frame that is not a standard one."""
+    row = row_of(fields)
+    return f"0x{row.identifier:x},{row.is_extended:d},{row.is_remote:d},{row.is_error:d}"
 
 
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  A line that cannot be read is odd; UsageError, with the line, if none can."""
     odd = Oddities() if odd is None else odd
     lines, found, wrong, new = LogLines(file, odd), 0, "", tuple.__new__
-    second, second_ns = "", 0
     for line in lines:
-        if match := _PLAIN(line):
-            seconds, fraction, digits, extended, text = match.groups()
-            word, data = int(digits, 16), a2b_base64(text)
-            if len(data) <= 8 and word <= (EXTENDED_MASK if extended == "1" else STANDARD_MASK):
-                if seconds != second:
-                    second, second_ns = seconds, int(seconds) * S
-                time_ns = second_ns + int(fraction) * _TENS[len(fraction)]
-                found += 1
-                message = plain_message(word if extended == "0" else word | EXTENDED, data)
-                yield new(TraceEntry, (time_ns, BUS, "can", "", message))
-                continue
+        if (plain := _plain(line)) is not None:
+            found += 1
+            yield new(TraceEntry, (plain[0], BUS, "can", "", plain[1]))
+            continue
         if (odd.number == 1 and line.strip().startswith("timestamp")) or not line.strip():
             continue
         try:
@@ -94,6 +85,20 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         yield entry
     if wrong and not found:
         raise UsageError(wrong, REMEDY)
+
+
+def _plain(line: str) -> tuple[int, bytes] | None:
+    """Return the instant and the message of a classical data frame, as nearly all lines are; None for any other."""
+    try:
+        clock, digits, extended, remote, error, _, text = line.split(",")
+        if remote != "0" or error != "0" or clock[-10] != ".":  # nanoseconds, as they are written here
+            return None
+        word, data = int(digits, 16), a2b_base64(text.rstrip(), strict_mode=True)
+        if len(data) > 8 or not 0 <= word <= (STANDARD_MASK if extended == "0" else EXTENDED_MASK):
+            return None
+        return int(clock[:-10] + clock[-9:]), plain_message(word if extended == "0" else word | EXTENDED, data)
+    except (ValueError, IndexError):
+        return None
 
 
 def _entry(line: str) -> TraceEntry:

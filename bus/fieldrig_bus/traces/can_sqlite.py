@@ -20,7 +20,7 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
 from fieldrig_bus.traces.can_fields import plain_message
-from fieldrig_bus.traces.rows import BUS, Row, Rows, message_of_row
+from fieldrig_bus.traces.rows import BUS, Columns, Row, message_of_row, row_of
 
 SUFFIXES = (".db", ".sqlite")
 FAMILIES = frozenset({"can"})
@@ -43,7 +43,7 @@ def recognises(head: bytes) -> bool:
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
-    rows = Rows(Oddities() if odd is None else odd)
+    columns = Columns(Oddities() if odd is None else odd)
     with _on_disk(file) as path, closing(sqlite3.connect(path)) as database:
         database.executescript(
             "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF"
@@ -51,9 +51,9 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
         database.execute(_TABLE)
         batch, written = [], 0
         for entry in entries:
-            row = rows.row(entry)
-            if row is not None:
-                batch.append(((start_unix_ns + entry.time_ns) / S, *row))
+            fields = columns.fields(entry)
+            if fields is not None:
+                batch.append(((start_unix_ns + entry.time_ns) / S, *row_of(fields)))
             if len(batch) >= _BATCH:
                 written += database.executemany(_INSERT, batch).rowcount
                 batch.clear()

@@ -40,7 +40,6 @@ def recognises(head: bytes) -> bool:
     return False
 
 
-_LINE: Final = b"(%d.%06d) %b %b\n"
 _TIME: Final = re.compile(r" ?\((\d{1,12})\.(\d{6})\) ", re.ASCII)
 
 
@@ -56,10 +55,11 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of lines."""
     written = 0
     for entry in entries:
-        body = _body(entry.data) if entry.family == "can" else None
+        time_ns, bus, family, _, message = entry
+        body = _body(message) if family == "can" else None
         if body is not None:
-            clock = divmod((start_unix_ns + entry.time_ns) // 1000, 1_000_000)
-            file.write(_LINE % (*clock, entry.bus.encode(), body.encode()))
+            clock = f"{(start_unix_ns + time_ns) // 1000:07}"
+            file.write(f"({clock[:-6]}.{clock[-6:]}) {bus} {body}\n".encode())
             written += 1
     return written
 

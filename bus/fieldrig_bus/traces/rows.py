@@ -11,12 +11,11 @@ from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.codec import encode
-from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
+from fieldrig_bus.can.frame import EXTENDED_MASK
 from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.traces.can_fields import Fields, fields_of, message_of
 from fieldrig_bus.traces.error_capture import unknown_error
 
-_new = tuple.__new__
 BUS: Final = "can0"
 """The name of the bus of a table."""
 
@@ -30,35 +29,38 @@ class Row(NamedTuple):
     data: bytes
 
 
-class Rows:
-    """Makes the rows of a table, and reports what it cannot say."""
+class Columns:
+    """Gives the fields of messages that a table can have, and reports what it cannot say."""
 
     def __init__(self, odd: Oddities) -> None:
         self._odd = odd
         self._bus: str | None = None
 
-    def row(self, entry: TraceEntry) -> Row | None:
-        """Return the row of an entry; None for one that has none."""
-        fields = fields_of(entry.data) if entry.family == "can" else None
+    def fields(self, entry: TraceEntry) -> Fields | None:
+        """Return the fields of an entry; None for one that has no row."""
+        _, bus, family, _, message = entry
+        fields = fields_of(message) if family == "can" else None
         if fields is None:
             return None
-        if self._bus is None:
-            self._bus = entry.bus
-        elif entry.bus != self._bus:
-            self._odd.report("the format has no buses, so their frames are not told apart")
-        word, data, length, is_fd, is_switched = fields
-        if word <= STANDARD_MASK and not is_fd:  # as most frames are
-            return _new(Row, (word, False, False, False, length, data))
-        if is_fd:
-            self._report_fd(fields, is_switched)
-        is_error = bool(word & ERROR)
-        return Row(word & EXTENDED_MASK, bool(word & EXTENDED), bool(word & REMOTE), is_error, length, data)
+        if bus != self._bus:
+            if self._bus is not None:
+                self._odd.report("the format has no buses, so their frames are not told apart")
+            self._bus = self._bus or bus
+        if fields[3]:
+            self._report_fd(fields, fields.is_switched)
+        return fields
 
     def _report_fd(self, fields: Fields, is_switched: bool) -> None:
         if fields.length <= 8:
             self._odd.report("the format has no FD frames, so those of at most 8 bytes become classical ones")
         elif is_switched:
             self._odd.report("the format does not say which FD frames switch the bit rate")
+
+
+def row_of(fields: Fields) -> Row:
+    """Return the row of a message."""
+    word, data, length, _, _ = fields
+    return Row(word & EXTENDED_MASK, bool(word & EXTENDED), bool(word & REMOTE), bool(word & ERROR), length, data)
 
 
 def message_of_row(row: Row) -> bytes:

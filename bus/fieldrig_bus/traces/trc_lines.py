@@ -44,10 +44,6 @@ _FRAME_TYPES: Final = frozenset({"DT", "RX", "TX", "RR"}) | _FD_TYPES
 
 
 PLAIN_COLUMNS: Final = "N,O,T,B,I,d,R,L,D"
-_PLAIN: Final = re.compile(
-    r" *\d+ +(\d{1,12})\.(\d{3}) DT (\d{1,3}) +([0-9A-F]{8}|[0-9A-F]{4}) [RT]x -  ([0-8])((?: +[0-9A-F]{2})*) *\r?",
-    re.ASCII,
-).fullmatch
 
 
 class Line(NamedTuple):
@@ -82,15 +78,17 @@ def _refuse(days: str) -> int:
 
 def plain(line: str) -> Line | None:
     """Return what a line of version 2.1 says that is a classical data frame; None for any other line."""
-    match = _PLAIN(line)
-    if match is None:
+    try:
+        _, clock, kind, channel, digits, _, _, length, text = line.split(None, 8)
+        if kind != "DT" or clock[-4] != ".":
+            return None
+        word, data = int(digits, 16), bytes.fromhex(text)
+        if len(data) != int(length) or not 0 <= word <= (EXTENDED_MASK if len(digits) > 4 else STANDARD_MASK):
+            return None
+        message = plain_message(word | EXTENDED if len(digits) > 4 else word, data)
+        return _new(Line, (int(clock[:-4] + clock[-3:]) * US, int(channel), message))
+    except (ValueError, IndexError):
         return None
-    ms, us, channel, digits, length, text = match.groups()
-    word, data = int(digits, 16), bytes.fromhex(text)
-    if len(data) != int(length) or word > (EXTENDED_MASK if len(digits) > 4 else STANDARD_MASK):
-        return None
-    message = plain_message(word | EXTENDED if len(digits) > 4 else word, data)
-    return _new(Line, (int(ms) * MS + int(us) * US, int(channel), message))
 
 
 def parse(line: str, columns: Mapping[str, int]) -> Line:
