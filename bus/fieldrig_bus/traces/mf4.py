@@ -11,7 +11,6 @@ The channel of `can0` is 0, as python-can has it; the names of buses are in the 
 
 import gc
 import html
-import logging
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -25,6 +24,7 @@ from typing import Any, BinaryIO, Final
 
 from fieldrig.clock import MS, US, S
 from fieldrig.errors import UsageError
+from fieldrig.traces.mf4_library import asammdf
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
@@ -40,7 +40,6 @@ SUFFIXES = (".mf4", ".mdf")
 FAMILIES = frozenset({"can"})
 WRITES_BACK = True
 REMEDY: Final = "expected a recording of CAN in MDF 4"
-INSTALL: Final = "pip install 'fieldrig[mf4]'"
 ROWS: Final = 10_000
 """Rows that are written or read at once."""
 DATA, ERRORS, REMOTES = "CAN_DataFrame", "CAN_ErrorFrame", "CAN_RemoteFrame"
@@ -61,16 +60,6 @@ _COMPRESSED: Final = 1
 
 def recognises(head: bytes) -> bool:
     return head.startswith((b"MDF     4", b"UnFinMF 4"))
-
-
-def asammdf() -> Any:
-    """Return the library.  UsageError, with the extra that installs it, where it is missing."""
-    try:
-        import asammdf
-    except ImportError as missing:
-        raise UsageError(f"MF4 needs the package {missing.name or 'asammdf'}", INSTALL) from missing
-    logging.getLogger("asammdf").setLevel(logging.CRITICAL)  # it says there what it raises
-    return asammdf
 
 
 # ---- writing

@@ -37,7 +37,7 @@ def record(
             "SIGNAL...", "Points (DEVICE/KEY) and wires (BUS/WIRE); a * matches any characters.", completion.signal
         ),
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The file to write: .csv or .vcd.")],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The file to write: .csv, .vcd or .mf4.")],
     every: Annotated[
         str | None,
         typer.Option(metavar="DURATION", help="Sample once in this time, such as 10ms.", show_default=False),
@@ -63,7 +63,7 @@ def record(
     full speed in virtual time nothing is lost; in real time it is said what is.
     """
     from fieldrig.control.messages import Client
-    from fieldrig.recording.files import format_of
+    from fieldrig.recording.file_formats import format_of
 
     if every is not None and changes:
         raise typer.BadParameter("--every and --changes exclude each other")

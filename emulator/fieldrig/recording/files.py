@@ -10,17 +10,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from heapq import heappop, heappush
 from math import isnan, nan
-from pathlib import Path
-from typing import IO, Any, BinaryIO, Final, cast
+from typing import IO, Any, BinaryIO, cast
 
 from vcd.common import VarType
 from vcd.writer import VCDWriter
 
 from fieldrig.clock import S
-from fieldrig.errors import UsageError
 from fieldrig.recording.reader import Rows
 from fieldrig.recording.signals import Column, Sort
-from fieldrig.text.nearest import closest
 from fieldrig.traces.vcd_text import Ascii, Exact, legal_paths, quoted
 
 Value = bool | float | str | None
@@ -166,17 +163,3 @@ class VcdFile(RowsFile):
 
     def _close(self) -> None:
         self._vcd.close(self._last_ns - self._begin_ns)
-
-
-FORMATS: Final[Mapping[str, type[RowsFile]]] = {".csv": CsvFile, ".vcd": VcdFile}
-"""The formats by the endings of file names."""
-
-
-def format_of(path: Path) -> type[RowsFile]:
-    """Return the format of a file.  UsageError, with the known endings, for an unknown one."""
-    try:
-        return FORMATS[path.suffix.lower()]
-    except KeyError:
-        near = closest(path.suffix.lower(), list(FORMATS))
-        remedy = near if near.startswith("did you mean") else f"expected {' or '.join(FORMATS)}"
-        raise UsageError(f"{path}: no format of recordings ends in {path.suffix!r}", remedy) from None

@@ -20,6 +20,7 @@ from typing import Any, Final, Self, TypeVar
 from fieldrig.control.endpoint import connect
 from fieldrig.control.messages import Control
 from fieldrig.recording.files import CsvFile, RowsFile, VcdFile
+from fieldrig.recording.mf4_file import Mf4File
 from fieldrig.recording.reader import Assembler, Reader, Rows
 from fieldrig.recording.record_set import RecordSet
 from fieldrig.recording.signals import Column, Rhythm, Source
@@ -73,6 +74,10 @@ class Recording(ABC):
     def write_vcd(self, file: str | Path) -> None:
         """Write a value change dump, which GTKWave and PulseView show."""
         self._write(file, VcdFile)
+
+    def write_mf4(self, file: str | Path) -> None:
+        """Write MF4 (ASAM MDF 4), a channel for each signal; UsageError without the extra `fieldrig[mf4]`."""
+        self._write(file, Mf4File)
 
     def _write(self, file: str | Path, form: type[RowsFile]) -> None:
         self._take()
