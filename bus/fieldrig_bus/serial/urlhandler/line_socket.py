@@ -4,7 +4,6 @@ Data goes over a pair of sockets, as with `socket://` of pyserial, whose class t
 breaks go to the line beside it.
 """
 
-import socket
 from typing import Any
 
 import serial
@@ -28,15 +27,15 @@ class LineSocket(protocol_socket.Serial):  # type: ignore[misc]
         if found is None:
             raise serial.SerialException(f"{self.portstr}: No such file: it is no serial line of the rig")
         self._line = found
-        self._socket: socket.socket | None = terminals.connect(found)
+        self._socket = terminals.connect(found)
         self.is_open = True
         self._reconfigure_port()
         self._update_dtr_state()
 
     def close(self) -> None:
-        if self._socket is not None and self.is_open:
+        if self.is_open:
             self._socket.close()
-        self._socket, self.is_open = None, False
+        self.is_open = False
 
     def send_break(self, duration: float = 0.25) -> None:
         """Send a break; its duration is that of the line."""

@@ -16,7 +16,7 @@ _Base: Any = LineSocket
 with suppress(ImportError):
     import termios  # noqa: F401  it has the calls
 
-    _Base = serial.Serial
+    _Base = vars(serial)["Serial"]  # pyserial has no types
 
 
 class Serial(_Base):  # type: ignore[misc]
