@@ -13,7 +13,7 @@ from fieldrig.master_time.active import waiting_scheduler
 from fieldrig.master_time.terminals import CD, CTS, DSR, DTR, RI, RTS, Terminal
 
 
-class LineSocket(protocol_socket.Serial):  # type: ignore[misc]
+class LineSocket(protocol_socket.Serial):
     """The port behind `fieldrig://NAME`."""
 
     def open(self) -> None:
