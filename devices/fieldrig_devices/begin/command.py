@@ -4,6 +4,7 @@ import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
@@ -163,14 +164,30 @@ def _make(content: Content, folder: Path) -> None:
         taken = [str(path) for path, data in content.items() if _is_taken(folder / path, data)]
         if taken:
             raise UsageError(f"{folder} already has other files named {', '.join(taken)}", "name another folder")
-        for path, data in content.items():
-            file = folder / path
-            if not file.exists():
-                with writing(file, "name another folder"):
-                    file.parent.mkdir(parents=True, exist_ok=True)
-                    with file.open("xb") as target:
-                        target.write(data)
+        if folder.exists():
+            _write(content, folder, folder)
+        else:
+            _write_whole(content, folder)
     _tell(content, folder)
+
+
+def _write_whole(content: Content, folder: Path) -> None:
+    """Write a new folder beside its place, and put it there at the end: a full disk leaves no half of it."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as beside:
+        _write(content, Path(beside, folder.name), folder)
+        Path(beside, folder.name).rename(folder)
+
+
+def _write(content: Content, folder: Path, target: Path) -> None:
+    """Write the files into a folder that is, or will be, `target`, by whose name messages call it."""
+    for path, data in content.items():
+        file = folder / path
+        if not file.exists():
+            with writing(target / path, "name another folder"):
+                file.parent.mkdir(parents=True, exist_ok=True)
+                with file.open("xb") as opened:
+                    opened.write(data)
 
 
 def _is_taken(file: Path, data: bytes) -> bool:

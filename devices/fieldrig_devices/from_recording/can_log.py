@@ -79,7 +79,9 @@ class CanLog:
         if frame.is_extended:
             self._take_extended(frame)
             return
-        self.fd += frame.is_fd
+        if frame.is_fd:
+            self.fd += 1
+            return
         log = self.identifiers.get(frame.identifier)
         if log is None:
             log = self.identifiers[frame.identifier] = Identifier(self._room)

@@ -6,7 +6,7 @@ from typing import Final
 
 from fieldrig_devices.canopen.abort import Code
 from fieldrig_devices.canopen.cob_id import INVALID, is_valid
-from fieldrig_devices.canopen.datatypes import DATA_TYPES, Boolean, Integer
+from fieldrig_devices.canopen.datatypes import DATA_TYPES, Boolean, DataType, Integer
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds import reader
 from fieldrig_devices.canopen.eds.source import NODE_ID
@@ -90,7 +90,9 @@ class DescribedNode:
             start = int(known.value)  # an order of the master, which says nothing of the value at power-on
         if index in COMMANDS and log.first is None and (subindex or index == 0x1003):
             start = COMMANDS[index]
-        return Row(index, subindex, name, type, access, start, known is not None and known.is_mappable)
+        has_rules = index < FIRST_APPLICATION_INDEX or (self.is_drive and known is not None)
+        low, high = (None, None) if has_rules else _limits(log, DATA_TYPES[type], start)
+        return Row(index, subindex, name, type, access, start, known is not None and known.is_mappable, low, high)
 
     def _is_own_cob_id(self, index: int, subindex: int, cob_id: int) -> bool:
         """True for a COB-ID of the predefined connection set, which follows the node-ID."""
@@ -272,6 +274,21 @@ def _is_own_cob_id(index: int, cob_id: int) -> bool:
     """True for a COB-ID of the predefined connection set in our own EDS, as it is read for node 127."""
     is_service = index == EMCY_COB_ID or 0x1400 <= index < 0x1600 or 0x1800 <= index < 0x1A00
     return is_service and cob_id & 0x7F == reader.CHECKED_AS and is_valid(cob_id)
+
+
+def _limits(log: ObjectLog, type: DataType, start: Value) -> tuple[int | None, int | None]:
+    """Return the limits that explain which values were refused as too low and as too high; None for no limit."""
+    if not isinstance(type, Integer) or not isinstance(start, int):
+        return None, None
+    valid = [type.decode(data) for data in log.accepted if len(data) == type.size] + [start]
+    refused = {
+        code: [type.decode(data) for other, data in log.refused_writes if other == code and len(data) == type.size]
+        for code in (Code.VALUE_TOO_LOW, Code.VALUE_TOO_HIGH)
+    }
+    low = max((value + 1 for value in refused[Code.VALUE_TOO_LOW]), default=None)
+    high = min((value - 1 for value in refused[Code.VALUE_TOO_HIGH]), default=None)
+    low = None if low is None or low > min(valid) else low
+    return low, None if high is None or high < max(valid) else high
 
 
 def _access(log: ObjectLog, known: str) -> str:

@@ -25,6 +25,7 @@ class ObjectLog:
     __slots__ = (
         "_is_certain",
         "aborts",
+        "accepted",
         "announced",
         "first",
         "first_write_ns",
@@ -32,7 +33,7 @@ class ObjectLog:
         "is_read",
         "is_written",
         "last",
-        "refused_sizes",
+        "refused_writes",
         "sizes",
         "values",
         "writes",
@@ -54,8 +55,10 @@ class ObjectLog:
         self.first_write_ns: int | None = None
         self.aborts: Counter[tuple[bool, int]] = Counter()
         """Abort codes of the device, each with whether a write was refused."""
-        self.refused_sizes: Counter[int] = Counter()
-        """Sizes of the refused writes, where the log shows them."""
+        self.refused_writes: set[tuple[int, bytes]] = set()
+        """Abort codes and data of the refused writes, where the log shows them."""
+        self.accepted: set[bytes] = set()
+        """Data of the accepted writes."""
         self._is_certain = True
 
     def read(self, time_ns: int, data: bytes) -> None:
@@ -73,6 +76,8 @@ class ObjectLog:
             self.first_write_ns = time_ns
         self.is_written, self.last, self._is_certain = True, data, True
         self.writes += 1
+        if len(self.accepted) < MOST_ABORTS:
+            self.accepted.add(data)
         self.sizes[len(data)] += 1
 
     def forget(self) -> None:
@@ -84,8 +89,8 @@ class ObjectLog:
         key = transfer.is_download, transfer.abort
         if key in self.aborts or len(self.aborts) < MOST_ABORTS:
             self.aborts[key] += 1
-        if transfer.is_download and transfer.data is not None:
-            self.refused_sizes[len(transfer.data)] += 1
+        if transfer.is_download and transfer.data is not None and len(self.refused_writes) < MOST_ABORTS:
+            self.refused_writes.add((transfer.abort, transfer.data))
 
     @property
     def is_there(self) -> bool:

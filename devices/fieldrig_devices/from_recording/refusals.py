@@ -33,8 +33,8 @@ class Refusals:
                     self._take(key, log, dictionary, is_download, code, count)
 
     def _take(self, key: Key, log: ObjectLog, dictionary: Dictionary, is_download: bool, code: int, count: int) -> None:
-        sizes = log.refused_sizes or {None: 1}
-        if all(_answer(dictionary, key, is_download, size) == code for size in sizes):
+        data: list[bytes | None] = [each for other, each in log.refused_writes if other == code and is_download]
+        if all(_answer(dictionary, key, is_download, each) == code for each in data or [None]):
             return
         index, subindex = key
         done = log.is_written if is_download else log.is_read
@@ -76,14 +76,14 @@ def words(code: int) -> str:
     return f"{code >> 16:04X} {code & 0xFFFF:04X}h ({name})"
 
 
-def _answer(dictionary: Dictionary, key: Key, is_download: bool, size: int | None) -> int | None:
+def _answer(dictionary: Dictionary, key: Key, is_download: bool, data: bytes | None) -> int | None:
     """Return the code with which the dictionary refuses an access; None if it accepts it."""
     try:
         variable = dictionary.find(*key)
         if is_download:
-            variable.check_writable(size)
-        else:
-            variable.read()
+            variable.check_writable(None if data is None else len(data))
+            return None if data is None else variable.refusal(data)
+        variable.read()
     except Abort as abort:
         return abort.code
     return None

@@ -1,8 +1,8 @@
 """Texts and floating-point numbers in the registers of a recording, where they are certain.
 
-Modbus has no types.  A text is a run of constant registers that are read at once, all of letters, digits and the signs of names.  A number of
-32 bits (IEEE 754) that moves gives itself away by its low word, which takes values of its whole range while the number
-itself moves in small steps; two registers with numbers of 16 bits each do not.
+Modbus has no types.  A text is a run of constant registers that are read at once, all of letters, digits and the signs
+of names.  A number of 32 bits (IEEE 754) that moves gives itself away by its low word, which takes values of its whole
+range while the number itself moves in small steps; two registers with numbers of 16 bits each do not.
 """
 
 import struct

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -176,3 +177,18 @@ def test_any_bytes_make_a_node_or_are_refused(tmp_path: Path, data: bytes) -> No
 def test_the_shell_is_told_of_the_examples() -> None:
     assert complete_example("la") == [("lab", menu()["lab"])]
     assert [name for name, _ in complete_example("")] == list(menu())
+
+
+def test_a_full_disk_leaves_no_half_of_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = Path.mkdir
+
+    def fails_in_eds(path: Path, *arguments: Any, **keys: Any) -> None:
+        if path.name == "eds":
+            raise OSError(28, "No space left on device")
+        real(path, *arguments, **keys)
+
+    monkeypatch.setattr(Path, "mkdir", fails_in_eds)
+    result = new("--eds", SENSOR, tmp_path / "bench")
+    assert result.exit_code != 0
+    assert f"{tmp_path / 'bench/eds/level-sensor.eds'} cannot be written: No space" in str(result.exception)
+    assert list(tmp_path.iterdir()) == []

@@ -187,6 +187,20 @@ def test_a_refusal_has_the_abort_code_of_the_log(tmp_path: Path, request_: str, 
         assert master.ask(5, request_) == bytes.fromhex(abort).hex(" ")
 
 
+def test_a_limit_explains_values_that_were_refused(tmp_path: Path) -> None:
+    lines = [
+        "0.1 605#2B00200064000000", "0.101 585#6000200000000000",  # 100 is accepted
+        "0.2 605#2B002000E8030000", "0.201 585#8000200031000906",  # 1000 is too high
+        "0.3 605#2B00200001000000", "0.301 585#8000200032000906",  # 1 is too low
+    ]  # fmt: skip
+    with virtual(rig_file(written_log(tmp_path, BOOT, *lines))) as rig:
+        master = SdoMaster(rig)
+        rig.run_until(10 * MS)
+        answers = [master.write(5, 0x2000, 0, value, 2)[:2] + master.write(5, 0x2000, 0, value, 2)[-12:]
+                   for value in (1, 2, 100, 999, 1000)]  # fmt: skip
+    assert answers == ["80 32 00 09 06", *["60 00 00 00 00"] * 3, "80 31 00 09 06"]
+
+
 def test_values_that_moved_are_replayed_and_those_that_a_master_wrote_are_not(tmp_path: Path) -> None:
     lines = [line for turn in range(5) for line in read_by_sdo(0.1 + turn, 5, f"4B002000{turn:02X}000000")]
     lines += ["5.2 605#2B00210005000000", "5.201 585#6000210000000000", *read_by_sdo(5.3, 5, "4B00210005000000")]
