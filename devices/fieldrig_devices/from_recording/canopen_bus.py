@@ -182,7 +182,7 @@ class CanopenBus:
         if PRODUCER_TIME not in refused:  # CiA 301 wants a heartbeat of every new node
             node.put(PRODUCER_TIME, 0, "Producer heartbeat time", U16, "rw", heartbeat_ms(log))
         if log.life.guarding_ns:
-            node.add(GUARD_TIME, 0, "Guard time", U16, "rw")
+            node.add(GUARD_TIME, 0, "Guard time", U16, "rw", round(log.life.guarding_ns / MS))
             node.add(LIFE_TIME_FACTOR, 0, "Life time factor", U8, "rw")
         if log.life.emergencies:
             node.add(EMCY_COB_ID, 0, "COB-ID EMCY", U32, "rw", f"$NODEID+{EMCY_ID:#x}")

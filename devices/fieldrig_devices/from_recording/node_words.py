@@ -10,6 +10,7 @@ from fieldrig_devices.canopen.emcy_words import emcy_words
 from fieldrig_devices.canopen.nmt import Command
 from fieldrig_devices.from_recording.node_model import NodeModel, PdoModel, runs_by_itself
 from fieldrig_devices.from_recording.objects import ObjectLog
+from fieldrig_devices.from_recording.rhythm import FEWEST, period_of
 
 IDENTITY: Final = (("device type", 0x1000, 0), ("vendor", 0x1018, 1), ("product", 0x1018, 2), ("revision", 0x1018, 3))
 MOST_LISTED: Final = 6
@@ -66,6 +67,8 @@ def unknown(model: NodeModel) -> Iterator[str]:
         yield "its boot-up, because the recording begins later, or it was not switched on"
     if not life.heartbeats and not life.answers:
         yield "its NMT state, because it sent no heartbeat, and no master guarded it"
+    if not (life.boots or model.pdos or objects.by_key or life.emergencies):
+        yield "whether it is a device or the master: nothing but its heartbeat was seen"
     if objects.unanswered:
         yield f"why {counted(objects.unanswered, 'SDO request')} had no answer"
     if objects.left_out:
@@ -100,13 +103,20 @@ def _pdo(model: PdoModel) -> str:
         words += (
             f" (also {', '.join(str(length) for length in sorted(model.log.lengths) if length != model.log.length)})"
         )
-    words += f": {model.rhythm.words}" if model.rhythm is not None else f": received {counted(model.log.count, 'time')}"
+    words += f": {_received(model) if model.rhythm is None else model.rhythm.words}"
     first = model.layout.parts[0] if model.layout.parts else None
     if first is not None and not model.layout.is_known:
         words += f"; its mapping is not known, so its bytes are {first.object:04X}h"
     if model.layout.is_assumed:
         words += "; no master has read its mapping, and that of CiA 402 fits"
     return words
+
+
+def _received(model: PdoModel) -> str:
+    """Return how often a master has sent a PDO."""
+    words = f"received {counted(model.log.count, 'time')}"
+    period_ns = period_of(model.log.instants)
+    return f"{words}, every {period_ns / MS:.3g} ms" if model.log.count >= FEWEST else words
 
 
 def _is_read(log: ObjectLog) -> bool:

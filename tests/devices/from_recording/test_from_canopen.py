@@ -47,6 +47,7 @@ def test_node_guarding_is_told_from_a_heartbeat(tmp_path: Path) -> None:
     rig = rig_file(written_log(tmp_path, BOOT, *guarded))
     assert "node guarding every 100 ms" in rig.read_text()
     with virtual(rig) as running:
+        assert (running.get("node5/100C:00"), running.get("node5/1017:00")) == (100, 0)
         frames: list[str] = []
         can = running.attach("master").link("can0")
         running.run_until(10 * MS)
