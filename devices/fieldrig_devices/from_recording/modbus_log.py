@@ -1,83 +1,42 @@
 """One Modbus bus of a recording: units, their registers, what they refuse, and how long they take.
 
-Source: Modbus application protocol V1.1b3, chapter 6, for the places of addresses and values in requests and responses.
+Source: Modbus application protocol V1.1b3, chapter 6.
 """
 
 import struct
 from array import array
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from typing import Final, NamedTuple
+from collections.abc import Sequence
+from typing import Final
 
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.codec import REQUEST_ON_ASCII, REQUEST_ON_RTU
 from fieldrig_devices.dialogues import Dialogue, ModbusDialogues, ModbusExchange
-from fieldrig_devices.from_recording.series import Room, Series
+from fieldrig_devices.from_recording.register_log import (
+    HOLDING_REGISTERS,
+    MASK_WRITE,
+    READERS,
+    WRITE_COIL,
+    WRITE_COILS,
+    WRITE_REGISTER,
+    WRITE_REGISTERS,
+    Group,
+    GroupLog,
+    RegisterLog,
+    group_of,
+    values_read,
+    values_written,
+)
+from fieldrig_devices.from_recording.series import Room
 from fieldrig_devices.registers.table import SPACES
 
-COILS, DISCRETE_INPUTS, HOLDING_REGISTERS, INPUT_REGISTERS = SPACES
-READERS: Final = {1: COILS, 2: DISCRETE_INPUTS, 3: HOLDING_REGISTERS, 4: INPUT_REGISTERS, 23: HOLDING_REGISTERS}
-"""The space that a function reads."""
-BITS: Final = frozenset({COILS, DISCRETE_INPUTS})
-WRITE_COIL, WRITE_REGISTER, WRITE_COILS, WRITE_REGISTERS, MASK_WRITE, READ_WRITE = 5, 6, 15, 16, 22, 23
 STATUS, SERVER_ID, INTERFACE, READ_DEVICE_ID = 7, 17, 43, 14
 EXCEPTION: Final = 0x80
 ON_LINE: Final = (bytes((REQUEST_ON_RTU,)), bytes((REQUEST_ON_ASCII,)))
 """The first byte of the requests of a serial line."""
-ON: Final = 0xFF00
 MOST_INSTANTS: Final = 4_096
 MOST_SERVERS: Final = 64
 MOST_GROUPS: Final = 2_000
-_TWO: Final = struct.Struct(">HH")
-
-
-class Group(NamedTuple):
-    """The addresses that a master reads or writes at once: function code, first address and quantity."""
-
-    function: int
-    address: int
-    quantity: int
-
-
-class RegisterLog:
-    """One register or bit."""
-
-    __slots__ = ("first", "is_moved", "is_read", "is_written", "last", "values")
-
-    def __init__(self, room: Room) -> None:
-        self.is_read = self.is_written = self.is_moved = False
-        self.first: int | None = None
-        """The value of the first read before any write."""
-        self.last: int | None = None
-        self.values = Series(room)
-
-    def read(self, time_ns: int, value: int) -> None:
-        if not self.is_read and not self.is_written:
-            self.first = value
-        self.is_moved |= self.last is not None and value != self.last
-        self.is_read, self.last = True, value
-        self.values.take(time_ns, value)
-
-    def write(self, value: int) -> None:
-        self.is_written, self.last = True, value
-
-    @property
-    def start(self) -> int:
-        """The value that the emulated device begins with: the one before any write, else the last one."""
-        return (self.last or 0) if self.first is None else self.first
-
-
-class GroupLog:
-    """How a master uses a group."""
-
-    def __init__(self) -> None:
-        self.instants = array("q")
-        self.count = 0
-        self.refused: Counter[int] = Counter()
-        """Exception codes."""
-        self.refused_request = b""
-        self.sample: tuple[bytes, bytes] | None = None
-        """The first request with its response."""
 
 
 class UnitLog:
@@ -135,10 +94,10 @@ class UnitLog:
 
     def _carry_out(self, time_ns: int, request: bytes, response: bytes) -> None:
         function = request[0]
-        for space, address, value in _written(request):
+        for space, address, value in values_written(request):
             self._register(space, address).write(value)
         if function in READERS:
-            for space, address, value in _read(request, response):
+            for space, address, value in values_read(request, response):
                 self._register(space, address).read(time_ns, value)
         elif function == MASK_WRITE and len(request) == 7:
             self._mask(request)
@@ -230,47 +189,3 @@ class ModbusLog:
                 known = only.units.setdefault(unit_id, unit)
                 known.unanswered += unit.unanswered if known is not unit else 0
             self.units = only.units
-
-
-def group_of(request: bytes) -> Group | None:
-    """Return what a request names; None for a function without addresses, and for a request that is too short."""
-    function = request[0]
-    if function in (WRITE_COIL, WRITE_REGISTER, MASK_WRITE) and len(request) >= 5:
-        return Group(function, int.from_bytes(request[1:3], "big"), 1)
-    if (function in READERS or function in (WRITE_COILS, WRITE_REGISTERS)) and len(request) >= 5:
-        return Group(function, *_TWO.unpack_from(request, 1))
-    return None
-
-
-def _read(request: bytes, response: bytes) -> Iterator[tuple[str, int, int]]:
-    """Yield space, address and value of what a response has; nothing if its length is wrong."""
-    space = READERS[request[0]]
-    address, quantity = _TWO.unpack_from(request, 1)
-    data = response[2:]
-    if space in BITS:
-        if len(data) == (quantity + 7) // 8:
-            yield from ((space, address + place, data[place // 8] >> place % 8 & 1) for place in range(quantity))
-    elif len(data) == 2 * quantity:
-        values = struct.unpack(f">{quantity}H", data)
-        yield from ((space, address + place, value) for place, value in enumerate(values))
-
-
-def _written(request: bytes) -> Iterator[tuple[str, int, int]]:
-    """Yield space, address and value of what a request writes."""
-    function = request[0]
-    if function in (WRITE_COIL, WRITE_REGISTER) and len(request) == 5:
-        address, value = _TWO.unpack_from(request, 1)
-        yield (COILS, address, int(value == ON)) if function == WRITE_COIL else (HOLDING_REGISTERS, address, value)
-    elif function == WRITE_COILS and len(request) > 6:
-        address, quantity = _TWO.unpack_from(request, 1)
-        data = request[6:]
-        if len(data) == (quantity + 7) // 8:
-            yield from ((COILS, address + place, data[place // 8] >> place % 8 & 1) for place in range(quantity))
-    elif function in (WRITE_REGISTERS, READ_WRITE):
-        at = 1 if function == WRITE_REGISTERS else 5
-        if len(request) >= at + 5:
-            address, quantity = _TWO.unpack_from(request, at)
-            data = request[at + 5 :]
-            if len(data) == 2 * quantity:
-                values = struct.unpack(f">{quantity}H", data)
-                yield from ((HOLDING_REGISTERS, address + place, value) for place, value in enumerate(values))

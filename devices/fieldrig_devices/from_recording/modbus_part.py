@@ -96,9 +96,9 @@ def _bus(name: str, log: ModbusLog, remarks: list[str], place: int, direct: int 
 
 def _device(bus: str, model: UnitModel, table: PurePosixPath) -> Iterator[str]:
     yield ""
-    for sentence in model.seen():
+    for sentence in model.words_seen():
         yield from comment(sentence, 2)
-    yield from unknown_lines(model.unknown())
+    yield from unknown_lines(model.words_unknown())
     yield f"  {model.name}:"
     yield "    kind: modbus.device"
     yield f"    table: {flow(str(table))}"

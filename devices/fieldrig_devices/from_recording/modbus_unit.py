@@ -1,7 +1,7 @@
 """A unit of a recording as a Modbus device: its register table, its recorded values, and what it refuses."""
 
 from collections.abc import Iterator, Mapping
-from itertools import groupby
+from itertools import chain, groupby
 from pathlib import PurePosixPath
 from statistics import median
 from typing import Any, Final
@@ -9,30 +9,23 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from fieldrig.clock import MS
-from fieldrig.points.values import counted
 from fieldrig.text.flow import flow
-from fieldrig_bus.modbus.codec import EXCEPTIONS, FUNCTIONS
 from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.identification import Identification, ServerId
-from fieldrig_bus.modbus.message import ModbusRequest
-from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_devices.from_recording.columns import TIME, Column, column_from, column_of
-from fieldrig_devices.from_recording.modbus_log import BITS, EXCEPTION, READERS, Group, GroupLog, RegisterLog, UnitLog
+from fieldrig_devices.from_recording.modbus_log import UnitLog
+from fieldrig_devices.from_recording.modbus_refusals import ModbusRefusals
 from fieldrig_devices.from_recording.parts import ReadBack, comment
-from fieldrig_devices.from_recording.rhythm import period_of
+from fieldrig_devices.from_recording.register_log import BITS, READERS, RegisterLog
 from fieldrig_devices.from_recording.typed_registers import Typed, show_float, typed_values
-from fieldrig_devices.modbus.unit import ModbusUnit
-from fieldrig_devices.registers.table import SPACES, Table
+from fieldrig_devices.from_recording.unit_words import seen, unknown, use_words
+from fieldrig_devices.registers.table import SPACES
 
 SHORT: Final = {"coils": "coil", "discrete_inputs": "input", "holding_registers": "h", "input_registers": "i"}
 """The words with which the names of values begin."""
 TEXTS: Final = ("vendor_name", "product_code", "revision", "vendor_url", "product_name", "model_name",
                 "user_application_name")  # fmt: skip
 """The keys of `identification` by the ids of function 43/14."""
-CODES: Final = range(1, 256)
-"""Exception codes; a response that ends before its code has none."""
-FUNCTION_CODES: Final = range(1, 128)
-MOST_FAULTS: Final = 100
 MOST_READ_BACKS: Final = 8
 
 
@@ -53,7 +46,9 @@ class UnitModel:
         self.recorded = PurePosixPath("recorded", f"{name}.csv")
         self.entries = {space: self._entries(space, log.spaces[space], begin_ns) for space in SPACES}
         self.more = self._more()
-        self.faults = list(self._faults())
+        refusals = ModbusRefusals(log, self.entries, self.more)
+        self.faults = refusals.faults
+        self.remarks += refusals.remarks
 
     @property
     def turnaround_ms(self) -> float:
@@ -121,65 +116,25 @@ class UnitModel:
             return
         more[key] = value
 
-    # ---- refusals
-
-    def _faults(self) -> Iterator[dict[str, Any]]:
-        server, count = self._server(), 0
-        for group, log in sorted(self.log.groups.items()):
-            for code, times in log.refused.items():
-                if self._answers(server, log.refused_request) == bytes((group.function | EXCEPTION, code)):
-                    continue
-                address = self._refusing_address(group)
-                if (
-                    code not in CODES
-                    or address is None
-                    or len(log.refused) > 1
-                    or log.sample is not None
-                    or count >= MOST_FAULTS
-                ):
-                    self.remarks.append(
-                        f"{_words(group)} ended in {_exception(code)} {times} times, which is not repeated here"
-                    )
-                    continue
-                count += 1
-                yield {"what": "exception", "function": group.function, "address": address, "code": code}
-        for request, code in self.log.refused_functions.items():
-            if code not in CODES or request[0] not in FUNCTION_CODES:
-                continue
-            if self._answers(server, request) != bytes((request[0] | EXCEPTION, code)) and count < MOST_FAULTS:
-                count += 1
-                yield {"what": "exception", "function": request[0], "code": code}
-
-    def _answers(self, server: ModbusServer, request: bytes) -> bytes | None:
-        return server.answer(ModbusRequest(self.unit_id, request))
-
-    def _server(self) -> ModbusServer:
-        plain = {space: [_without_source(entry) for entry in entries] for space, entries in self.entries.items()}
-        unit = ModbusUnit(Table.model_validate(plain), "server_failure", 0, lambda signal: None, lambda: None)
-        identification = Identification.model_validate(self.more.get("identification", {}))
-        return ModbusServer(unit, identification, ServerId.model_validate(self.more.get("server_id", {})))
-
-    def _refusing_address(self, refused: Group) -> int | None:
-        """Return an address that only refused requests of the function name; None if there is none."""
-        done = {
-            address
-            for group, log in self.log.groups.items()
-            if group.function == refused.function and log.sample is not None
-            for address in _addresses(group)
-        }
-        return next((address for address in _addresses(refused) if address not in done), None)
-
     # ---- words and files
 
     def table(self, source: str) -> bytes:
         """Return the register table."""
         lines = [f"# Unit {self.asked_as} of the recording {source}. Addresses are as on the wire, from 0."]
         for group, log in sorted(self.log.groups.items()):
-            lines += comment(_use(group, log), 0)
+            lines += comment(use_words(group, log), 0)
         for space in SPACES:
             if self.entries[space]:
                 lines += ["", f"{space}:", *(f"  - {flow(entry)}" for entry in self.entries[space])]
         return ("\n".join(lines) + "\n").encode()
+
+    def words_seen(self) -> Iterator[str]:
+        """Yield what the recording says of the unit."""
+        return seen(self.log, self.asked_as, self.unit_id, self.turnaround_ms)
+
+    def words_unknown(self) -> Iterator[str]:
+        """Yield what is not known, or not repeated."""
+        return chain(self.remarks, unknown(self.log))
 
     def read_backs(self, bus: str) -> Iterator[ReadBack]:
         """Yield requests whose answers stay the same."""
@@ -189,39 +144,12 @@ class UnitModel:
             if space is None or log.sample is None or log.refused or group.function == 23 or count == MOST_READ_BACKS:
                 continue
             registers = self.log.spaces[space]
-            logs = [registers[address] for address in _addresses(group) if address in registers]
+            logs = [registers[address] for address in group.addresses if address in registers]
             if any(register.is_moved or register.is_written for register in logs):
                 continue
             request, response = log.sample
             count += 1
             yield ReadBack(bus, self.unit_id, request.hex(" "), response.hex(" "))
-
-    def seen(self) -> Iterator[str]:
-        log = self.log
-        counts = [counted(len(log.spaces[space]), SHORT_WORDS[space]) for space in SPACES if log.spaces[space]]
-        words = f"unit {self.asked_as}: {', '.join(counts) or 'no register'}"
-        if log.answer_ns:
-            words += f"; it answers after {self.turnaround_ms:g} ms, at most {max(log.answer_ns) / MS:.3g} ms"
-        yield words
-        if self.asked_as != self.unit_id:
-            yield f"unit {self.asked_as} is the device itself, which has the unit id {self.unit_id} here"
-
-    def unknown(self) -> Iterator[str]:
-        yield from self.remarks
-        yield "registers that no master read or wrote: they do not exist here (exception 02)"
-        yield "names, units and types: a value in several registers is several numbers here, unless its type is certain"
-        if self.log.unanswered:
-            yield f"why {counted(self.log.unanswered, 'request')} had no answer"
-        for function, count in sorted(self.log.functions.items()):
-            yield f"what function {function} has answered {counted(count, 'time')}: nothing is taken of it"
-        if self.log.left_out:
-            yield f"{counted(self.log.left_out, 'request')} of further groups, which are too many"
-
-
-SHORT_WORDS: Final = {
-    "coils": "coil", "discrete_inputs": "discrete input", "holding_registers": "holding register",
-    "input_registers": "input register",
-}  # fmt: skip
 
 
 def _joined(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -244,12 +172,6 @@ def _joined(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return joined
 
 
-def _without_source(entry: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an entry that refuses what one with a source refuses, without its file."""
-    plain = {key: value for key, value in entry.items() if key != "source"}
-    return plain | ({"access": "ro"} if "source" in entry else {})
-
-
 def _server_id(data: bytes) -> dict[str, Any]:
     """Return the keys for the answer of function 17: an id of one byte, the run indicator, and text.
 
@@ -258,25 +180,3 @@ def _server_id(data: bytes) -> dict[str, Any]:
     at = next((place for place in range(1, len(data)) if data[place] in (0x00, 0xFF)), len(data) - 1)
     text = data[at + 1 :].decode("ascii", "replace")
     return {"server_id": data[:at].hex() or "00", "is_running": data[at] == 0xFF, "additional": text}
-
-
-def _addresses(group: Group) -> range:
-    return range(group.address, min(group.address + group.quantity, 0x1_0000))
-
-
-def _words(group: Group) -> str:
-    what = FUNCTIONS.get(group.function, f"function {group.function}")
-    last = group.address + group.quantity - 1
-    return f"{what} {group.address}" + (f" to {last}" if group.quantity > 1 else "")
-
-
-def _exception(code: int) -> str:
-    return f"exception {code:02d} ({EXCEPTIONS.get(code, 'unknown')})"
-
-
-def _use(group: Group, log: GroupLog) -> str:
-    words = f"{_words(group)}: {counted(log.count, 'time')}"
-    if log.count > 2:
-        words += f", every {period_of(log.instants) / MS:.4g} ms"
-    refused = [f"{_exception(code)} {counted(times, 'time')}" for code, times in log.refused.items()]
-    return words + (f"; {', '.join(refused)}" if refused else "")

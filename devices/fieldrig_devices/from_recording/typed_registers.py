@@ -11,7 +11,7 @@ from itertools import pairwise
 from math import isfinite
 from typing import Any, Final, NamedTuple
 
-from fieldrig_devices.from_recording.modbus_log import Group, RegisterLog
+from fieldrig_devices.from_recording.register_log import Group, RegisterLog
 from fieldrig_devices.from_recording.series import Change
 
 SHORTEST_RUN, FEWEST_LETTERS, LONGEST_TEXT = 4, 2, 250
