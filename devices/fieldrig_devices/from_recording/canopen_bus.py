@@ -5,20 +5,20 @@ from pathlib import Path
 from typing import Final
 
 from fieldrig.clock import MS
-from fieldrig.points.values import counted
-from fieldrig_devices.canopen.cob_id import BIT_30
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds import reader
 from fieldrig_devices.canopen.guarding import GUARD_TIME, LIFE_TIME_FACTOR
 from fieldrig_devices.canopen.heartbeat import CONSUMER_TIME, PRODUCER_TIME
-from fieldrig_devices.canopen.nmt import NMT_ID, STARTUP
+from fieldrig_devices.canopen.nmt import STARTUP
 from fieldrig_devices.canopen.standard import STORED_EDS
 from fieldrig_devices.cia402 import objects as profile
 from fieldrig_devices.cia402.objects import AXIS_STEP
 from fieldrig_devices.from_recording import pdos as pdo_rules
-from fieldrig_devices.from_recording.can_log import EMCY_ID, SYNC_ID, TIME_ID, CanLog, NodeLog
+from fieldrig_devices.from_recording.bus_words import SYNC_COB_ID, left_over
+from fieldrig_devices.from_recording.can_log import EMCY_ID, SYNC_ID, CanLog, NodeLog
 from fieldrig_devices.from_recording.described_node import DescribedNode
 from fieldrig_devices.from_recording.drive_model import DriveModel
+from fieldrig_devices.from_recording.drive_objects import drive_rows
 from fieldrig_devices.from_recording.eds_text import eds_of
 from fieldrig_devices.from_recording.known_files import KnownFile, described_by
 from fieldrig_devices.from_recording.known_objects import U8, U16, U32
@@ -35,10 +35,7 @@ from fieldrig_devices.from_recording.node_model import (
 from fieldrig_devices.from_recording.pdos import Pdo
 from fieldrig_devices.from_recording.refusals import refused_indices
 
-EMCY_COB_ID, SYNC_COB_ID = 0x1014, 0x1005
-SERVICES: Final = frozenset({NMT_ID, SYNC_ID, TIME_ID, 0x7E4, 0x7E5})
-"""Identifiers of services without a node: NMT, SYNC, TIME, LSS."""
-MOST_NAMED: Final = 12
+EMCY_COB_ID: Final = 0x1014
 
 
 class CanopenBus:
@@ -55,7 +52,7 @@ class CanopenBus:
         seen = {identifier: line.count for identifier, line in log.identifiers.items() if line.count}
         known = {node_id: pdo_rules.configured(self._number(node_id), self._indices(node_id)) for node_id in nodes}
         found, rest = pdo_rules.assigned(seen, known, frozenset(nodes))
-        self._tell_rest(rest)
+        self.remarks += left_over(log, rest, nodes)
         self.nodes = [self._model(node_id, found[node_id], paths.get(node_id)) for node_id in sorted(nodes)]
 
     # ---- which nodes there are
@@ -191,7 +188,8 @@ class CanopenBus:
         if runs_by_itself(log, model.pdos):
             node.add(STARTUP, 0, "NMT startup", U32, "rw")
         if drive is not None:
-            node.take_drive(drive.unknown_objects(), refused)
+            for row in list(drive_rows(drive.unknown_objects(), node.rows, refused)):
+                node.rows[row.index, row.subindex or 0] = row
         node.complete()
         model.objects |= {f"{index:04X}:{sub:02X}": value for (index, sub), value in node.values.items()}
         model.remarks += [
@@ -199,55 +197,3 @@ class CanopenBus:
             for (index, sub), size in node.too_long.items()
         ]
         return eds_of(node, f"{model.name}.eds", self._source)
-
-    # ---- what else there was
-
-    def _tell_rest(self, rest: Mapping[int, int]) -> None:
-        log = self._log
-        nodes = set(log.nodes)
-        strange = {
-            identifier: count
-            for identifier, count in rest.items()
-            if not ((log.is_canopen and identifier in SERVICES) or self._is_of_node(identifier, nodes))
-        }
-        if strange:
-            words = [f"{identifier:03X}h ({counted(count, 'frame')})" for identifier, count in strange.items()]
-            self.remarks.append(f"identifiers that no node accounts for: {_some(words)}")
-        if log.extended:
-            total = sum(log.extended.values()) + log.other_extended
-            words = [f"{identifier:08X}h" for identifier in log.extended]
-            kind = "J1939 or another protocol" if not log.is_canopen else "another protocol beside CANopen"
-            self.remarks.append(
-                f"{counted(total, 'frame')} with identifiers of 29 bits, as {kind} has them: {_some(words)}; left out"
-            )
-        if log.fd:
-            self.remarks.append(f"{counted(log.fd, 'frame')} of CAN FD, which CANopen does not have; left out")
-        if log.notices:
-            self.remarks.append(f"{counted(log.notices, 'report')} of bus errors; a rig has them by `fieldrig fault`")
-        if log.unreadable:
-            self.remarks.append(f"{counted(log.unreadable, 'message')} that cannot be read; left out")
-        self._tell_silent()
-
-    def _is_of_node(self, identifier: int, nodes: Iterable[int]) -> bool:
-        """True for an identifier of SDO, EMCY or error control of a node that is spoken of."""
-        return identifier & 0x780 in (0x080, 0x580, 0x600, 0x700) and identifier & 0x7F in nodes
-
-    def _tell_silent(self) -> None:
-        for node_id, node in sorted(self._log.nodes.items()):
-            if not node.is_seen and (node.objects.unanswered or node.life.guarded):
-                asked = [
-                    *([counted(node.objects.unanswered, "SDO request")] if node.objects.unanswered else []),
-                    *([counted(len(node.life.guarded), "guarding request")] if node.life.guarded else []),
-                ]
-                self.remarks.append(f"node {node_id} never answered {' and '.join(asked)}: it is no device here")
-        log = self._log
-        producers = [
-            node_id for node_id in sorted(log.nodes) if (log.nodes[node_id].objects.number(SYNC_COB_ID) or 0) & BIT_30
-        ]
-        if log.sync_ns and not producers:
-            self.remarks.append(f"SYNC every {log.sync_ns / MS:g} ms: no device here sends it, so your master has to")
-
-
-def _some(words: list[str]) -> str:
-    more = len(words) - MOST_NAMED
-    return ", ".join(words[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")

@@ -4,11 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Final
 
-from fieldrig_devices.canopen.abort import Code
-from fieldrig_devices.canopen.cob_id import INVALID, is_valid
-from fieldrig_devices.canopen.datatypes import DATA_TYPES, Boolean, DataType, Integer
-from fieldrig_devices.canopen.dictionary import Dictionary
-from fieldrig_devices.canopen.eds import reader
+from fieldrig_devices.canopen.cob_id import INVALID
+from fieldrig_devices.canopen.datatypes import DATA_TYPES, Boolean, Integer
 from fieldrig_devices.canopen.eds.source import NODE_ID
 from fieldrig_devices.canopen.emcy import COB_ID as EMCY_COB_ID
 from fieldrig_devices.canopen.pdo import rpdo, tpdo
@@ -26,6 +23,7 @@ from fieldrig_devices.from_recording.known_objects import (
     type_number,
 )
 from fieldrig_devices.from_recording.layout import BYTES, DUMMIES, Layout, Part, part_of
+from fieldrig_devices.from_recording.object_rules import Value, access_of, limits_of, mapped_access
 from fieldrig_devices.from_recording.objects import Key, ObjectLog, ObjectLogs
 from fieldrig_devices.from_recording.pdos import MOST, Pdo
 from fieldrig_devices.from_recording.rhythm import Rhythm
@@ -35,9 +33,6 @@ LONGEST_KEPT: Final = 4_096
 COMMANDS: Final = {0x1003: 0, 0x1010: 1, 0x1011: 1}
 """Objects whose written values are commands, with what they hold at the start."""
 MANDATORY: Final = ((0x1000, 0), (0x1001, 0), (0x1018, 1))
-OF_DRIVES: Final = frozenset({0x1001, 0x1003, 0x1005, 0x1006, 0x100C, 0x100D, 0x1014, 0x1017})
-"""Objects of CiA 301 without which the services of a drive would be missing."""
-Value = int | str
 
 
 class DescribedNode:
@@ -79,7 +74,7 @@ class DescribedNode:
         data = log.start or b""
         size = next(iter(log.sizes)) if len(log.sizes) == 1 else len(data) if not log.sizes else None
         type = type_number(index, subindex, size, data, self.is_drive)
-        access = _access(log, "ro" if known is None else known.access.value)
+        access = access_of(log, "ro" if known is None else known.access.value)
         name = (known.name if known is not None else "") or (
             f"Object {index:04X}h" if not subindex else f"Object {index:04X}h, sub-index {subindex}"
         )
@@ -91,7 +86,7 @@ class DescribedNode:
         if index in COMMANDS and log.first is None and (subindex or index == 0x1003):
             start = COMMANDS[index]
         has_rules = index < FIRST_APPLICATION_INDEX or (self.is_drive and known is not None)
-        low, high = (None, None) if has_rules else _limits(log, DATA_TYPES[type], start)
+        low, high = (None, None) if has_rules else limits_of(log, DATA_TYPES[type], start)
         return Row(index, subindex, name, type, access, start, known is not None and known.is_mappable, low, high)
 
     def _is_own_cob_id(self, index: int, subindex: int, cob_id: int) -> bool:
@@ -175,7 +170,7 @@ class DescribedNode:
                 name = f"{pdo.name}, {'byte' if size == 1 else 'part'} {subindex}"
             start = self._start((index, subindex), type, first.to_bytes(size, "little"))
             row = Row(index, subindex, name, type, "ro" if pdo.is_transmitted else "rww", start)
-        self.rows[index, subindex] = replace(row, is_mappable=True, access=_mapped_access(row.access, pdo))
+        self.rows[index, subindex] = replace(row, is_mappable=True, access=mapped_access(row.access, pdo))
 
     def add(self, index: int, subindex: int, name: str, type: int, access: str, start: Value = 0) -> None:
         """Add an object that the node must have for what the recording shows, unless it is there."""
@@ -220,29 +215,6 @@ class DescribedNode:
             elif 0 < number - TO_MAPPING <= MOST:
                 self._complete_pdo(index - TO_MAPPING)
 
-    def take_drive(self, dictionary: Dictionary, refused: frozenset[int]) -> None:
-        """Add the objects of a drive that the recording says nothing of, without those that the node has refused."""
-        has_pdos = any(0x1400 <= index < 0x1C00 for index, _ in self.rows)
-        for variable in dictionary:
-            index, subindex = variable.index, variable.subindex
-            is_pdo = 0x1400 <= index < 0x1C00
-            is_needed = index >= FIRST_APPLICATION_INDEX or index in OF_DRIVES or (is_pdo and not has_pdos)
-            is_left_out = index in refused or not is_needed
-            if (index, subindex) in self.rows or is_left_out:
-                continue
-            number = next(number for number, known in DATA_TYPES.items() if known is variable.type)
-            start = int(variable.value) if isinstance(variable.type, Integer) else ""
-            if is_pdo and int(start) >> 16 in refused:
-                start = 0
-            if isinstance(start, int) and (subindex == 1 or index == EMCY_COB_ID) and _is_own_cob_id(index, start):
-                start = f"{NODE_ID}+{start - reader.CHECKED_AS:#x}"
-            limits = (variable.low, variable.high)
-            low, high = (None if limit is None else int(limit) for limit in limits)
-            access = variable.access.value
-            self.rows[index, subindex] = Row(
-                index, subindex, variable.name, number, access, start, variable.is_mappable, low, high
-            )
-
     # ---- for the file
 
     def listed(self) -> Iterator[Row]:
@@ -268,39 +240,3 @@ class DescribedNode:
             or f"Object {index:04X}h"
             for index, _ in self.rows
         }
-
-
-def _is_own_cob_id(index: int, cob_id: int) -> bool:
-    """True for a COB-ID of the predefined connection set in our own EDS, as it is read for node 127."""
-    is_service = index == EMCY_COB_ID or 0x1400 <= index < 0x1600 or 0x1800 <= index < 0x1A00
-    return is_service and cob_id & 0x7F == reader.CHECKED_AS and is_valid(cob_id)
-
-
-def _limits(log: ObjectLog, type: DataType, start: Value) -> tuple[int | None, int | None]:
-    """Return the limits that explain which values were refused as too low and as too high; None for no limit."""
-    if not isinstance(type, Integer) or not isinstance(start, int):
-        return None, None
-    valid = [type.decode(data) for data in log.accepted if len(data) == type.size] + [start]
-    refused = {
-        code: [type.decode(data) for other, data in log.refused_writes if other == code and len(data) == type.size]
-        for code in (Code.VALUE_TOO_LOW, Code.VALUE_TOO_HIGH)
-    }
-    low = max((value + 1 for value in refused[Code.VALUE_TOO_LOW]), default=None)
-    high = min((value - 1 for value in refused[Code.VALUE_TOO_HIGH]), default=None)
-    low = None if low is None or low > min(valid) else low
-    return low, None if high is None or high < max(valid) else high
-
-
-def _access(log: ObjectLog, known: str) -> str:
-    """Return the access that the recording shows, else that of the standard."""
-    if log.is_written:
-        is_unreadable = not log.is_read and (False, int(Code.WRITE_ONLY)) in log.aborts
-        return "wo" if is_unreadable else known if known in ("rw", "rww", "rwr") else "rw"
-    return "ro" if (True, int(Code.READ_ONLY)) in log.aborts else known
-
-
-def _mapped_access(access: str, pdo: Pdo) -> str:
-    """Return an access with which the object can be in this PDO."""
-    if pdo.is_transmitted:
-        return {"wo": "rw", "rww": "rw", "const": "ro"}.get(access, access)
-    return {"ro": "rww", "const": "rww", "rwr": "rw"}.get(access, access)
