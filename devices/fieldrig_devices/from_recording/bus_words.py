@@ -35,7 +35,7 @@ def left_over(log: CanLog, rest: Mapping[int, int], devices: Collection[int]) ->
             yield f"node {node_id} never answered {asked}: it is no device here"
     has_producer = any((node.objects.number(SYNC_COB_ID) or 0) & BIT_30 for node in log.nodes.values())
     if log.sync_ns and not has_producer:
-        yield f"SYNC every {log.sync_ns / MS:g} ms: no device here sends it, so your master has to"
+        yield f"SYNC every {log.sync_ns / MS:.4g} ms: no device here sends it, so your master has to"
 
 
 def _other_frames(log: CanLog) -> Iterator[str]:

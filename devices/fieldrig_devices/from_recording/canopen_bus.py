@@ -1,6 +1,7 @@
 """The devices of a CAN bus of a recording: which nodes there are, and what each of them is."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -190,6 +191,8 @@ class CanopenBus:
         if drive is not None:
             for row in list(drive_rows(drive.unknown_objects(), node.rows, refused)):
                 node.rows[row.index, row.subindex or 0] = row
+            if drive.first_mode is not None and (profile.MODE, 0) in node.rows:
+                node.rows[profile.MODE, 0] = replace(node.rows[profile.MODE, 0], start=drive.first_mode)
         node.complete()
         model.objects |= {f"{index:04X}:{sub:02X}": value for (index, sub), value in node.values.items()}
         model.remarks += [

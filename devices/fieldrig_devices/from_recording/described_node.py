@@ -11,7 +11,7 @@ from fieldrig_devices.canopen.emcy import COB_ID as EMCY_COB_ID
 from fieldrig_devices.canopen.pdo import rpdo, tpdo
 from fieldrig_devices.canopen.pdo_maps import TO_MAPPING
 from fieldrig_devices.canopen.variable import FIRST_APPLICATION_INDEX, Access
-from fieldrig_devices.cia402.objects import MODE, MODE_DISPLAY, Row
+from fieldrig_devices.cia402.objects import Row
 from fieldrig_devices.from_recording.known_objects import (
     BOOLEAN,
     OCTETS,
@@ -57,16 +57,6 @@ class DescribedNode:
             self.rows[key] = self._row(key, log)
             if key[0] < FIRST_APPLICATION_INDEX and log.last is not None:
                 self.written[key] = int.from_bytes(log.last, "little")
-        display = logs.by_key.get((MODE_DISPLAY, 0))
-        mode = self.rows.get((MODE, 0))
-        if (
-            self.is_drive
-            and mode is not None
-            and display is not None
-            and display.first
-            and not logs.by_key[MODE, 0].first
-        ):
-            self.rows[MODE, 0] = replace(mode, start=int.from_bytes(display.first, "little", signed=True))
 
     def _row(self, key: Key, log: ObjectLog) -> Row:
         index, subindex = key

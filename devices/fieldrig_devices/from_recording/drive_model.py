@@ -5,7 +5,7 @@ from typing import Final
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds import reader
 from fieldrig_devices.cia402.behaviour import Behaviour
-from fieldrig_devices.cia402.objects import ENCODER_RESOLUTION
+from fieldrig_devices.cia402.objects import ENCODER_RESOLUTION, MODE, MODE_DISPLAY
 from fieldrig_devices.cia402.single.own_objects import EDS
 from fieldrig_devices.cia402.single.personality import PersonalitySettings, personality, scale_speeds
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
@@ -52,6 +52,21 @@ class DriveModel:
     def settings(self) -> PersonalitySettings:
         """The whole behaviour."""
         return personality(self._fit.personality, PersonalitySettings.model_validate(self._fit.behaviour))
+
+    @property
+    def first_mode(self) -> int | None:
+        """The mode of operation at the beginning, as 6060h or 6061h show it first; None if neither does."""
+        mode, display = (self._logs.by_key.get((index, 0)) for index in (MODE, MODE_DISPLAY))
+        for log in (mode, display):
+            if log is not None and log.first:
+                return int.from_bytes(log.first, "little", signed=True)
+        for pdo in self._model.pdos:
+            changes = pdo.log.changes.changes(self._model.begin_ns)
+            for place, part in enumerate(pdo.layout.parts):
+                if part.key == (MODE_DISPLAY, 0) and changes:
+                    value = pdo.layout.values(changes[0].value)[place]
+                    return int.from_bytes(value.to_bytes(1, "little"), "little", signed=True)
+        return None
 
     def unknown_objects(self) -> Dictionary:
         """Return our own drive's objects, with velocities in the units of this drive."""

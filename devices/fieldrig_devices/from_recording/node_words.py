@@ -65,6 +65,7 @@ def unknown(model: NodeModel) -> Iterator[str]:
         yield f"the content of {', '.join(announced[:MOST_LISTED])}: its transfer was not finished, so it is zeros"
     if not life.boots:
         yield "its boot-up, because the recording begins later, or it was not switched on"
+        yield from _of_the_middle(model)
     if not life.heartbeats and not life.answers:
         yield "its NMT state, because it sent no heartbeat, and no master guarded it"
     if not (life.boots or model.pdos or objects.by_key or life.emergencies):
@@ -76,6 +77,15 @@ def unknown(model: NodeModel) -> Iterator[str]:
     for key, column in model.columns.items():
         if column.left_out:
             yield f"{key} changed {column.left_out} times more than its column has"
+
+
+def _of_the_middle(model: NodeModel) -> Iterator[str]:
+    """Yield what only a recording from the boot-up on would show."""
+    if model.is_drive:
+        yield "its state before the recording: it begins as after power-on, in 'switch on disabled'"
+    for pdo in model.pdos:
+        if pdo.rhythm is not None and pdo.rhythm.is_synchronous and pdo.rhythm.type > 1:
+            yield f"at which SYNC {pdo.pdo.name} begins to count"
 
 
 def _life(model: NodeModel, start_ns: int) -> Iterator[str]:
