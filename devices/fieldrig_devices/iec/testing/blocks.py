@@ -1,5 +1,6 @@
 """The TEST blocks of one file as a source of cases."""
 
+import re
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import closing
 from itertools import groupby
@@ -18,6 +19,8 @@ from fieldrig_devices.iec.testing.in_rig import Rigs
 from fieldrig_devices.iec.testing.runner import Runner
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 
+_UNKNOWN: Final = re.compile("the (type|function) .* is not declared")
+"""What the checker says of the name of a block or function."""
 COMPILES: Final = "the file compiles"
 """The name of the case of a file whose tests cannot be found."""
 
@@ -61,6 +64,13 @@ class BlockSource:
                 else:
                     yield from rigs.run(use, tests, tested, limits)
 
+    def _elsewhere(self, files: int, mistakes: Sequence[Mistake]) -> list[Mistake]:
+        """Return what to do if nothing beside the test file declares what it names."""
+        if files > 1 or self._test.unit.uses or not any(_UNKNOWN.match(one.what) for one in mistakes):
+            return []
+        what = f"no other file in {self._file.parent} declares what the tests name"
+        return [Mistake(1, 1, what, "USES 'file.st'; for code that is elsewhere", file=str(self._file))]
+
     def _without_rig(
         self, tests: Sequence[tuple[Case, CaseBlock]], tested: Tested, limits: Limits
     ) -> Iterator[Outcome]:
@@ -81,7 +91,7 @@ class BlockSource:
         try:
             tested = compile_tests([one.source for one in found], self._dialect)
         except CompileError as wrong:
-            raise CompileError([*mistakes, *wrong.mistakes]) from wrong
+            raise CompileError([*mistakes, *wrong.mistakes, *self._elsewhere(len(found), wrong.mistakes)]) from wrong
         if mistakes:
             raise CompileError(mistakes)
         if not tested.blocks:

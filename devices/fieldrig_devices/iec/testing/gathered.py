@@ -16,7 +16,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.imports import is_foreign, read_source
 from fieldrig_devices.iec.library.selection import words
-from fieldrig_devices.iec.source_texts import files_in, read_text
+from fieldrig_devices.iec.source_texts import SUFFIXES, files_in, read_text
 from fieldrig_devices.languages.mistakes import Mistake
 from fieldrig_devices.languages.source_file import SourceFile
 
@@ -81,14 +81,20 @@ def with_code(test: Read, dialect: Dialect) -> tuple[list[Read], list[Mistake]]:
 
 
 def _beside(test: Read, dialect: Dialect) -> Iterator[Read]:
+    """Yield the source files without tests in the folder of a test file."""
     for path in sorted(test.path.parent.iterdir()):
-        if path == test.path or path.is_dir():
+        if path == test.path or path.suffix.lower() not in SUFFIXES or not path.is_file():
             continue
         try:
-            if path in files_in(test.path.parent) and not has_tests(path) and not is_foreign(read_text(path)):
+            if not has_tests(path) and not _is_foreign(read_text(path)):
                 yield read(path, dialect)
         except UsageError:  # it is no text, and no test reaches it
             continue
+
+
+@lru_cache(maxsize=2_000)
+def _is_foreign(text: str) -> bool:
+    return is_foreign(text)
 
 
 def _reached(test: Read, dialect: Dialect) -> list[Read]:
@@ -96,25 +102,38 @@ def _reached(test: Read, dialect: Dialect) -> list[Read]:
     beside = list(_beside(test, dialect))
     declared: dict[str, list[Read]] = {}
     for file in beside:
-        for name in _names(file.unit):
+        for name in _names(file):
             declared.setdefault(name, []).append(file)
-    known = set(_names(test.unit))
-    open_words = {word for part in (*test.unit.declarations, *test.unit.tests) for word in words(part)}
+    known, open_words = set(_names(test)), {*_words(test), *_words_of_tests(test.unit)}
     reached: list[Read] = []
-    if open_words & _RUNS_TASKS:
+    if _words_of_tests(test.unit, is_alone=True) & _RUNS_TASKS:
         reached = [file for file in beside if _is_configuration(file.unit)]
-        open_words |= _words_of(reached)
+        open_words |= {word for file in reached for word in _words(file)}
     while new := open_words & declared.keys() - known:
         known |= new
         added = [file for name in sorted(new) for file in _chosen(declared[name], reached, test.path)]
         added = list(dict.fromkeys(added))
         reached += added
-        open_words = _words_of(added)
+        open_words = {word for file in added for word in _words(file)}
     return sorted(reached, key=lambda file: file.path)
 
 
-def _words_of(files: Sequence[Read]) -> set[str]:
-    return {word for file in files for part in file.unit.declarations for word in words(part)}
+def _words_of_tests(unit: tree.Unit, *, is_alone: bool = False) -> set[str]:
+    """Return the words of the tests of a file, without their own variables; `is_alone`: of those without a rig."""
+    shared = [part for part in unit.tests if part.word is not tree.TestWord.TEST]
+    tests = [part for part in unit.tests if part.word is tree.TestWord.TEST]
+    chosen = [part for part in tests if not (is_alone and (part.rig or unit.rig))]
+    found: set[str] = set()
+    for part in [*chosen, *(shared if chosen else [])]:
+        own = {one.name.casefold() for each in (part, *shared) for block in each.blocks for one in block.variables}
+        found |= set(words(part)) - own
+    return found
+
+
+@lru_cache(maxsize=2_000)
+def _words(file: Read) -> frozenset[str]:
+    """Return the words of the declarations of a file."""
+    return frozenset(word for part in file.unit.declarations for word in words(part))
 
 
 def _chosen(files: Sequence[Read], reached: Sequence[Read], test: Path) -> list[Read]:
@@ -134,8 +153,13 @@ def _is_configuration(unit: tree.Unit) -> bool:
     return any(isinstance(declared, tree.Configuration) for declared in unit.declarations)
 
 
-def _names(unit: tree.Unit) -> Iterator[str]:
-    """Yield the names that a file declares for all others."""
+@lru_cache(maxsize=2_000)
+def _names(file: Read) -> frozenset[str]:
+    """Return the names that a file declares for all others."""
+    return frozenset(_declared(file.unit))
+
+
+def _declared(unit: tree.Unit) -> Iterator[str]:
     for declared in unit.declarations:
         match declared:
             case tree.Pou(name=name) | tree.Interface(name=name):

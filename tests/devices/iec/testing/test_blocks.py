@@ -329,3 +329,25 @@ END_PROGRAM"""
     body += " %IX0.0 := FALSE; PLC_PRG(); ASSERT_FALSE(lamp); %IX0.0 := TRUE; PLC_PRG();"
     written(tmp_path, io=io, io_test=f"TEST 'a' {body} END_TEST TEST 'b' {body} END_TEST")
     assert [one.failures for one in outcomes(tmp_path / "io_test.st").values()] == [(), ()]
+
+
+def test_code_elsewhere_needs_uses(tmp_path: Path) -> None:
+    (tmp_path / "src").mkdir()
+    written(tmp_path / "src", motor=MOTOR)
+    written(tmp_path, motor_test="TEST 'a'\nVAR m : Motor; END_VAR m(); END_TEST")
+    failures = outcomes(tmp_path / "motor_test.st")["a"].failures
+    assert any(failure.expected == "USES 'file.st'; for code that is elsewhere" for failure in failures)
+
+
+def test_a_test_in_a_rig_does_not_need_the_program_of_its_controller(tmp_path: Path) -> None:
+    """The program names objects of its controller, which only the rig has; the test has a variable of the same name."""
+    controller = """VAR_GLOBAL g_speed : REAL; END_VAR
+PROGRAM Main
+g_speed := PacDriveM.Timer1;
+END_PROGRAM
+CONFIGURATION c RESOURCE r ON MAx4 TASK t(INTERVAL := T#10ms, PRIORITY := 1); PROGRAM p WITH t : Main;
+END_RESOURCE END_CONFIGURATION"""
+    (tmp_path / "empty.yaml").write_text("time: virtual\nbuses: {wires: {kind: wires.virtual}}\ndevices: {}\n")
+    body = "VAR g_speed : REAL; END_VAR\nASSERT_STAYS(g_speed = 0.0, T#10ms);"
+    written(tmp_path, main=controller, main_test=f"TEST 'a' RIG 'empty.yaml' {body} END_TEST")
+    assert outcomes(tmp_path / "main_test.st")["a"].failures == ()

@@ -99,6 +99,8 @@ def source_line(file: Path, line: int) -> str:
 def summary(outcomes: Sequence[Outcome], wall_s: float) -> str:
     counts = Counter(outcome.verdict for outcome in outcomes)
     words = {Verdict.PASSED: "passed", Verdict.FAILED: "failed", Verdict.ERROR: "errors", Verdict.SKIPPED: "skipped"}
+    if counts[Verdict.ERROR] == 1:
+        words[Verdict.ERROR] = "error"
     parts = [f"{counts[verdict]} {word}" for verdict, word in words.items() if counts[verdict]]
     return f"{counted(len(outcomes))}: {', '.join(parts) or 'nothing ran'} in {wall_s:.2f} s"
 
