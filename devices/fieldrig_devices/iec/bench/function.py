@@ -5,42 +5,37 @@ from typing import Any
 
 from fieldrig.errors import ArgumentError
 from fieldrig.text.nearest import closest
-from fieldrig_devices.iec.bench.python_values import cells_of, to_python
+from fieldrig_devices.iec.bench.python_values import at, read, write
 from fieldrig_devices.iec.bench.under_test import UnderTest
-from fieldrig_devices.iec.bench.wrappers import RESULT, Wrapper
-from fieldrig_devices.iec.program import Pou, Variable
-from fieldrig_devices.iec.tree import Section
+from fieldrig_devices.iec.bench.wrappers import Call, Wrapper
+from fieldrig_devices.iec.program import Pou
 
 
 class Function:
     """Takes values in the order of the declaration, or by name; an input that is not given has its start value."""
 
-    def __init__(self, program: UnderTest, pou: Pou, wrapper: Wrapper) -> None:
-        self._program, self._name, self._wrapper = program, pou.name, wrapper
-        own = [one for one in pou.variables.values() if one.name[:1] != "$"]
-        self._inputs = [one.name for one in own if one.section in (Section.INPUT, Section.IN_OUT)]
-        self._outputs = [one.name for one in own if one.section in (Section.OUTPUT, Section.IN_OUT)]
+    def __init__(self, program: UnderTest, wrapper: Wrapper, call: Call) -> None:
+        self._program, self._wrapper, self._call = program, wrapper, call
+        self._name, self._inputs = call.shown, list(call.inputs)
         self.outputs: Mapping[str, Any] = {}
         """VAR_OUTPUT and VAR_IN_OUT after the last call, by name."""
 
     def __call__(self, *values: Any, **named: Any) -> Any:
-        program, given = self._program, self._given(values, named)
+        program, call, given = self._program, self._call, self._given(values, named)
         pou, base = program.of_wrapper(self._wrapper)
-        for name in self._inputs:
-            variable = pou.variables[program.dialect.key(name)]
+        for name, own in call.inputs.items():
+            variable = pou.variables[program.dialect.key(own)]
             if name not in given:
                 program.runtime.restart(variable, base)
                 continue
-            path, at = f"{self._name}.{name}", base + variable.offset
-            for address, cell in list(cells_of(variable.type, given[name], path, at)):
-                program.cells[address] = cell
-        program.runner(self._wrapper)()
-        self.outputs = {name: self._read(pou.variables[program.dialect.key(name)], base) for name in self._outputs}
-        result = pou.variables.get(program.dialect.key(RESULT))
-        return None if result is None else self._read(result, base)
+            write(program.runtime, at(variable.type, base + variable.offset, f"{self._name}.{name}"), given[name])
+        program.runner(self._wrapper, call.action)()
+        self.outputs = {name: self._read(pou, own, base) for name, own in call.outputs.items()}
+        return self._read(pou, call.result, base) if call.result else None
 
-    def _read(self, variable: Variable, base: int) -> Any:
-        return to_python(variable.type, self._program.cells, base + variable.offset)
+    def _read(self, pou: Pou, name: str, base: int) -> Any:
+        variable = pou.variables[self._program.dialect.key(name)]
+        return read(self._program.runtime, at(variable.type, base + variable.offset, name))
 
     def _given(self, values: tuple[Any, ...], named: Mapping[str, Any]) -> dict[str, Any]:
         """Return the arguments by their declared names."""

@@ -8,13 +8,11 @@ from fieldrig.programs import ProgramBench, checked_duration
 from fieldrig_devices.iec.bench.function import Function
 from fieldrig_devices.iec.bench.instance import Block
 from fieldrig_devices.iec.bench.mocked import PythonMock
-from fieldrig_devices.iec.bench.python_values import cell_of, cells_of, single, to_python
+from fieldrig_devices.iec.bench.python_values import cell_of, read, write
 from fieldrig_devices.iec.bench.under_test import UnderTest
 from fieldrig_devices.iec.bench.wrappers import BLOCK, Wrapper
-from fieldrig_devices.iec.program import Pou, Space
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.tree import PouKind
-from fieldrig_devices.iec.types import Value
 from fieldrig_devices.languages.source_file import SourceFile
 
 MOST_EVENTS = 5
@@ -68,33 +66,10 @@ class IecBench(ProgramBench):
     # ---- variables
 
     def get(self, path: str) -> Any:
-        symbol = self._symbol(path)
-        if symbol.is_value:
-            return single(symbol.type, self._read(symbol))
-        return to_python(symbol.type, self._program.cells, self._address(symbol))
-
-    def _read(self, symbol: Symbol) -> Value:
-        try:
-            return self._program.runtime.read(symbol)
-        except ValueError as wrong:
-            raise ArgumentError(*str(wrong).partition("; ")[::2]) from wrong
-
-    def _address(self, symbol: Symbol) -> int:
-        if symbol.location is not None or len(symbol.steps) > 1:
-            raise ArgumentError(f"{symbol.path} is a {symbol.type} elsewhere", "expected the path of one of its parts")
-        return symbol.steps[0]
+        return read(self._program.runtime, self._symbol(path))
 
     def set(self, path: str, value: Any) -> None:
-        symbol = self._symbol(path)
-        if symbol.is_value:
-            cell = cell_of(symbol.type, value, symbol.path)
-            try:
-                self._program.runtime.write(symbol, cell)
-            except ValueError as wrong:
-                raise ArgumentError(*str(wrong).partition("; ")[::2]) from wrong
-            return
-        for at, cell in list(cells_of(symbol.type, value, symbol.path, self._address(symbol))):
-            self._program.cells[at] = cell
+        write(self._program.runtime, self._symbol(path), value)
 
     def _symbol(self, path: str) -> Symbol:
         symbols = self._program.runtime.symbols
@@ -142,7 +117,7 @@ class IecBench(ProgramBench):
         wrapper = Wrapper(pou.name, 1)
         if self._program.add(wrapper):
             self._bind_all()
-        return Function(self._program, self._program.pou(name), wrapper)
+        return Function(self._program, wrapper, self._program.calls[wrapper].own)
 
     def _bind_all(self) -> None:
         """Give all instances the code and the places of the program as it is now."""
@@ -154,12 +129,17 @@ class IecBench(ProgramBench):
         assert pou.type is not None, "a block has a type"
         if wrapper is None:
             assert pou.instance is not None, "a program has an instance"
-            block._bind(pou.type, pou.instance.offset, program.runner_of(program.runtime.thread(pou)), {})
+            block._bind(pou.type, pou.instance.offset, program.runner_of(program.runtime.thread(pou)))
             return
         caller, base = program.of_wrapper(wrapper)
-        instance = caller.variables[program.dialect.key(BLOCK)]
-        in_outs = {key: (one.type, base + one.offset) for key, one in _arguments(caller).items()}
-        block._bind(pou.type, base + instance.offset, program.runner(wrapper), in_outs)
+        instance, calls = caller.variables[program.dialect.key(BLOCK)], program.calls[wrapper]
+        own = {name.lower(): caller.variables[program.dialect.key(name)] for name in calls.own.inputs.values()}
+        in_outs = {name: (one.type, base + one.offset) for name, one in own.items()}
+        functions = {
+            part: {name: Function(program, wrapper, call) for name, call in known.items()}
+            for part, known in (("", calls.methods), ("GET", calls.getters), ("SET", calls.setters))
+        }
+        block._bind(pou.type, base + instance.offset, program.runner(wrapper), in_outs, functions)
 
     def mock(self, name: str, call: Callable[..., Any] | None = None, *, returns: Any = None) -> PythonMock:
         if call is not None and not callable(call):
@@ -172,12 +152,3 @@ class IecBench(ProgramBench):
     def told(self) -> str:
         lines = [line for _, block in self._blocks for line in block._told()]
         return "\n".join([*lines, *self.events[-MOST_EVENTS:]])
-
-
-def _arguments(caller: Pou) -> dict[str, Any]:
-    """Return the variables behind VAR_IN_OUT, by their names without upper case."""
-    return {
-        one.name.lower(): one
-        for one in caller.variables.values()
-        if one.space is Space.INSTANCE and one.name[:1] != "$" and one.name != BLOCK
-    }

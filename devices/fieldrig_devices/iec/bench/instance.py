@@ -1,13 +1,14 @@
 """An instance under test: its variables as attributes, its call, and its last changes for messages."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, Final
 
 from fieldrig.errors import ArgumentError
 from fieldrig.text.nearest import closest
 from fieldrig_devices.iec.bench.owner import Owner
-from fieldrig_devices.iec.bench.python_values import cell_of, cells_of, checker_of, single, to_python
+from fieldrig_devices.iec.bench.python_values import at, checker_of, read, write
 from fieldrig_devices.iec.layout import members, storage
 from fieldrig_devices.iec.program import Variable
 from fieldrig_devices.iec.symbols import Symbol
@@ -46,24 +47,17 @@ class Instance:
         self._keep(_kind=kind, _address=address, _parts=parts)
 
     def __getattr__(self, name: str) -> Any:
-        symbol = self._located(name)
-        if symbol is not None:
-            return single(symbol.type, self._bench.runtime.read(symbol))
-        kind, address = self._place(name)
-        if isinstance(kind, BlockType):
-            return Instance(self._bench, f"{self._path}.{name}", kind, address)
-        cells = self._bench.cells
-        return single(kind, cells[address]) if storage(kind) is not None else to_python(kind, cells, address)
+        symbol = self._symbol(name)
+        if isinstance(symbol.type, BlockType):
+            return Instance(self._bench, symbol.path, symbol.type, symbol.steps[0])
+        return read(self._bench.runtime, symbol)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        symbol = self._located(name)
-        if symbol is not None:
-            self._bench.runtime.write(symbol, cell_of(symbol.type, value, symbol.path))
-            return
-        kind, address = self._place(name)
-        cells = self._bench.cells
-        for at, cell in list(cells_of(kind, value, f"{self._path}.{name}", address)):
-            cells[at] = cell
+        write(self._bench.runtime, self._symbol(name), value)
+
+    def _symbol(self, name: str) -> Symbol:
+        """Return a variable.  AttributeError, with the nearest name, for an unknown one."""
+        return self._located(name) or at(*self._place(name), f"{self._path}.{name}")
 
     def _located(self, name: str) -> Symbol | None:
         """Return a variable with an address, which is in an area and not in the instance."""
@@ -101,29 +95,52 @@ class Instance:
 class Block(Instance):
     """An instance under test.  A call gives it inputs, runs its code once, and returns it."""
 
-    __slots__ = ("_checks", "_history", "_in_outs", "_run")
+    __slots__ = ("_checks", "_functions", "_history", "_in_outs", "_run")
 
     _checks: dict[str, tuple[Callable[[Any], Value], int]]
     _history: deque[tuple[int, list[Value]]]
-    _in_outs: dict[str, tuple[Type, int]]
+    _functions: Mapping[str, Mapping[str, Callable[..., Any]]]
+    _in_outs: Mapping[str, tuple[Type, int]]
     _run: Callable[[], None]
 
     def __init__(self, bench: Owner, name: str) -> None:
         """It can be used when `_bind` has given it its place."""
-        self._keep(_bench=bench, _path=name, _parts={}, _history=deque(maxlen=MOST_CALLS))
+        self._keep(_bench=bench, _path=name, _parts={}, _functions={}, _history=deque(maxlen=MOST_CALLS))
 
     def _bind(
-        self, kind: BlockType, address: int, run: Callable[[], None], in_outs: dict[str, tuple[Type, int]]
+        self,
+        kind: BlockType,
+        address: int,
+        run: Callable[[], None],
+        in_outs: Mapping[str, tuple[Type, int]] = MappingProxyType({}),
+        functions: Mapping[str, Mapping[str, Callable[..., Any]]] = MappingProxyType({}),
     ) -> None:
-        """Use the code of the program as it is now; `in_outs` are the variables behind VAR_IN_OUT."""
+        """Use the code of the program as it is now.
+
+        `in_outs` are the variables behind VAR_IN_OUT; `functions` are the methods, and GET and SET of properties.
+        """
         before = self._offsets()
         self._place_at(kind, address)
-        self._keep(_run=run, _in_outs=in_outs, _checks={})
+        self._keep(_run=run, _in_outs=in_outs, _functions=functions, _checks={})
         if self._offsets() != before:
             self._history.clear()
 
     def _offsets(self) -> dict[str, int]:
         return {name: one.offset for name, one in self._parts.items()}
+
+    def __getattr__(self, name: str) -> Any:
+        key = name.lower()
+        if key in self._functions.get("", ()):
+            return self._functions[""][key]
+        getter = self._functions.get("GET", {}).get(key)
+        return getter() if getter is not None else super().__getattr__(name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        setter = self._functions.get("SET", {}).get(name.lower())
+        if setter is not None:
+            setter(value)
+        else:
+            super().__setattr__(name, value)
 
     def __call__(self, **inputs: Any) -> "Block":
         for name, value in inputs.items():

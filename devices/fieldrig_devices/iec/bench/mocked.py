@@ -5,7 +5,7 @@ from typing import Any
 
 from fieldrig_devices.iec.bench.instance import Instance
 from fieldrig_devices.iec.bench.owner import Owner
-from fieldrig_devices.iec.bench.python_values import cells_of, to_python
+from fieldrig_devices.iec.bench.python_values import at, read, write
 from fieldrig_devices.iec.program import Space
 from fieldrig_devices.iec.testing.mocks import Mock
 from fieldrig_devices.iec.tree import PouKind, Section
@@ -31,10 +31,10 @@ class PythonMock:
 
     def answer(self, mock: Mock, address: int) -> None:
         """Answer one call, with its variables at an address."""
-        pou, cells = mock.pou, self._bench.cells
+        pou, runtime = mock.pou, self._bench.runtime
         base = address if pou.kind is PouKind.FUNCTION else address - mock.is_on.offset
         inputs = tuple(
-            to_python(one.type, cells, base + one.offset)
+            read(runtime, at(one.type, base + one.offset, one.name))
             for one in pou.variables.values()
             if one.section is Section.INPUT and one.name[:1] != "$" and one.space is not Space.GLOBAL
         )
@@ -45,5 +45,4 @@ class PythonMock:
             return
         value = self._call(*inputs)
         if pou.result is not None:
-            for at, cell in cells_of(pou.result.type, value, f"the result of {pou.name}", base + pou.result.offset):
-                cells[at] = cell
+            write(runtime, at(pou.result.type, base + pou.result.offset, f"the result of {pou.name}"), value)

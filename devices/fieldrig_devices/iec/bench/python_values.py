@@ -11,34 +11,49 @@ structure, instance             dict
 array                           list, in the order of the indices
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, date, datetime, time, timedelta
 from typing import Any, Final
 
 from fieldrig.errors import ArgumentError
 from fieldrig.text.nearest import closest
 from fieldrig_devices.iec.elementary import UNITS_NS, Elementary, Family
-from fieldrig_devices.iec.layout import members, storage
-from fieldrig_devices.iec.symbols import Symbol
-from fieldrig_devices.iec.types import ArrayType, BlockType, EnumType, StructType, Type, Value
-from fieldrig_devices.iec.values import checked
+from fieldrig_devices.iec.layout import storage
+from fieldrig_devices.iec.runtime import Runtime
+from fieldrig_devices.iec.symbols import Symbol, parts
+from fieldrig_devices.iec.types import ArrayType, EnumType, Type, Value
+from fieldrig_devices.iec.values import NoTargetError, checked
 
 _EPOCH: Final = datetime(1970, 1, 1)  # noqa: DTZ001  dates of the language have no zone
 _DAY_NS: Final = 86_400_000_000_000
 _US_NS: Final = 1_000
 
 
-def to_python(kind: Type, cells: Sequence[Value], address: int) -> Any:
-    """Return the value at an address."""
-    match kind:
-        case ArrayType(element=element, count=count):
-            return [to_python(element, cells, address + place * element.size) for place in range(count)]
-        case StructType():
-            return {part.name: to_python(part.type, cells, address + part.offset) for part in kind.fields.values()}
-        case BlockType():
-            parts = [one for one in members(kind) if one.name[:1] != "$" and not one.is_reference]
-            return {one.name: to_python(one.type, cells, address + one.offset) for one in parts}
-    return single(kind, cells[address])
+def at(kind: Type, address: int, path: str = "") -> Symbol:
+    """Return what is at an address as a symbol."""
+    return Symbol(path, path, kind, steps=(address,))
+
+
+def read(runtime: Runtime, symbol: Symbol) -> Any:
+    """Return the value of a symbol; None for a reference to nothing."""
+    if symbol.is_value:
+        try:
+            return single(symbol.type, runtime.read(symbol))
+        except NoTargetError:
+            return None
+    inside = [part for part in parts(symbol) if part.name[:1] != "$"]
+    if isinstance(symbol.type, ArrayType):
+        return [read(runtime, part) for part in inside]
+    return {part.name: read(runtime, part) for part in inside}
+
+
+def write(runtime: Runtime, symbol: Symbol, value: Any) -> None:
+    """Write a value, or those of its parts; nothing if one of them does not fit.  ArgumentError says which."""
+    for part, cell in list(_cells_of(symbol, value)):
+        try:
+            runtime.write(part, cell)
+        except ValueError as wrong:
+            raise ArgumentError(*str(wrong).partition("; ")[::2]) from wrong
 
 
 def single(kind: Type, value: Value) -> Any:
@@ -59,34 +74,28 @@ def single(kind: Type, value: Value) -> Any:
     return instant.time() if stored is Elementary.TOD else instant
 
 
-def cells_of(kind: Type, value: Any, path: str, address: int = 0) -> Iterator[tuple[int, Value]]:
-    """Yield the cells that a value of Python is in.  ArgumentError, with the path, for one that does not fit.
+def _cells_of(symbol: Symbol, value: Any) -> Iterator[tuple[Symbol, Value]]:
+    """Yield the parts of a symbol with the cells that a value of Python gives them.  ArgumentError if it does not fit.
 
     A dict may leave out components, which then keep their values.
     """
-    match kind:
-        case ArrayType(element=element, count=count, low=low):
-            if not isinstance(value, list | tuple) or len(value) != count:
-                raise ArgumentError(f"{path} cannot be {_shown(value)}", f"expected a list of {count} values")
-            for place, one in enumerate(value):
-                yield from cells_of(element, one, f"{path}[{low + place}]", address + place * element.size)
-        case StructType() | BlockType():
-            if not isinstance(value, Mapping):
-                raise ArgumentError(f"{path} cannot be {_shown(value)}", f"expected a dict with values of {kind}")
-            parts = _parts(kind)
-            for name, one in value.items():
-                known = parts.get(str(name).lower())
-                if known is None:
-                    raise ArgumentError(f"{path} has no {name}", closest(str(name), [*parts]))
-                yield from cells_of(known[0], one, f"{path}.{name}", address + known[1])
-        case _:
-            yield address, cell_of(kind, value, path)
-
-
-def _parts(kind: StructType | BlockType) -> dict[str, tuple[Type, int]]:
-    if isinstance(kind, StructType):
-        return {name: (part.type, part.offset) for name, part in kind.fields.items()}
-    return {one.name.lower(): (one.type, one.offset) for one in members(kind) if not one.is_reference}
+    kind, path = symbol.type, symbol.path
+    if symbol.is_value:
+        yield symbol, cell_of(kind, value, path)
+    elif isinstance(kind, ArrayType):
+        if not isinstance(value, list | tuple) or len(value) != kind.count:
+            raise ArgumentError(f"{path} cannot be {_shown(value)}", f"expected a list of {kind.count} values")
+        for part, one in zip(parts(symbol), value, strict=True):
+            yield from _cells_of(part, one)
+    else:
+        if not isinstance(value, Mapping):
+            raise ArgumentError(f"{path} cannot be {_shown(value)}", f"expected a dict with values of {kind}")
+        known = {part.name.lower(): part for part in parts(symbol)}
+        for name, one in value.items():
+            found = known.get(str(name).lower())
+            if found is None:
+                raise ArgumentError(f"{path} has no {name}", closest(str(name), [part.name for part in known.values()]))
+            yield from _cells_of(found, one)
 
 
 def cell_of(kind: Type, value: Any, path: str) -> Value:

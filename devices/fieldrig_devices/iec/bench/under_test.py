@@ -1,6 +1,6 @@
 """A program under test: compiled, loaded, and compiled again when a test wants a further instance or mock."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from fieldrig.clock import MS, VirtualClock
@@ -8,7 +8,7 @@ from fieldrig.errors import ArgumentError, ConfigError, Mistake, RigError
 from fieldrig.system.stopwatch import Stopwatch
 from fieldrig.text.nearest import closest
 from fieldrig_devices.iec.bench.mocked import PythonMock
-from fieldrig_devices.iec.bench.wrappers import BenchExtension, Wrapper
+from fieldrig_devices.iec.bench.wrappers import BenchExtension, Calls, Wrapper
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.loaded import LoadedProgram
@@ -43,6 +43,7 @@ class UnderTest:
         judge.calls = self._mocked
         self._wrappers: list[Wrapper] = []
         self._mocks: Sequence[Mock] = ()
+        self.calls: Mapping[Wrapper, Calls] = {}
         self._python: dict[str, PythonMock] = {}
         self._raised: BaseException | None = None
         self.events: list[str] = []
@@ -109,7 +110,7 @@ class UnderTest:
         if extension.mocks.unknown:
             name = extension.mocks.unknown[-1]
             raise ArgumentError(f"{name} cannot be mocked", "expected a function or a block with code in the program")
-        self._mocks = extension.mocks.by_number
+        self._mocks, self.calls = extension.mocks.by_number, extension.calls
         return compiled
 
     def renew(self, new: Wrapper | None = None) -> None:
@@ -164,11 +165,11 @@ class UnderTest:
 
     # ---- running
 
-    def runner(self, wrapper: Wrapper) -> Callable[[], None]:
-        """Return a function that runs a wrapper once, with the code of now."""
+    def runner(self, wrapper: Wrapper, action: str = "") -> Callable[[], None]:
+        """Return a function that runs a wrapper, or an action of it, once, with the code of now."""
         pou, base = self.of_wrapper(wrapper)
         thread = self.runtime.thread(pou)
-        thread.enter(wrapper.pou.lower(), base)
+        thread.enter((f"{wrapper.pou}.{action}" if action else wrapper.pou).lower(), base)
         return self.runner_of(thread)
 
     def runner_of(self, thread: Thread) -> Callable[[], None]:

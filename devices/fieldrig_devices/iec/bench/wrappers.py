@@ -1,7 +1,7 @@
 """What calls the blocks and functions under test: a hidden block for each, with variables for their arguments."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Final
 from zlib import crc32
 
@@ -12,6 +12,8 @@ BLOCK: Final = "tested"
 """The instance under test."""
 RESULT: Final = "result of function"
 _FILE: Final = "fieldrig.program"
+_IMPLICIT: Final = frozenset({"fb_init", "fb_exit", "fb_reinit"})
+_CLOSED: Final = frozenset({"PRIVATE", "PROTECTED"})
 _ARGUMENTS: Final = (tree.Section.INPUT, tree.Section.IN_OUT, tree.Section.OUTPUT)
 
 
@@ -32,51 +34,139 @@ class Wrapper:
         return f"{self.pou} instance"
 
 
+@dataclass(frozen=True, slots=True)
+class Call:
+    """One thing that a wrapper can call: the block or function itself, a method, or a part of a property."""
+
+    shown: str
+    inputs: Mapping[str, str]
+    """The names of the arguments, each with the variable of the wrapper that gives it."""
+    outputs: Mapping[str, str]
+    result: str = ""
+    """The variable with the result; empty if there is none."""
+    action: str = ""
+    """The action of the wrapper that makes the call; empty for its body."""
+
+
+@dataclass(slots=True)
+class Calls:
+    """What a wrapper can call, by names without upper case."""
+
+    own: Call
+    methods: dict[str, Call] = field(default_factory=dict)
+    getters: dict[str, Call] = field(default_factory=dict)
+    setters: dict[str, Call] = field(default_factory=dict)
+
+
 class BenchExtension(CaseExtension):
     """Adds the wrappers to the program."""
 
     def __init__(self, wrappers: Sequence[Wrapper], mocked: Sequence[str]) -> None:
         super().__init__(mocked)
         self._wrappers = wrappers
+        self.calls: dict[Wrapper, Calls] = {}
 
     def units(self, units: Sequence[tree.Unit]) -> Sequence[tree.Unit]:
         known = {one.name.casefold(): one for unit in units for one in unit.declarations if isinstance(one, tree.Pou)}
         made: list[tree.Declaration] = []
         for wrapper in self._wrappers:
-            made += _declarations(wrapper, known)
+            declared = _Declared(wrapper, known)
+            made += declared.declarations()
+            self.calls[wrapper] = declared.calls
         plain = [replace(unit, tests=()) for unit in units]  # tests of the same file do not matter here
         self._files.add(_FILE)
         return [*plain, tree.Unit(_FILE, tuple(made)), begin_unit()]
 
 
-def _declarations(wrapper: Wrapper, known: Mapping[str, tree.Pou]) -> list[tree.Declaration]:
-    pou = known.get(wrapper.name.casefold())
-    is_function = pou is not None and pou.kind is tree.PouKind.FUNCTION
-    line = _line_of(pou, known)
-    variables: list[tree.Variable] = []
-    arguments: list[tree.Argument] = []
-    for block in (block for one in line for block in one.blocks if block.section in _ARGUMENTS):
-        is_own = is_function or block.section is tree.Section.IN_OUT
-        for variable in block.variables if is_own else ():
-            if variable.name.casefold() in {known.name.casefold() for known in variables}:
-                continue
-            is_output = block.section is tree.Section.OUTPUT
-            variables.append(replace(variable, location=None, edge="", narrow=None))
-            arguments.append(tree.Argument(tree.Name(variable.name), variable.name, is_output=is_output))
-    body: tree.AnyStatement
-    if is_function and pou is not None:
-        call = tree.Call(tree.Name(pou.name), tuple(arguments))
-        body = tree.CallStatement(call)
-        if pou.result is not None:
-            variables.append(tree.Variable(RESULT, pou.result))
-            body = tree.Assign(tree.Name(RESULT), call)
-    else:
-        variables.append(tree.Variable(BLOCK, tree.NamedType(wrapper.name)))
-        body = tree.CallStatement(tree.Call(tree.Name(BLOCK), tuple(arguments)))
-    blocks = (tree.Variables(tree.Section.LOCAL, tuple(variables)),)
-    made = tree.Pou(tree.PouKind.FUNCTION_BLOCK, wrapper.pou, None, blocks, tree.StBody((body,)))
-    instance = tree.Variable(wrapper.instance, tree.NamedType(wrapper.pou))
-    return [made, tree.Variables(tree.Section.GLOBAL, (instance,))]
+class _Declared:
+    """The declarations of one wrapper."""
+
+    def __init__(self, wrapper: Wrapper, known: Mapping[str, tree.Pou]) -> None:
+        self._wrapper, self._pou = wrapper, known.get(wrapper.name.casefold())
+        self._line = _line_of(self._pou, known)
+        self._variables: dict[str, tree.Variable] = {}
+        self._actions: list[tree.Action] = []
+        self._body = self._of_function() if self._is_function else self._of_block()
+
+    @property
+    def _is_function(self) -> bool:
+        return self._pou is not None and self._pou.kind is tree.PouKind.FUNCTION
+
+    def declarations(self) -> list[tree.Declaration]:
+        wrapper, blocks = self._wrapper, (tree.Variables(tree.Section.LOCAL, tuple(self._variables.values())),)
+        kind, body = tree.PouKind.FUNCTION_BLOCK, tree.StBody((self._body,))
+        made = tree.Pou(kind, wrapper.pou, None, blocks, body, tuple(self._actions))
+        instance = tree.Variable(wrapper.instance, tree.NamedType(wrapper.pou))
+        return [made, tree.Variables(tree.Section.GLOBAL, (instance,))]
+
+    def _add(self, name: str, spec: tree.TypeSpec, initial: tree.Initial | None = None) -> str:
+        self._variables.setdefault(name.casefold(), tree.Variable(name, spec, initial))
+        return name
+
+    def _arguments(
+        self, blocks: Iterable[tree.Variables], sections: Collection[tree.Section], prefix: str = ""
+    ) -> tuple[list[tree.Argument], dict[str, str], dict[str, str]]:
+        """Give each parameter a variable; return the arguments of the call, and the variables of inputs and outputs."""
+        arguments, inputs, outputs = list[tree.Argument](), dict[str, str](), dict[str, str]()
+        for block in (block for block in blocks if block.section in sections):
+            for variable in block.variables:
+                if variable.name in inputs or variable.name in outputs:
+                    continue
+                own = self._add(f"{prefix}{variable.name}", variable.type, variable.initial)
+                is_output = block.section is tree.Section.OUTPUT
+                arguments.append(tree.Argument(tree.Name(own), variable.name, is_output=is_output))
+                if not is_output:
+                    inputs[variable.name] = own
+                if block.section is not tree.Section.INPUT:
+                    outputs[variable.name] = own
+        return arguments, inputs, outputs
+
+    def _called(self, call: tree.Call, result: tree.TypeSpec | None, name: str) -> tuple[tree.AnyStatement, str]:
+        """Return the statement of a call, and the variable with its result."""
+        if result is None:
+            return tree.CallStatement(call), ""
+        return tree.Assign(tree.Name(self._add(name, result)), call), name
+
+    def _of_function(self) -> tree.AnyStatement:
+        pou = self._pou
+        assert pou is not None, "a function is known"
+        arguments, inputs, outputs = self._arguments(pou.blocks, _ARGUMENTS)
+        statement, result = self._called(tree.Call(tree.Name(pou.name), tuple(arguments)), pou.result, RESULT)
+        self.calls = Calls(Call(pou.name, inputs, outputs, result))
+        return statement
+
+    def _of_block(self) -> tree.AnyStatement:
+        blocks = [block for one in self._line for block in one.blocks]
+        arguments, inputs, outputs = self._arguments(blocks, (tree.Section.IN_OUT,))
+        self._add(BLOCK, tree.NamedType(self._wrapper.name))
+        self.calls = Calls(Call(self._wrapper.name, inputs, outputs))
+        for method in (method for one in self._line for method in one.methods):
+            if method.name.casefold() not in _IMPLICIT and not _CLOSED & set(method.modifiers):
+                self._method(method)
+        return tree.CallStatement(tree.Call(tree.Name(BLOCK), tuple(arguments)))
+
+    def _method(self, method: tree.Method) -> None:
+        calls, name = self.calls, method.name.casefold()
+        known = {"GET": calls.getters, "SET": calls.setters}.get(method.accessor, calls.methods)
+        if name in known:
+            return  # the one of a block above is hidden by it
+        action = f"{method.accessor or 'METHOD'} {method.name}"
+        member = tree.Member(tree.Name(BLOCK), method.name)
+        statement: tree.AnyStatement | None = None
+        inputs, outputs, result = dict[str, str](), dict[str, str](), ""
+        if method.accessor == "GET" and method.result is not None:
+            result = self._add(f"{action} result", method.result)
+            statement = tree.Assign(tree.Name(result), member)
+        elif method.accessor and method.result is not None:
+            inputs = {method.name: self._add(f"{action} value", method.result)}
+            statement = tree.Assign(member, tree.Name(inputs[method.name]))
+        elif not method.accessor:
+            arguments, inputs, outputs = self._arguments(method.blocks, _ARGUMENTS, f"{action} ")
+            call = tree.Call(member, tuple(arguments))
+            statement, result = self._called(call, method.result, f"{action} result")
+        if statement is not None:
+            self._actions.append(tree.Action(action, tree.StBody((statement,))))
+            known[name] = Call(f"{self._wrapper.name}.{method.name}", inputs, outputs, result, action)
 
 
 def _line_of(pou: tree.Pou | None, known: Mapping[str, tree.Pou]) -> list[tree.Pou]:

@@ -1,5 +1,6 @@
 """The signals around a failure: the values of variables at the statements of a test, and their diagram as text."""
 
+from collections import deque
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
@@ -18,6 +19,10 @@ WIDTH: Final = 48
 MOST_SIGNALS: Final = 8
 MOST_VALUES: Final = 4
 """Values of a signal that are no levels, the last of them."""
+MOST_EDGES: Final = 8
+"""Edges in the lines of levels, the last of them; the time in front of them is not shown."""
+MOST_CHANGES: Final = 1_000
+"""Changes of a signal that are kept."""
 HIGH, LOW = "▔", "▁"
 
 
@@ -31,7 +36,7 @@ class Track:
 
     def __init__(self, name: str, kind: Type) -> None:
         self.name, self.kind = name, kind
-        self.changes: list[Change] = []
+        self.changes: deque[Change] = deque(maxlen=MOST_CHANGES)
 
     def note(self, at_ns: int, value: Value) -> None:
         if not self.changes or self.changes[-1].value != value:
@@ -39,8 +44,7 @@ class Track:
 
     def at(self, at_ns: int) -> Value:
         """Return the value at an instant."""
-        known = [change.value for change in self.changes if change.at_ns <= at_ns]
-        return known[-1] if known else self.changes[0].value
+        return next((one.value for one in reversed(self.changes) if one.at_ns <= at_ns), self.changes[0].value)
 
 
 class Recorder:
@@ -88,20 +92,36 @@ def diagram(tracks: list[Track], end_ns: int) -> tuple[str, ...]:
     if not shown:
         return ()
     width = max(len(track.name) for track in shown)
-    has_levels = end_ns > 0 and any(track.kind is Elementary.BOOL for track in shown)
-    lines = [f"{track.name:<{width}}  {_drawn(track, end_ns)}" for track in shown]
-    if has_levels:
-        begin, end = "0", long_time_text(end_ns).partition("#")[2]
+    levels = [track for track in shown if track.kind is Elementary.BOOL] if end_ns > 0 else []
+    begin_ns = _begin_of(levels, end_ns)
+    lines = []
+    for track in shown:
+        drawn = _drawn(track, begin_ns, end_ns) if track in levels else _told(track)
+        lines.append(f"{track.name:<{width}}  {drawn}")
+    if levels:
+        begin, end = _instant(begin_ns), _instant(end_ns)
         lines.append(f"{'':<{width}}  {begin}{end:>{WIDTH - len(begin)}}")
     return tuple(lines)
 
 
-def _drawn(track: Track, end_ns: int) -> str:
-    if track.kind is Elementary.BOOL and end_ns > 0:
-        levels = [bool(track.at(end_ns * (place + 1) // WIDTH)) for place in range(WIDTH - 1)]
-        levels.append(bool(track.changes[-1].value))
-        return "".join(HIGH if level else LOW for level in levels)
-    last = track.changes[-MOST_VALUES:]
+def _begin_of(levels: list[Track], end_ns: int) -> int:
+    """Return the instant at which the lines begin: some time in front of the last edges."""
+    edges = sorted({change.at_ns for track in levels for change in list(track.changes)[1:]})
+    if len(edges) <= MOST_EDGES:
+        return 0
+    first_ns = edges[-MOST_EDGES]
+    return max(0, first_ns - (end_ns - first_ns) // MOST_EDGES)
+
+
+def _drawn(track: Track, begin_ns: int, end_ns: int) -> str:
+    span_ns = end_ns - begin_ns
+    levels = [bool(track.at(begin_ns + span_ns * (place + 1) // WIDTH)) for place in range(WIDTH - 1)]
+    levels.append(bool(track.changes[-1].value))
+    return "".join(HIGH if level else LOW for level in levels)
+
+
+def _told(track: Track) -> str:
+    last = list(track.changes)[-MOST_VALUES:]
     before = "... " if len(track.changes) > len(last) else ""
     texts = [f"{value_text(track.kind, change.value)} ({_instant(change.at_ns)})" for change in last]
     return before + "  ".join(texts)

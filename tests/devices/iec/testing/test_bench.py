@@ -373,3 +373,70 @@ def test_blocks_with_long_names_have_instances_of_their_own(tmp_path: Path) -> N
     first, second = plc.block(name), plc.block(name)
     first(x=1)
     assert (first.x, second(x=2).x, first.x) == (1, 2, 1)
+
+
+OBJECTS = """
+TYPE Flags : STRUCT ready : BIT; lost : BIT; END_STRUCT END_TYPE
+TYPE Split : UNION whole : DWORD; low : WORD; bytes : ARRAY[0..3] OF BYTE; END_UNION END_TYPE
+FUNCTION_BLOCK Base
+VAR_INPUT flags : Flags; split : Split; target : REFERENCE TO INT; END_VAR
+VAR n : INT; END_VAR
+METHOD Inc : INT
+VAR_INPUT amount : INT := 1; END_VAR
+VAR_OUTPUT twice : INT; END_VAR
+n := n + amount; Inc := n; twice := 2 * n;
+END_METHOD
+METHOD Clear
+n := 0;
+END_METHOD
+METHOD PRIVATE Secret : INT
+Secret := 1;
+END_METHOD
+PROPERTY Count : INT
+GET
+Count := n;
+END_GET
+SET
+n := Count;
+END_SET
+END_PROPERTY
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK Counter EXTENDS Base
+METHOD Clear
+n := 100;
+END_METHOD
+n := n + 10;
+END_FUNCTION_BLOCK
+"""
+
+
+@pytest.fixture
+def counter(tmp_path: Path) -> Any:
+    (tmp_path / "counter.st").write_text(OBJECTS)
+    return program(tmp_path / "counter.st", dialect="codesys").block("Counter")
+
+
+def test_methods_and_properties_are_those_of_the_instance(counter: Any) -> None:
+    assert (counter.Inc(), counter.Inc(5), counter.Inc.outputs) == (1, 6, {"twice": 12})
+    assert (counter.inc(amount=2), counter.Count) == (8, 8)
+    counter.Count = 50
+    assert (counter.n, counter().n) == (50, 60)
+    counter.Clear()
+    assert counter.n == 100  # the method of the block that extends the other one
+    with pytest.raises(AttributeError):
+        counter.Secret()
+    with pytest.raises(ArgumentError, match="takes 1 arguments"):
+        counter.Inc(1, 2)
+
+
+def test_components_of_unions_and_bits_are_read_and_written(counter: Any) -> None:
+    counter.flags = {"lost": True}
+    assert counter.flags == {"ready": False, "lost": True}
+    counter.split = {"whole": 0x01020304}
+    assert counter.split == {"whole": 0x01020304, "low": 0x0304, "bytes": [4, 3, 2, 1]}
+    counter(split={"low": 0xFFFF})
+    assert counter.split["whole"] == 0x0102FFFF
+
+
+def test_a_reference_to_nothing_is_none_or_its_address(counter: Any) -> None:
+    assert counter.target in (None, 0)
