@@ -12,7 +12,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.testing import gathered
 from fieldrig_devices.iec.testing.alone import Alone
-from fieldrig_devices.iec.testing.case import MISTAKE, Case, Failure, Limits, Outcome, Verdict
+from fieldrig_devices.iec.testing.case import FAULT, MISTAKE, TIMEOUT, Case, Failure, Limits, Outcome, Verdict
 from fieldrig_devices.iec.testing.compiled import Tested, compile_tests
 from fieldrig_devices.iec.testing.extension import CaseBlock
 from fieldrig_devices.iec.testing.in_rig import Rigs
@@ -108,15 +108,14 @@ def _rig_of(test: tuple[Case, CaseBlock]) -> tree.RigUse | None:
 def _with_diagram(runner: Runner, case: Case, block: CaseBlock, limits: Limits) -> Outcome:
     """Run a test; if it fails, once more with a record of its signals, as it does the same again."""
     outcome = runner.run(case, block, limits)
-    if outcome.verdict is Verdict.FAILED:
-        again = runner.run(case, block, limits, is_recorded=True)
-        if again.verdict is Verdict.FAILED:
-            return again._replace(wall_s=outcome.wall_s)
-    return outcome
+    if not outcome.failures or any(failure.kind == TIMEOUT for failure in outcome.failures):
+        return outcome
+    again = runner.run(case, block, limits, is_recorded=True)
+    return again._replace(wall_s=outcome.wall_s) if again.verdict is outcome.verdict else outcome
 
 
 def _not_begun(case: Case, wrong: RigError) -> Outcome:
-    return Outcome(case, Verdict.ERROR, (Failure("fault", "", wrong.what, "", case.file, case.line, 0),))
+    return Outcome(case, Verdict.ERROR, (Failure(FAULT, "", wrong.what, "", case.file, case.line, 0),))
 
 
 def _not_compiled(case: Case, mistakes: Sequence[Mistake]) -> Outcome:

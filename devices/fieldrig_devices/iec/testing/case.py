@@ -15,6 +15,11 @@ from fieldrig.clock import S
 MISTAKE: Final = "mistake"
 """The kind of a failure that is a mistake of the test file, or of the rig that it names."""
 
+FAULT: Final = "fault"
+"""The kind of a failure that is a fault of the program, or what the rig refuses."""
+TIMEOUT: Final = "timeout"
+"""The kind of a failure that is a limit of time."""
+
 
 class Verdict(StrEnum):
     """How a test ended."""
@@ -46,7 +51,7 @@ class Failure(NamedTuple):
     """One assertion that failed, or what kept the test from being judged."""
 
     kind: str
-    """The name of the assertion, or `fault`, `timeout` or `mistake`."""
+    """The name of the assertion, or one of FAULT, TIMEOUT and MISTAKE."""
     expected: str
     """As its type is written in the language; empty if nothing was compared."""
     actual: str

@@ -50,10 +50,9 @@ class Rigs:
         from fieldrig.virtual.branches import one_by_one
 
         try:
-            rig = self._of(use)
             program = Prepared(tested)  # before the branches, which then share its memory
             calls = [partial(_run, case=case, block=block, program=program, limits=limits) for case, block in tests]
-            outcomes = one_by_one(rig, calls) if HAS_FORK else (self._alone(use, call) for call in calls)
+            outcomes = one_by_one(self._of(use), calls) if HAS_FORK else (self._alone(use, call) for call in calls)
             for test, outcome in zip(tests, outcomes, strict=True):
                 yield _not_run(test, use, outcome) if isinstance(outcome, RigError) else outcome
         except RigError as wrong:

@@ -9,7 +9,7 @@ from fieldrig.system.stopwatch import Stopwatch
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.testing.alone import TaskFaultError
-from fieldrig_devices.iec.testing.case import Case, Failure, Limits, Outcome, Verdict
+from fieldrig_devices.iec.testing.case import FAULT, TIMEOUT, Case, Failure, Limits, Outcome, Verdict
 from fieldrig_devices.iec.testing.compiled import Tested
 from fieldrig_devices.iec.testing.extension import TEARDOWN, CaseBlock
 from fieldrig_devices.iec.testing.judge import ASSERT, Judge
@@ -79,10 +79,11 @@ class Runner:
             failures += self._played(BlockThread(place.runtime, block, TEARDOWN), is_pressed)
         failures = [one._replace(at_ns=one.at_ns - begin_ns) for one in failures]
         if recorder is not None and failures:
-            failures[0] = failures[0]._replace(diagram=recorder.diagram(failures[0]))
+            drawn = (*failures[0].diagram, *recorder.diagram(failures[0]))
+            failures[0] = failures[0]._replace(diagram=drawn)
         verdict = Verdict.PASSED
         if failures:
-            are_errors = any(one.kind in ("fault", "timeout") for one in failures)
+            are_errors = any(one.kind in (FAULT, TIMEOUT) for one in failures)
             verdict = Verdict.ERROR if are_errors else Verdict.FAILED
         duration_ns = place.now_ns - begin_ns
         output = tuple(judge.output)
@@ -100,17 +101,17 @@ class Runner:
                     break
                 self._wait(thread, is_pressed)
         except TookTooLongError as limit:
-            return [self._here("timeout", thread, str(limit))]
+            return [self._here(TIMEOUT, thread, str(limit))]
         except RigError as wrong:
-            return [self._here("fault", thread, f"{wrong.what}; {wrong.remedy}" if wrong.remedy else wrong.what)]
+            return [self._here(FAULT, thread, f"{wrong.what}; {wrong.remedy}" if wrong.remedy else wrong.what)]
         except TaskFaultError as wrong:
-            return [_failure("fault", wrong.fault, str(wrong), self._place.now_ns)]
+            return [_failure(FAULT, wrong.fault, str(wrong), self._place.now_ns)]
         fault = thread.fault
         if fault is None:
             return []
         if fault.code == ASSERT and judge.failure is not None:
             return [judge.failure]
-        return [_failure("fault", _outside(fault), fault.text, self._place.now_ns)]
+        return [_failure(FAULT, _outside(fault), fault.text, self._place.now_ns)]
 
     def _here(self, kind: str, thread: Thread, text: str) -> Failure:
         """Return a failure where a test is that has not ended."""

@@ -77,6 +77,15 @@ def test_each_test_begins_with_the_booted_rig(folder: Path) -> None:
 
 
 @pytest.mark.long
+def test_without_branches_each_test_has_a_rig_of_its_own(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fieldrig.virtual.branch.HAS_FORK", False)
+    body = "switch := TRUE; ASSERT_EQ(presses, 0); ASSERT_WITHIN(lamp, T#50ms); ASSERT_EQ(presses, 1);"
+    test = f"TEST '{{}}' {PLACES} {body} END_TEST\n"
+    written(folder, lamp_test="RIG 'lamp.yaml' AFTER T#5s;\n" + "".join(test.format(name) for name in "ab"))
+    assert [one.failures for one in outcomes(folder / "lamp_test.st").values()] == [(), ()]
+
+
+@pytest.mark.long
 def test_a_failure_has_the_signals_of_the_machine(folder: Path) -> None:
     body = "switch := TRUE;\nRUN_FOR(T#100ms);\nswitch := FALSE;\nASSERT_STAYS(lamp, T#1s, 'the lamp');"
     (failure,) = outcomes(with_rig(folder, body))["it"].failures

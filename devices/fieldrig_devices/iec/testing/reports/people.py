@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from fieldrig_devices.iec.literal_texts import long_time_text
-from fieldrig_devices.iec.testing.case import MISTAKE, Failure, Outcome, Verdict
+from fieldrig_devices.iec.testing.case import FAULT, MISTAKE, TIMEOUT, Failure, Outcome, Verdict
 
 _WORDS: Final = {
     Verdict.PASSED: "ok     ",
@@ -63,7 +63,7 @@ def _of_failure(failure: Failure, outcome: Outcome) -> Iterator[str]:
     if text:
         yield f"    {text}"
     yield f"    {said(failure)}"
-    count = f"assertion {outcome.asserts}" if failure.kind not in ("fault", "timeout") else "ended"
+    count = f"assertion {outcome.asserts}" if failure.kind not in (FAULT, TIMEOUT) else "ended"
     yield f"    {count} at {instant(failure.at_ns)}"
     for line in failure.diagram:
         yield f"      {line}"
