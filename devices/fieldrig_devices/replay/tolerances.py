@@ -1,14 +1,19 @@
 """Tolerances of a replay: differences of time and of values, and objects that are not compared."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from typing import Final
 
 from fieldrig.clock import MS
 from fieldrig.errors import UsageError
 from fieldrig.traces.parts import Part, PartDifference, differences
 
+INDEX_DIGITS: Final = 4
+"""Hex digits of an index; identifiers of CAN have three or eight."""
+_HEX: Final = re.compile(r"(?:0x)?([0-9a-f]{3,8})h?(?::([0-9a-f]{2}))?")
 TIME_NS: Final = 20 * MS
 """Default of the tolerance for times: what a device may be faster or slower than the one in the log."""
 
@@ -31,8 +36,10 @@ class Tolerances:
 
     def is_left_out(self, node: str, key: str, name: str = "") -> bool:
         """Return whether an object or register is not compared."""
-        names = (key.lower(), name.lower(), f"{node}/{key}".lower(), f"{node}/{name}".lower())
-        return any(fnmatchcase(text, pattern.lower()) for text in names if text for pattern in self.leave_out)
+        names = _names(node, key, name)
+        return any(
+            fnmatchcase(text, spelling) for word in self.leave_out for spelling in spellings(word) for text in names
+        )
 
     def _is_left_out(self, node: str, found: PartDifference) -> bool:
         part = found.expected or found.actual
@@ -44,9 +51,30 @@ class Tolerances:
             return False
         if not isinstance(expected.value, int | float) or not isinstance(actual.value, int | float):
             return False
-        names = {expected.key.lower(), expected.name.lower(), f"{node}/{expected.key}".lower()}
-        allowed = [limit for name, limit in self.values.items() if name.lower() in names]
+        names = _names(node, expected.key, expected.name)
+        allowed = [limit for word, limit in self.values.items() if not names.isdisjoint(spellings(word))]
         return bool(allowed) and abs(expected.value - actual.value) <= max(allowed)
+
+
+def _names(node: str, key: str, name: str) -> set[str]:
+    """Return how a user may call an object: with and without its device, which is `io` of `node 5 (io)`."""
+    texts = {text.lower() for text in (key, name) if text}
+    within = node.partition("(")[2].rstrip(")")
+    devices = {device.lower() for device in (node, within) if device}
+    return texts | {f"{device}/{text}" for device in devices for text in texts}
+
+
+@lru_cache(maxsize=1_024)
+def spellings(word: str) -> tuple[str, ...]:
+    """Return a word of a user as it is, and as keys are written: `6064h` for `0x6064`, `1018h:01` for `1018:01`."""
+    plain = word.strip().lower()
+    device, slash, name = plain.rpartition("/")
+    match = _HEX.fullmatch(name)
+    if match is None:
+        return (plain,)
+    digits, subindex = match[1], match[2] or "00"
+    key = digits if len(digits) != INDEX_DIGITS else f"{digits}h{'' if subindex == '00' else f':{subindex}'}"
+    return plain, f"{device}{slash}{key}"
 
 
 def value_tolerances(words: Sequence[str]) -> dict[str, float]:
