@@ -16,7 +16,6 @@ from fieldrig_devices.replay.comparison import HORIZON_NS, TOLERANCE_NS, compare
 from fieldrig_devices.replay.diff_result import DiffResult
 from fieldrig_devices.replay.judge import Judge
 from fieldrig_devices.replay.leave_out import leaving_out
-from fieldrig_devices.replay.live import play as play_live
 from fieldrig_devices.replay.log_names import LogNames
 from fieldrig_devices.replay.player import Pace
 from fieldrig_devices.replay.replay_result import ReplayResult
@@ -111,6 +110,8 @@ def replay(
         _play(entries, rig, sides, judge, timeout_ns, settle_ns)
         return result
     if speed is not None:
+        from fieldrig_devices.replay.live import play as play_live  # virtual time needs no process and no socket
+
         if selection.devices:
             raise UsageError(f"{config.name} runs with {', '.join(sorted(selection.devices))}", TAKE_OUT)
         play_live(lambda now_ns: _begun(entries, judge, now_ns, settle_ns, timeout_ns, speed), config, sides, judge)

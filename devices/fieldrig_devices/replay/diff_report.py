@@ -98,6 +98,10 @@ def _table(result: DiffResult) -> None:
         typer.echo("\nby node")
         totals = [row for row in result.by("node") if not row.is_same]
         echo_table(("bus", "node", "A", "B", *COLUMNS), [_sums(row) for row in totals[:MOST_ROWS]])
+    buses = result.by("bus")
+    if len(buses) > 1:
+        typer.echo("\nby bus")
+        echo_table(("bus", "A", "B", *COLUMNS), [[row.bus, row.left, row.right, *_counts(row)] for row in buses])
 
 
 def _cells(row: DiffRow, has_nodes: bool) -> list[object]:
