@@ -4,12 +4,11 @@ import sys
 from importlib import metadata
 from pathlib import Path
 
-from pygments.lexers.pascal import DelphiLexer
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE.parent / "support"))  # for `doc_pages`
+sys.path[:0] = [str(HERE.parents[1]), str(HERE.parent / "support")]  # for `tests.site` and `doc_pages`
 
 project = "fieldrig"
 release = metadata.version("fieldrig")
@@ -36,6 +35,8 @@ html_show_copyright = False
 
 def setup(app: Sphinx) -> None:
     """Name lexers for the languages of the pages that Pygments doesn't know."""
+    from tests.site.structured_text import StructuredText
+
     for name in ("iecst", "st"):
-        app.add_lexer(name, DelphiLexer)  # of one family with Structured Text
+        app.add_lexer(name, StructuredText)
     app.add_lexer("pam", TextLexer)
