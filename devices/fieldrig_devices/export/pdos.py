@@ -78,7 +78,8 @@ def _content(objects: Objects, mapping: int) -> tuple[Sequence[Signal], int]:
         length = entry & 0xFF
         if at + length > MOST_BITS:
             break
-        found += objects.signals(entry >> 16, entry >> 8 & 0xFF, at, length)
+        if length:  # an EDS of a careless maker maps nothing in one of its entries
+            found += objects.signals(entry >> 16, entry >> 8 & 0xFF, at, length)
         at += length
     return tuple(with_unique_names(found)), (at + 7) // 8 or WHOLE
 

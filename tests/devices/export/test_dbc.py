@@ -172,6 +172,13 @@ def test_a_pdo_says_when_it_is_sent(type: int, words: str) -> None:
     assert node.get_message_by_name("node_RPDO1").comment == "RPDO 1 of node, acts at the next SYNC"
 
 
+@pytest.mark.parametrize("entry", [0x6000_0100, 0x6000_01FF, 0x6000_0103, 0x0005_0008, 0x9999_0108, 0])
+def test_a_mapping_that_fits_no_object_is_a_message_still(entry: int) -> None:
+    """No bits, too many, other ones than the object has, a dummy, an object that does not exist, nothing."""
+    node = databases(rig(node=io(1, objects={"1A00:01": entry})))["can0"]
+    assert node.get_message_by_frame_id(0x181).name == "node_TPDO1"
+
+
 def test_a_pdo_between_two_nodes_is_one_message_of_its_producer() -> None:
     inner = databases(rig(first=io(1), second=io(2, objects={"1400:01": 0x181})))["can0"]
     message = inner.get_message_by_frame_id(0x181)
