@@ -71,6 +71,16 @@ class Rows:
         self._late: dict[int, TraceEntry] = {}
         """The first messages of dialogues that later rows wait for no longer."""
 
+    def learn(self, entries: Iterable[TraceEntry]) -> None:
+        """Take what was configured before the log: mappings of PDOs, channels, heartbeats, device types."""
+        for number, entry in enumerate(entries):
+            rows = self._rows(entry)
+            if isinstance(rows, CanRows):
+                for dialogue in self._sdo.take(number, entry):
+                    if isinstance(dialogue, SdoTransfer):
+                        rows.take(dialogue)
+        self._sdo.unfinished()
+
     def of(self, entries: Iterable[TraceEntry]) -> Iterator[Row]:
         """Yield the rows of these messages."""
         for number, entry in enumerate(entries):

@@ -33,6 +33,12 @@ AT_ONCE: Final = 256
 EveryFrame = Annotated[
     bool, typer.Option("--frames", "--all", help="A line for each message, also for those of one dialogue.")
 ]
+Learn = Annotated[
+    bool,
+    typer.Option(
+        "--learn", help="With --from: also take the mappings that were configured before, which takes longer."
+    ),
+]
 
 
 def show(
@@ -47,6 +53,7 @@ def show(
     register_words: RegisterWords = None,
     services: Services = None,
     every_frame: EveryFrame = False,
+    has_learned: Learn = False,
     begin: From = None,
     duration: During = None,
     as_json: AsJson = False,
@@ -69,8 +76,10 @@ def show(
     chosen = chosen_by(names, nodes, identifiers, units, register_words, services)
     messages = Messages(file, buses, begin=begin, duration=duration)
     lines = RtuLines(lambda bus: names.is_in_rig(bus, "serial"))
-    rows = Rows(names, every_frame=every_frame, has_values=as_json).of(in_order(lines.of(messages)))
-    _print(map(_json if as_json else _line, chosen.chosen(rows)))
+    rows = Rows(names, every_frame=every_frame, has_values=as_json)
+    if has_learned and begin is not None:
+        rows.learn(Messages(file, duration=begin))
+    _print(map(_json if as_json else _line, chosen.chosen(rows.of(in_order(lines.of(messages))))))
     report_skipped(lines, messages.odd)
     messages.report_oddities()
 

@@ -114,6 +114,23 @@ def test_an_eds_may_be_that_of_one_bus(tmp_path: Path) -> None:
     ]
 
 
+MAPPED = (
+    "605#2F 00 1A 00 00 00 00 00", "585#60 00 1A 00 00 00 00 00",
+    "605#23 00 1A 01 10 01 01 64", "585#60 00 1A 01 00 00 00 00",
+    "605#2F 00 1A 00 01 00 00 00", "585#60 00 1A 00 00 00 00 00",
+)  # fmt: skip
+
+
+def test_a_part_of_a_log_knows_the_mapping_before_it_if_wanted(tmp_path: Path) -> None:
+    path = tmp_path / "mapped.jsonl"
+    write(can_log(*MAPPED, "185#18 FC"), path)
+    part = ("--eds", f"5={IO32}", "--from", "6ms")
+    assert shown(path, *part, "--learn") == ["TPDO 1 node 5 Analogue input 1 -1000"]
+    assert shown(path, *part) == [
+        "TPDO 1 node 5 Read inputs byte 1 24 (18h), Read inputs byte 2 252 (FCh), too short for its mapping"
+    ]
+
+
 def test_json_has_the_numbers_of_a_dialogue(log: Path) -> None:
     (sdo,) = map(json.loads, _json(log, "--service", "sdo"))
     assert (sdo["index"], sdo["subindex"], sdo["data"], sdo["abort"]) == (0x1000, 0, "91010f00", None)
