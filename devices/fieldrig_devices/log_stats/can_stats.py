@@ -14,7 +14,7 @@ from fieldrig_devices.dialogues import Dialogue, SdoDialogues, SdoTransfer, Stra
 from fieldrig_devices.log_stats.answers import Answers
 from fieldrig_devices.log_stats.load import Load
 from fieldrig_devices.log_stats.series import Series
-from fieldrig_devices.named_logs.heartbeats import PRODUCER_TIME, Heartbeats
+from fieldrig_devices.named_logs.heartbeats import Heartbeats
 
 MOST_IDENTIFIERS: Final = 5_000
 """Identifiers that are distinguished; a bus with 11 bits has 2048."""
@@ -122,7 +122,7 @@ class CanStats:
 
     def _count_heartbeat(self, frame: CanFrame, node_id: int, time_ns: int) -> None:
         if frame.is_remote:
-            self._heartbeats.guarded(node_id)
+            self.node(node_id).losses += self._heartbeats.guarded(node_id, time_ns) is not None
         elif len(frame.data) == 1:
             self.node(node_id).boot_ups += frame.data[0] == 0
             self._heartbeats.heard(node_id, time_ns, frame.data[0] & 0x7F)
@@ -139,6 +139,4 @@ class CanStats:
         elif isinstance(dialogue, SdoTransfer):
             self.node(dialogue.node_id).sdo.take_sdo(dialogue)
             self.names.take(dialogue)
-            if dialogue.index == PRODUCER_TIME and dialogue.is_done and dialogue.data:
-                period_ms = int.from_bytes(dialogue.data[:2], "little")
-                self._heartbeats.configured(dialogue.node_id, period_ms, dialogue.end_ns or 0)
+            self._heartbeats.take(dialogue)

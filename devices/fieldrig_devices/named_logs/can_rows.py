@@ -13,7 +13,7 @@ from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.names import NODES, SDO_REQUEST, SDO_RESPONSE, CanopenNames
 from fieldrig_devices.canopen.standard_names import StandardDictionary
 from fieldrig_devices.dialogues import SdoTransfer
-from fieldrig_devices.named_logs.heartbeats import PRODUCER_TIME, Heartbeats, Loss
+from fieldrig_devices.named_logs.heartbeats import Heartbeats, Loss
 from fieldrig_devices.named_logs.row import Row, row_of
 
 SERVICES: Final = {
@@ -74,26 +74,27 @@ class CanRows:
         yield from map(self._loss, self._heartbeats.missing(entry.time_ns))
 
     def heard(self, row: Row) -> Row | None:
-        """Take a heartbeat, and return the end of a loss if it is one; other frames are none."""
+        """Take a heartbeat or a guarding request, and return the loss that it shows, or its end, if there is one."""
         if row.services[0] == "heartbeat" and row.data is not None and row.node_ids:
             self._last = row.bus, row.family
             state = row.data[-1] & 0x7F if row.kind == "heartbeat" else 0
             back = self._heartbeats.heard(row.node_ids[0], row.time_ns, state)
             return None if back is None else self._loss(back)
         if row.services[0] == "guarding" and row.node_ids:
-            self._heartbeats.guarded(row.node_ids[0])
+            self._last = row.bus, row.family
+            loss = self._heartbeats.guarded(row.node_ids[0], row.time_ns)
+            return None if loss is None else self._loss(loss)
         return None
 
     def take(self, transfer: SdoTransfer) -> None:
         """Learn from a completed transfer."""
         self.meet(transfer.node_id)
         self.names.take(transfer)
+        self._heartbeats.take(transfer)
         if not transfer.is_done or transfer.data is None or transfer.subindex:
             return
         number = int.from_bytes(transfer.data[:4], "little")
-        if transfer.index == PRODUCER_TIME:
-            self._heartbeats.configured(transfer.node_id, number & 0xFFFF, transfer.end_ns or 0)
-        elif transfer.index == DEVICE_TYPE and number & 0xFFFF == DRIVES and self._is_standard(transfer.node_id):
+        if transfer.index == DEVICE_TYPE and number & 0xFFFF == DRIVES and self._is_standard(transfer.node_id):
             self.names.describe(transfer.node_id, _drive())
 
     def meet(self, node_id: int) -> None:
@@ -107,13 +108,16 @@ class CanRows:
         return self.names.dictionary(node_id) is STANDARD
 
     def _loss(self, loss: Loss) -> Row:
+        what = "guarding" if loss.is_guarding else "heartbeat"
         if loss.is_back:
-            kind, text = "heartbeat back", f"after {span(loss.time_ns - loss.last_ns)}"
+            kind, text = f"{what} back", f"after {span(loss.time_ns - loss.last_ns)}"
+        elif loss.is_guarding:
+            kind, text = "guarding unanswered", f"since the request of {instant(loss.last_ns)}"
         else:
             kind, text = "heartbeat missing", f"since {instant(loss.last_ns)}, expected every {span(loss.period_ns)}"
         details = {"since_ns": loss.last_ns, "period_ns": loss.period_ns}
         return Row(
-            loss.time_ns, *self._last, "", ("heartbeat", "loss"), kind, self.names.name(loss.node_id), text,
+            loss.time_ns, *self._last, "", (what, "loss"), kind, self.names.name(loss.node_id), text,
             node_ids=(loss.node_id,), identifiers=(ERROR_CONTROL + loss.node_id,), details=lambda: details,
         )  # fmt: skip
 

@@ -1,8 +1,9 @@
-"""Heartbeats of a bus that stay out: since when, and every how long they were expected.
+"""Heartbeats and answers to guarding that stay out on a bus: since when, and every how long they were expected.
 
-Source: CiA 301 version 4.2, 7.2.8.2.2 (heartbeat) and 7.5.2.15 (1017h).  The period is what the log shows to be in
-1017h; without that, it is the period that the node kept.  A heartbeat is missing when twice its period has passed, as a
-consumer's time is usually set.  A node that answers to guarding has no period.
+Source: CiA 301 version 4.2, 7.2.8.2 (guarding and heartbeat) and 7.5.2.15 (1017h).  The period is what the log shows
+to be in 1017h; without that, it is the period that the node kept.  A heartbeat is missing when twice its period has
+passed, as a consumer's time is usually set.  A node that is guarded has no period: its answer is missing when the
+master asks again.
 """
 
 from collections import deque
@@ -11,6 +12,7 @@ from statistics import median
 from typing import Final
 
 from fieldrig.clock import MS, NEVER_NS
+from fieldrig_devices.dialogues import SdoTransfer
 
 PRODUCER_TIME: Final = 0x1017
 PATIENCE: Final = 2
@@ -29,6 +31,8 @@ class _Producer:
     intervals: deque[int] = field(default_factory=lambda: deque(maxlen=INTERVALS))
     is_missing: bool = False
     is_guarded: bool = False
+    asked_ns: int | None = None
+    """The request of a master that has no answer yet."""
     has_begun: bool = False
     due_ns: int = NEVER_NS
     """The instant from which the heartbeat is missing."""
@@ -48,15 +52,16 @@ class _Producer:
 
 @dataclass(frozen=True, slots=True)
 class Loss:
-    """A heartbeat that stayed out, or that has come back."""
+    """A heartbeat or answer to guarding that stayed out, or that has come back."""
 
     node_id: int
     time_ns: int
     """When it is missing for too long, or is back."""
     last_ns: int
-    """The last heartbeat before."""
+    """The last heartbeat before, or the request without an answer."""
     period_ns: int
     is_back: bool
+    is_guarding: bool = False
 
 
 class Heartbeats:
@@ -70,22 +75,32 @@ class Heartbeats:
     def heard(self, node_id: int, time_ns: int, state: int) -> Loss | None:
         """Take a heartbeat or boot-up; the end of a loss, if it is one."""
         node = self._nodes.setdefault(node_id, _Producer())
-        back = Loss(node_id, time_ns, node.last_ns, node.period_ns, True) if node.is_missing else None
+        back = None
+        if node.is_missing:
+            back = Loss(node_id, time_ns, node.last_ns, node.period_ns, True, node.is_guarded)
         if state == BOOT_UP:
             node.intervals.clear()  # it is another life of the node, which may have another period
             node.given_ns = None
         elif node.has_begun and not node.is_missing and time_ns > node.last_ns:
             node.intervals.append(time_ns - node.last_ns)
         node.has_begun = state != BOOT_UP
-        node.last_ns, node.is_missing = time_ns, False
+        node.last_ns, node.is_missing, node.asked_ns = time_ns, False, None
         self._look(node)
         return back
 
-    def guarded(self, node_id: int) -> None:
-        """Take the request of a master that guards a node."""
+    def guarded(self, node_id: int, time_ns: int) -> Loss | None:
+        """Take the request of a master that guards a node; a loss, if the one before has no answer."""
         node = self._nodes.setdefault(node_id, _Producer())
-        node.is_guarded = True
+        asked_ns, node.asked_ns, node.is_guarded = node.asked_ns, time_ns, True
+        is_new = asked_ns is not None and not node.is_missing
+        node.is_missing |= is_new
         self._look(node)
+        return Loss(node_id, time_ns, asked_ns, 0, False, True) if is_new and asked_ns is not None else None
+
+    def take(self, transfer: SdoTransfer) -> None:
+        """Learn from a transfer of 1017h; any other one says nothing of heartbeats."""
+        if transfer.index == PRODUCER_TIME and not transfer.subindex and transfer.is_done and transfer.data:
+            self.configured(transfer.node_id, int.from_bytes(transfer.data[:2], "little"), transfer.end_ns or 0)
 
     def configured(self, node_id: int, period_ms: int, time_ns: int) -> None:
         """Take the content of 1017h; from now on a heartbeat is expected, or no more."""

@@ -144,6 +144,14 @@ def test_answers_to_guarding_are_no_heartbeat() -> None:
     assert lost(guarded + beats(1, 101, 201, 301, 401) + beats(9000, node=6)) == []
 
 
+def test_guarding_without_an_answer_is_told_once_and_its_end_too() -> None:
+    requests = [can_entry(at * MS, CanFrame(0x705, is_remote=True)) for at in range(0, 600, 100)]
+    assert lost(requests + beats(1, 101, 401, 501)) == [
+        (300, "guarding unanswered node 5 since the request of 0.200000 s"),
+        (401, "guarding back node 5 after 300 ms"),
+    ]
+
+
 READ, VALUES = bytes.fromhex("04 00 00 00 02"), bytes.fromhex("04 04 01 F4 01 C2")
 
 
