@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from itertools import islice
 from typing import Final
 
+from fieldrig.clock import MS
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.codec import decode
 from fieldrig_bus.modbus.message import BROADCAST, DamagedAnswer, ModbusRequest, ModbusResponse
@@ -21,6 +22,11 @@ from fieldrig_devices.dialogues.modbus_exchange import ModbusExchange
 MOST_OPEN: Final = 4_096
 """Requests that wait for a response at the same time."""
 EXCEPTION: Final = 0x80
+TOGETHER_NS: Final = 50 * MS
+"""Requests of a client with the same transaction wait together if they follow each other by less.
+
+Some clients send several requests at once with one number; a client that has given one up has waited longer.
+"""
 BITS, REGISTERS, READ_WRITE = (1, 2), (3, 4), 23
 ECHOED: Final = {5: 5, 6: 5, 15: 5, 16: 5, 22: 7}
 """Bytes of a request that its response repeats, by function."""
@@ -112,7 +118,12 @@ class ModbusDialogues:
 
     def _given_up(self, new: _Open) -> list[Dialogue]:
         """Return the requests that a new one shows to be given up: of the line, or with the same transaction."""
-        before = [open_ for open_ in self._by_key.get(new.key, ()) if open_.client == new.client]
+        latest_ns = new.time_ns - TOGETHER_NS
+        before = [
+            open_
+            for open_ in self._by_key.get(new.key, ())
+            if open_.client == new.client and open_.time_ns <= latest_ns
+        ]
         if new.request.line is not None and (on_line := self._on_line.get(new.key[0])) is not None:
             before = [on_line]
         for open_ in before:
