@@ -1,5 +1,6 @@
 """Trace files in the hands of the programs that they are written for: tshark, log2asc, python-can."""
 
+import io
 import json
 import subprocess
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from fieldrig_bus.can import codec as can_codec
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus import codec as modbus_codec
 from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
-from fieldrig_bus.traces import candump, pcapng
+from fieldrig_bus.traces import asc, candump, pcap, pcapng
 
 pytestmark = pytest.mark.real
 
@@ -162,3 +163,50 @@ def test_python_can_reads_the_log(log: Path) -> None:
     assert messages[2].dlc == 4
     assert messages[3].is_fd
     assert messages[3].bitrate_switch
+
+
+def test_asc2log_reads_our_asc_and_we_read_that_of_log2asc(tmp_path: Path) -> None:
+    """Time stamps of asc2log count from the instant at which it runs, because it knows other forms of a date."""
+    ours = tmp_path / "ours.asc"
+    entries = [entry._replace(bus=f"can{number % 2}") for number, entry in enumerate(ENTRIES[: len(CAN)])]
+    with ours.open("wb") as file:
+        assert asc.write(entries, file, START_UNIX_NS) == len(CAN)
+    bodies = [line.split()[1:3] for line in output("asc2log", "-I", str(ours)).splitlines() if "#" in line]
+    assert bodies == [
+        ["can0", "605#4000100000000000"],
+        ["can1", "1ABCDEF0#0102"],
+        ["can0", "123#R4"],
+        ["can1", "124##1000102030405060708090A0B"],
+    ]
+    log = tmp_path / "ours.log"
+    with log.open("wb") as file:
+        candump.write(entries, file, START_UNIX_NS)
+    theirs = output("log2asc", "-I", str(log), "can0", "can1").encode()
+    assert [(entry.bus, entry.data) for entry in asc.read(io.BytesIO(theirs))] == [
+        (entry.bus, entry.data) for entry in entries
+    ]
+
+
+def test_tshark_reads_our_pcap(tmp_path: Path) -> None:
+    with (tmp_path / "can.pcap").open("wb") as file:
+        assert pcap.write(ENTRIES, file, START_UNIX_NS) == len(CAN)
+    with (tmp_path / "modbus.pcap").open("wb") as file:
+        assert pcap.write(ENTRIES[len(CAN) :], file, START_UNIX_NS) == len(MODBUS)
+    assert len(tshark(tmp_path / "can.pcap", "-Y", "can || canfd")) == len(CAN)
+    fields = output(
+        "tshark", "-r", str(tmp_path / "modbus.pcap"), "-Y", "modbus", "-T", "fields", "-e", "frame.time_epoch"
+    )
+    assert fields.split() == [f"1700000000.00000{n}000" for n in range(len(MODBUS))]
+
+
+def test_a_capture_that_tshark_has_saved_as_classic_pcap_is_read(tmp_path: Path) -> None:
+    """It knows the transaction on the line, and nothing of the exchange inside the rig."""
+    ours, other = tmp_path / "modbus.pcapng", tmp_path / "modbus.pcap"
+    with ours.open("wb") as file:
+        pcapng.write(ENTRIES[len(CAN) : -1], file, START_UNIX_NS)
+    output("tshark", "-r", str(ours), "-F", "nsecpcap", "-w", str(other))
+    with other.open("rb") as file:
+        found = [modbus_codec.decode(entry.data) for entry in pcap.read(file)]
+    assert [(type(one), one.unit, one.pdu) for one in found if isinstance(one, ModbusRequest | ModbusResponse)] == [
+        (type(message), message.unit, message.pdu) for _, message in MODBUS
+    ]
