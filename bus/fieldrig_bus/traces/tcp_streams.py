@@ -29,6 +29,8 @@ MOST_BYTES: Final = 1 << 26
 """Bytes that wait in all streams."""
 MOST_SEARCHED: Final = 2048
 """Bytes in which the beginning of a message is looked for."""
+MOST_AGAIN: Final = 1 << 20
+"""Bytes before the end of a connection that may be sent again after it."""
 _HALF: Final = 1 << 31
 
 
@@ -46,6 +48,11 @@ class _Stream:
     buffer: bytearray = field(default_factory=bytearray)
     is_lost: bool = True
     """True if it is not known where the next message begins."""
+    has_ended: bool = False
+
+    def comes_again(self, segment: Segment) -> bool:
+        """Return whether a segment that comes after the end is one of this connection, sent again."""
+        return self.next is not None and (self.next - segment.sequence & 0xFFFF_FFFF) < MOST_AGAIN
 
 
 Key = tuple[str, int, str, int]
@@ -72,11 +79,12 @@ class TcpStreams:
         if segment.flags & SYN:
             self._open(key, segment)
             return
+        known = self._streams.get(key)
+        if known is not None:
+            known.has_ended = known.has_ended or bool(segment.flags & RST)
         if not segment.data and not segment.missing:
-            if segment.flags & RST:
-                self._streams.pop(key, None)
             return
-        if key not in self._streams:
+        if key not in self._streams or (known is not None and known.has_ended and not known.comes_again(segment)):
             self._streams[key] = self._stream_of(key, segment)
             if len(self._streams) > MOST_STREAMS:
                 self._forget(next(iter(self._streams)))
@@ -87,7 +95,7 @@ class TcpStreams:
         yield from self._feed(stream, segment)
         if segment.flags & (FIN | RST):
             yield from self._flush(stream)
-            self._streams.pop(key, None)
+            stream.has_ended = True
 
     def end(self) -> Iterator[tuple[str, ModbusMessage]]:
         """Yield what waits for segments that never came, at the end of the capture."""

@@ -250,6 +250,13 @@ def test_connections_with_the_same_transaction_have_exchanges_of_their_own() -> 
     ]
 
 
+def test_a_segment_that_is_sent_again_after_the_end_is_not_read_again() -> None:
+    """A host that has not seen the acknowledgement of its FIN sends the last segment again."""
+    last = ipv4(SERVER, CLIENT, 1, ANSWER, 0x19)
+    assert messages(last, last, ipv4(SERVER, CLIENT, 1, b"", 0x14), last) == [RESPONSE]
+    assert messages(last, ipv4(SERVER, CLIENT, 0x7000_0000, ANSWER)) == [RESPONSE, RESPONSE]
+
+
 def test_a_fragment_and_another_protocol_are_counted() -> None:
     odd = Oddities()
     fragment = bytearray(IP)
