@@ -80,6 +80,8 @@ class Messages:
         """Say on the error output what was odd in the file, each kind once."""
         for oddity in self.odd:
             typer.echo(f"{self._file}: {oddity}", err=True)
+        if self.count == 0 and (self._begin_ns, self._duration_ns) != (None, None):
+            typer.echo(f"{self._file}: no message is in this part of the time", err=True)
 
     def _is_on_wire(self, entry: "TraceEntry", named: dict[str, bool]) -> bool:
         wire = wire_of(entry)

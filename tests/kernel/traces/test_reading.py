@@ -74,6 +74,8 @@ def test_show_and_convert_take_a_part_of_the_time(log: Path) -> None:
     done = CliRunner().invoke(app, ["trace", "convert", str(log), str(target), "--from", "8s"])
     assert done.exit_code == 0
     assert target.read_text() == "".join(LINES[8:])
+    done = CliRunner().invoke(app, ["trace", "convert", str(log), str(target), "--from", "2min"])
+    assert f"{log}: no message is in this part of the time" in done.stderr
 
 
 def test_what_is_odd_is_said_once_on_the_error_output(log: Path) -> None:

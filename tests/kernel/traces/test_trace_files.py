@@ -234,3 +234,25 @@ def test_a_format_that_writes_at_the_end_says_what_is_missing_too(
     recorder = Recorder(tmp_path / "x.vcd")
     recorder.take("wires", batch(0, level, level, "01"))
     assert recorder.close() == f"{tmp_path}/x.vcd: 2 messages; 1 are of kinds that this format cannot hold"
+
+
+@pytest.mark.parametrize("suffix", [".blf", ".db"])
+def test_a_format_that_is_complete_at_its_end_is_recorded_in_json_lines_beside_it(suffix: str, tmp_path: Path) -> None:
+    path, frame = tmp_path / f"x{suffix}", encode(CanFrame(0x123, b"\x01\x02")).hex()
+    recorder = Recorder(path)
+    recorder.take("can0", {**batch(0, frame, frame), "family": "can"})
+    recorder.take("wires", batch(0, "01"))
+    assert recorder.close() == f"{path}: 2 messages; 1 are of kinds that this format cannot hold"
+    assert [entry.data.hex() for entry in read(path)] == [frame, frame]
+    assert [other.name for other in tmp_path.iterdir()] == [path.name]
+
+
+def test_messages_stay_beside_a_file_that_cannot_be_made(tmp_path: Path) -> None:
+    path, frame = tmp_path / "x.blf", encode(CanFrame(0x123, b"\x01\x02")).hex()
+    recorder = Recorder(path)
+    recorder.take("can0", {**batch(0, frame), "family": "can"})
+    path.mkdir()
+    with pytest.raises(RigError, match="cannot be written") as refused:
+        recorder.close()
+    assert str(tmp_path / "x.blf.jsonl") in refused.value.remedy
+    assert len(list(read(tmp_path / "x.blf.jsonl"))) == 1
