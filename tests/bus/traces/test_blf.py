@@ -36,6 +36,7 @@ def blf_file(path: Path) -> bytes:
     return path.read_bytes()
 
 
+@pytest.mark.long
 def test_a_cut_blf_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
     path = tmp_path / "x.blf"
     data = blf_file(path)
@@ -67,6 +68,7 @@ def test_an_object_with_a_lying_length_loses_only_itself(size: int, tmp_path: Pa
     assert len(odd)
 
 
+@pytest.mark.long
 def test_a_container_that_unpacks_to_gigabytes_takes_no_memory(tmp_path: Path) -> None:
     path = tmp_path / "x.blf"
     squeeze = zlib.compressobj(9)

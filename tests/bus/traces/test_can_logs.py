@@ -215,6 +215,7 @@ FRAMES = st.one_of(
 MODULES = [format_of(Path(f"x{ending}")) for ending in (".asc", ".blf", ".trc")]
 
 
+@pytest.mark.long
 @given(st.lists(st.tuples(FRAMES, st.integers(0, 10 * MS), st.text(max_size=8)), max_size=12), st.sampled_from(MODULES))
 @settings(deadline=None)
 def test_any_frames_on_any_buses_come_back(frames: list[tuple[CanFrame, int, str]], form: Format) -> None:
@@ -228,6 +229,7 @@ def test_any_frames_on_any_buses_come_back(frames: list[tuple[CanFrame, int, str
     assert list(form.read(file)) == sent
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", formats(), ids=lambda form: form.SUFFIXES[0])
 @given(data=st.binary(max_size=300))
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

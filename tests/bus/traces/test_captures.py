@@ -171,6 +171,7 @@ def test_a_stream_is_put_together_from_any_segments() -> None:
     assert found == [REQUEST, REQUEST, RESPONSE, RESPONSE]
 
 
+@pytest.mark.long
 @given(
     st.lists(st.integers(1, 253), min_size=1, max_size=8), st.integers(0, 2**32 - 1), st.randoms(use_true_random=False)
 )
