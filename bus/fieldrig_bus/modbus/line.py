@@ -31,7 +31,6 @@ from fieldrig_bus.modbus.line_model import LineModel
 from fieldrig_bus.modbus.line_place import ModbusLineSettings, Session
 from fieldrig_bus.modbus.line_ports import DiallingPort, PtyPort, TcpLinePort
 from fieldrig_bus.modbus.line_session import LineSession
-from fieldrig_bus.modbus.line_uart import UartPort
 from fieldrig_bus.modbus.model import ModbusModel
 from fieldrig_bus.serial.message import Format
 
@@ -87,6 +86,8 @@ class _ModbusLine(ModbusBus):
         if settings.pty is not None:
             return (PtyPort(settings, self.session),)
         if settings.port is not None:
+            from fieldrig_bus.modbus.line_uart import UartPort  # pyserial, for a rig with a real port alone
+
             return (UartPort(self.name, settings, self.session),)
         if settings.dial is not None:
             return (DiallingPort(self.name, settings, self.session),)

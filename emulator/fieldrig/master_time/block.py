@@ -9,10 +9,11 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from importlib.machinery import ExtensionFileLoader
 from typing import Any, Final
 
 from fieldrig.master_time.active import activate, any_scheduler
-from fieldrig.master_time.clocks import clock_swaps
+from fieldrig.master_time.clocks import clock_swaps, with_real_dates
 from fieldrig.master_time.descriptors import descriptor_swaps, selector_methods
 from fieldrig.master_time.doors import RigDoors, addresses_of
 from fieldrig.master_time.errors import VirtualTimeError
@@ -89,6 +90,8 @@ def _swap(swaps: Swaps, network: Network, terminals: Terminals) -> None:
     swaps.attribute(threading.Thread, "is_alive", is_alive)
     if hasattr(asyncio, "WindowsProactorEventLoopPolicy"):
         swaps.attribute(asyncio.WindowsProactorEventLoopPolicy, "_loop_factory", asyncio.SelectorEventLoop)
+    for name in ("create_module", "exec_module"):
+        swaps.attribute(ExtensionFileLoader, name, with_real_dates(getattr(ExtensionFileLoader, name)))
     for kind, name, method in selector_methods():
         swaps.attribute(kind, name, method)
     for name, method in sockets.methods().items():
@@ -111,8 +114,8 @@ def _loop_swaps() -> list[tuple[Any, Any]]:
 
 def _refusals() -> list[tuple[Any, Any]]:
     calls = [(getattr(os, name), PROCESS) for name in PROCESSES if hasattr(os, name)]
-    if "_posixsubprocess" in sys.modules:
-        calls.append((sys.modules["_posixsubprocess"].fork_exec, PROCESS))
-    if "uvloop" in sys.modules:
-        calls += [(getattr(sys.modules["uvloop"], name), FOREIGN_LOOP) for name in ("new_event_loop", "run")]
+    if (processes := sys.modules.get("_posixsubprocess")) is not None:
+        calls.append((processes.fork_exec, PROCESS))
+    if (uvloop := sys.modules.get("uvloop")) is not None:  # None is there where an import was forbidden
+        calls += [(getattr(uvloop, name), FOREIGN_LOOP) for name in ("new_event_loop", "run")]
     return [(real, Refusal(real, what).call) for real, what in calls]

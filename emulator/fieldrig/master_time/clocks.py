@@ -148,6 +148,24 @@ class DateStandIn(datetime.date, metaclass=_KindOfDate):
         return kind.fromtimestamp(_now_s())
 
 
+def with_real_dates(load: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a method that loads a module in C, and shows it the real dates.
+
+    Such a module may derive a class of its own from one of them, as those of pandas do, and cannot from a stand-in.
+    """
+
+    def method(*arguments: Any) -> Any:
+        shown = datetime.datetime, datetime.date
+        stand_in: Any = datetime
+        stand_in.datetime, stand_in.date = _DateTime, _Date
+        try:
+            return load(*arguments)
+        finally:
+            stand_in.datetime, stand_in.date = shown
+
+    return method
+
+
 def clock_swaps() -> list[tuple[Any, Any]]:
     """Return the real calls and classes, each with its stand-in."""
     swaps: list[tuple[Any, Any]] = [(_real_sleep, ClockStandIn(_real_sleep, 0).sleep)]
