@@ -36,6 +36,14 @@ POSIX_MODULES: Final = {
 FIRST: Final = ("serial", "can.interfaces.socketcand", "pymodbus.client", "typer", "asyncua", "canopen")
 """Foreign packages, which choose their code for the system when they are imported."""
 
+FORMATS: Final = ("lab.pcapng", "lab.pcap", "lab.log", "lab.asc", "lab.blf", "lab.trc", "lab.csv", "lab.db", "lab.vcd")
+OF_TRACES: Final = (
+    "trace stats lab.jsonl",
+    "trace show lab.blf --eds 5=eds/io32.eds",
+    "diff lab.jsonl lab.jsonl",
+    "replay lab.jsonl --rig lab.yaml --set time=virtual --play master",
+    "new --from lab.log made/recorded",
+)
 PATIENCE_S: Final = 60.0
 REAL_TIME: Final = re.compile(r"in [0-9.]+ s$", re.MULTILINE)
 
@@ -224,8 +232,9 @@ def traces() -> dict[str, Any]:
     entries = Path("lab.jsonl").read_text(encoding="utf-8").splitlines(keepends=True)
     answers["is_traced"] = len(entries) > 100
     Path("lab.jsonl").write_text("".join(entries[:100]), encoding="utf-8", newline="\n")
-    for name in ("lab.pcapng", "lab.log", "lab.vcd"):
+    for name in FORMATS:
         answers[name] = command("trace", "convert", "lab.jsonl", name)[0], Path(name).stat().st_size > 0
+    answers["codes"] = [command(*line.split())[0] for line in OF_TRACES]
     answers["show"] = command("trace", "show", "lab.jsonl", "--rig", "lab.yaml")
     return answers
 
