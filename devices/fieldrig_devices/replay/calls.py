@@ -114,7 +114,9 @@ def replay(
 
         if selection.devices:
             raise UsageError(f"{config.name} runs with {', '.join(sorted(selection.devices))}", TAKE_OUT)
-        play_live(lambda now_ns: _begun(entries, judge, now_ns, settle_ns, timeout_ns, speed), config, sides, judge)
+        play_live(
+            lambda now_ns: _begun(entries, sides, judge, now_ns, settle_ns, timeout_ns, speed), config, sides, judge
+        )
         _check_not_strange(sides, judge, config.name)
         return result
     with Rig(without(config, selection.devices)) as running:
@@ -125,17 +127,26 @@ def replay(
 def _play(
     entries: Iterable[TraceEntry], rig: Rig, sides: Sides, judge: Judge, timeout_ns: int, settle_ns: int | None
 ) -> None:
-    log, pace = _begun(entries, judge, rig.now_ns, settle_ns, timeout_ns, 1.0)
+    log, pace = _begun(entries, sides, judge, rig.now_ns, settle_ns, timeout_ns, 1.0)
     play_virtual(log, rig, sides, judge, pace)
     _check_not_strange(sides, judge, rig.config.name)
 
 
 def _begun(
-    entries: Iterable[TraceEntry], judge: Judge, now_ns: int, settle_ns: int | None, timeout_ns: int, speed: float
+    entries: Iterable[TraceEntry],
+    sides: Sides,
+    judge: Judge,
+    now_ns: int,
+    settle_ns: int | None,
+    timeout_ns: int,
+    speed: float,
 ) -> tuple[Iterable[TraceEntry], Pace]:
-    log, begin_ns, log_ns = begin_of(entries, now_ns, settle_ns)
-    judge.was_on = begin_ns > 0
-    return log, Pace(begin_ns, log_ns, speed, timeout_ns)
+    begin = begin_of(entries, sides, now_ns, settle_ns)
+    judge.was_on = begin.begin_ns > 0
+    if begin.started:
+        nodes = ", ".join(map(str, begin.started))
+        judge.result.note(f"the nodes {nodes} are operational when the log begins, so they are started before")
+    return begin.log, Pace(begin.begin_ns, begin.log_ns, speed, timeout_ns)
 
 
 def _check_not_strange(sides: Sides, judge: Judge, name: str) -> None:

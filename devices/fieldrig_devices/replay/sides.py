@@ -20,10 +20,14 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
 from fieldrig_bus.modbus.codec import RESPONSE
-from fieldrig_devices.canopen.names import NMT, NODES, SDO_REQUEST, SYNC, TIME, CanopenNames
+from fieldrig_devices.canopen.names import ERROR_CONTROL, NMT, NODES, SDO_REQUEST, SYNC, TIME, CanopenNames
 from fieldrig_devices.replay.log_names import bus_in
 
 MASTER: Final = "master"
+HEAD_OF_FRAME: Final = 5
+OPERATIONAL: Final = b"\x05"
+TPDO_1, TPDO_4 = 0x180, 0x480
+"""The predefined identifiers of TPDOs (CiA 301, 7.3.5)."""
 MOST_BUSES: Final = 10_000
 WAYS: Final = "expected master, node=5, id=185, unit=3, client=10.0.0.7, sender=plc, or a device of the rig"
 
@@ -155,6 +159,19 @@ class Sides:
             return self._of_device(device)
         is_wanted = self._is_sender(entry.sender) or (self.selection.is_master and bool(entry.sender))
         return Side.PLAYED if is_wanted else Side.OUTSIDE
+
+    def running_node(self, entry: TraceEntry) -> int | None:
+        """Return the node of the rig that a message shows to be operational: by its heartbeat, or by a TPDO."""
+        known = self._of(entry)
+        if known is None or entry.family != "can" or len(entry.data) < HEAD_OF_FRAME:
+            return None
+        word = int.from_bytes(entry.data[:4], "little")
+        node = self._node(known, word)
+        if node is None or node not in known.nodes or node in known.mastered:
+            return None
+        base = word & 0x780
+        is_running = entry.data[HEAD_OF_FRAME:] == OPERATIONAL if base == ERROR_CONTROL else TPDO_1 <= base <= TPDO_4
+        return node if is_running else None
 
     def _can(self, known: _Bus, entry: TraceEntry) -> Side:
         word = int.from_bytes(entry.data[:4], "little")

@@ -4,7 +4,8 @@ Two logs are compared stream by stream, because the order of messages of differe
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Final, NamedTuple
+from dataclasses import replace
+from typing import Any, Final, NamedTuple
 
 from fieldrig.clock import MS
 from fieldrig.faults import note
@@ -17,6 +18,9 @@ from fieldrig_bus.modbus import codec as modbus_codec
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.serial import codec as serial_codec
 from fieldrig_bus.signals import traced
+from fieldrig_bus.signals.pulse_train import PulseTrain
+from fieldrig_bus.signals.pwm import Pwm
+from fieldrig_bus.signals.signal import Motion
 
 PAUSE_NS: Final = 10 * MS
 """Silence of a sender after which its next bytes on a serial line are another telegram."""
@@ -103,7 +107,7 @@ def _serial(number: int, entry: TraceEntry) -> tuple[str | int, Item]:
     if entry.data.startswith(note.LEAD):
         return "faults", Item(entry.time_ns, entry.data, number, entry)
     kind = "bytes" if entry.data[:1] == bytes((serial_codec.DATA,)) else "lines and format"
-    return f"{entry.sender or 'line'} {kind}", Item(entry.time_ns, entry.data, number, entry)
+    return f"{_who(entry.sender) or 'line'} {kind}", Item(entry.time_ns, entry.data, number, entry)
 
 
 def _wires(number: int, entry: TraceEntry) -> tuple[str | int, Item]:
@@ -111,11 +115,29 @@ def _wires(number: int, entry: TraceEntry) -> tuple[str | int, Item]:
         message = traced.decode(entry.data)
     except ValueError:
         return _other(number, entry)
-    return getattr(message, "name", "faults"), Item(entry.time_ns, entry.data, number, entry)
+    return getattr(message, "name", "faults"), Item(entry.time_ns, _timeless(message, entry.data), number, entry)
+
+
+def _timeless(message: Any, data: bytes) -> bytes:
+    """Return a signal without the instants in it, which are of the clock of its own log."""
+    match message:
+        case Motion():
+            return traced.encode(replace(message, time_ns=0))
+        case PulseTrain():
+            return traced.encode(replace(message, start_ns=0, epoch_ns=0))
+        case Pwm():
+            return traced.encode(replace(message, start_ns=0))
+    return data
+
+
+def _who(sender: str) -> str:
+    """Return a sender without the number of its connection, which differs from log to log: `tcp` for `tcp:3`."""
+    name, colon, number = sender.rpartition(":")
+    return name if colon and number.isdigit() else sender
 
 
 def _other(number: int, entry: TraceEntry) -> tuple[str | int, Item]:
-    key = "faults" if entry.data.startswith(note.LEAD) else entry.sender or "messages"
+    key = "faults" if entry.data.startswith(note.LEAD) else _who(entry.sender) or "messages"
     return key, Item(entry.time_ns, entry.data, number, entry)
 
 

@@ -12,6 +12,8 @@ from fieldrig import load
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.codec import encode as modbus
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_bus.signals import traced
+from fieldrig_bus.wires import Motion
 from fieldrig_devices.named_logs.named_log import NamedLog
 from fieldrig_devices.replay.comparison import compare_logs
 from fieldrig_devices.replay.diff_result import DiffResult
@@ -166,3 +168,21 @@ def test_a_frame_that_is_missing_long_ago_is_one_difference() -> None:
 
     [row] = [row for row in compared(log(), log(5_432)).rows if not row.is_same]
     assert (row.missing, row.more, row.other, row.later, row.earlier) == (1, 0, 0, 0, 0)
+
+
+def test_clients_have_other_numbers_in_other_logs() -> None:
+    def chunk(sender: str) -> TraceEntry:
+        return TraceEntry(0, "user", "serial", sender, b"\x00READ?")
+
+    assert compared([chunk("tcp:1")], [chunk("tcp:3")]).is_same
+
+
+def test_a_wire_that_moves_is_the_same_whenever_its_log_began() -> None:
+    """The signal has the instant of its position, by the clock of its log."""
+
+    def moved(at_ms: int) -> TraceEntry:
+        motion = Motion("axis.position", 1.5, "rad", time_ns=at_ms * MS, speed=2.0)
+        return TraceEntry(at_ms * MS, "wires", "wires", "axis", traced.encode(motion))
+
+    result = compared([moved(100)], [moved(5_100)])
+    assert (result.is_same, result.offset_ns) == (True, 5_000 * MS)
