@@ -14,7 +14,7 @@ from fieldrig.virtual.rig import Rig
 from fieldrig_devices.named_logs.named_log import NamedLog
 from fieldrig_devices.replay.comparison import HORIZON_NS, TOLERANCE_NS, compare_logs
 from fieldrig_devices.replay.diff_result import DiffResult
-from fieldrig_devices.replay.judge import Judge
+from fieldrig_devices.replay.judge import NOTHING_EXPECTED, Judge
 from fieldrig_devices.replay.leave_out import leaving_out
 from fieldrig_devices.replay.log_names import LogNames
 from fieldrig_devices.replay.player import Pace
@@ -142,16 +142,16 @@ def _begun(
     speed: float,
 ) -> tuple[Iterable[TraceEntry], Pace]:
     begin = begin_of(entries, sides, now_ns, settle_ns)
-    judge.was_on = begin.begin_ns > 0
+    judge.was_on = begin.heard_ns > 0
     if begin.started:
         nodes = ", ".join(map(str, begin.started))
         judge.result.note(f"the nodes {nodes} are operational when the log begins, so they are started before")
-    return begin.log, Pace(begin.begin_ns, begin.log_ns, speed, timeout_ns)
+    return begin.log, Pace(begin.begin_ns, begin.log_ns, speed, timeout_ns, begin.heard_ns)
 
 
 def _check_not_strange(sides: Sides, judge: Judge, name: str) -> None:
     """UsageError for a log of another machine: one that shows nodes or units, but none of this rig."""
     is_strange = bool(sides.strangers or sides.strange_units or not judge.result.played)
     if is_strange and not judge.expected:
-        why = "; ".join(judge.result.notes) or "the log is empty"
+        why = "; ".join(note for note in judge.result.notes if note != NOTHING_EXPECTED) or "it has no messages"
         raise UsageError(f"the log has nothing of the devices of {name}", why)

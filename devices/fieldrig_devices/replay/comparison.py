@@ -254,7 +254,10 @@ def _same_names(ours: Mapping[str, str], theirs: Mapping[str, str]) -> dict[str,
 
 def _notes(rows: Sequence[DiffRow], names: Mapping[str, str]) -> list[str]:
     notes = [f"{bus} of the first log is compared with {other} of the second" for other, bus in names.items()]
-    if rows and not any(row.left and row.right for row in rows):
+    for which, count in (("first", sum(row.left for row in rows)), ("second", sum(row.right for row in rows))):
+        if not count:
+            notes.append(f"the {which} log has no messages")
+    if len(notes) == len(names) and not any(row.left and row.right for row in rows):
         notes.append("the logs have no stream in common; they are probably not of the same machine")
     notes += (
         f"{row.bus}: the log has more than {MOST_STREAMS} streams; the further ones are compared together"

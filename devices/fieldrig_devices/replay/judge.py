@@ -35,6 +35,7 @@ COMPARED: Final = frozenset({"can", "modbus", "serial"})
 HORIZON_NS: Final = 2 * S
 MOST_WAITING: Final = 8_192
 MOST_WAITS: Final = 64
+NOTHING_EXPECTED: Final = "the log has no message of the rig's devices, so nothing is compared"
 MOST_STREAMS: Final = 20_000
 HEAD_OF_FRAME: Final = 5
 
@@ -133,7 +134,7 @@ class Judge:
         for stream in list(self._rows):
             self._end_row(stream)
         if not self.expected:
-            self.result.forget("the log has no message of the rig's devices, so nothing is compared")
+            self.result.forget(NOTHING_EXPECTED)
             return
         self._heartbeats.finish(end_ns)
         self.sdo.finish()

@@ -52,6 +52,8 @@ class Pace:
     """Seconds of the log in a second of the rig."""
     timeout_ns: int = S
     """Longest wait for an answer that the log shows."""
+    heard_ns: int = 0
+    """The instant of the rig from which on its messages are compared."""
 
 
 class Player:
@@ -99,7 +101,7 @@ class Player:
 
     def heard(self, entry: TraceEntry) -> None:
         """Take a message that a device of the rig has sent, with its instant."""
-        if self.is_ended or entry.time_ns < self._pace.begin_ns:
+        if self.is_ended or entry.time_ns < self._pace.heard_ns:
             return
         self._judge.heard(entry)
         if entry.family == "can":

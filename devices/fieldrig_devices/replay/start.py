@@ -31,6 +31,8 @@ class Beginning(NamedTuple):
     """The instant of the rig at which it begins."""
     log_ns: int
     """The instant of the log that this is."""
+    heard_ns: int = 0
+    """The instant of the rig from which on its messages are compared: before, the log does not say what it sends."""
     started: Sequence[int] = ()
     """The nodes that are started before, as they are operational when the log begins."""
 
@@ -46,15 +48,20 @@ def begin_of(entries: Iterable[TraceEntry], sides: Sides, now_ns: int, settle_ns
     log = chain(head, rest)
     first_ns = min((entry.time_ns for entry in head), default=0)
     if not is_time_of_day(first_ns) and now_ns == 0 and settle_ns is None:
-        return Beginning(log, 0, 0)
-    if settle_ns is None:
-        settle_ns = 0 if now_ns or any(map(_is_boot_up, head)) else SETTLE_NS
-    running = _running(head, sides) if settle_ns >= 2 * BEFORE_NS and sides.selection.is_master else {}
-    if not running:
-        return Beginning(log, now_ns + settle_ns, first_ns)
+        begin_ns, log_ns, before_ns = 0, 0, first_ns
+    else:
+        if settle_ns is None:
+            settle_ns = 0 if now_ns or any(map(_is_boot_up, head)) else SETTLE_NS
+        begin_ns, log_ns, before_ns = now_ns + settle_ns, first_ns, settle_ns
+    if before_ns < 2 * BEFORE_NS:  # the log begins with the rig
+        return Beginning(log, begin_ns, log_ns, begin_ns)
+    running = _running(head, sides) if sides.selection.is_master else {}
     starts = [_start(first_ns - BEFORE_NS, bus, node) for bus, node in running]
     nodes = sorted({node for _, node in running})
-    return Beginning(chain(starts, log), now_ns + settle_ns - BEFORE_NS, first_ns - BEFORE_NS, nodes)
+    heard_ns = begin_ns + first_ns - log_ns
+    if not starts or begin_ns == 0:
+        return Beginning(chain(starts, log), begin_ns, log_ns, heard_ns, nodes)
+    return Beginning(chain(starts, log), begin_ns - BEFORE_NS, first_ns - BEFORE_NS, heard_ns - BEFORE_NS, nodes)
 
 
 def _running(head: Sequence[TraceEntry], sides: Sides) -> dict[tuple[str, int], None]:
