@@ -9,7 +9,9 @@ from fieldrig_devices.canopen.datatypes import DATA_TYPES, Boolean, Integer
 from fieldrig_devices.canopen.eds.source import NODE_ID
 from fieldrig_devices.canopen.emcy import COB_ID as EMCY_COB_ID
 from fieldrig_devices.canopen.pdo import rpdo, tpdo
+from fieldrig_devices.canopen.pdo.mapping import MAX_BITS
 from fieldrig_devices.canopen.pdo_maps import TO_MAPPING
+from fieldrig_devices.canopen.standard import STRUCTURE
 from fieldrig_devices.canopen.variable import FIRST_APPLICATION_INDEX, Access
 from fieldrig_devices.cia402.objects import Row
 from fieldrig_devices.from_recording.known_objects import (
@@ -25,7 +27,7 @@ from fieldrig_devices.from_recording.known_objects import (
 from fieldrig_devices.from_recording.layout import BYTES, DUMMIES, Layout, Part, part_of
 from fieldrig_devices.from_recording.object_rules import Value, access_of, limits_of, mapped_access
 from fieldrig_devices.from_recording.objects import Key, ObjectLog, ObjectLogs
-from fieldrig_devices.from_recording.pdos import MOST, Pdo
+from fieldrig_devices.from_recording.pdos import MOST, Pdo, is_mapping
 from fieldrig_devices.from_recording.rhythm import Rhythm
 
 LONGEST_KEPT: Final = 4_096
@@ -58,6 +60,17 @@ class DescribedNode:
             if key[0] < FIRST_APPLICATION_INDEX and log.last is not None:
                 self.written[key] = int.from_bytes(log.last, "little")
 
+        for index in {index for index, _ in self.rows if is_mapping(index)}:
+            self._settle_mapping(index, logs)
+
+    def _settle_mapping(self, index: int, logs: ObjectLogs) -> None:
+        """Let a mapping begin with what was written last, if not all of what it was before has been read."""
+        rows = {subindex: row for (of, subindex), row in self.rows.items() if of == index}
+        written = {subindex for subindex in rows if logs.by_key[index, subindex].first is None}
+        if written and len(written) < len(rows):
+            for subindex in rows:
+                self.rows[index, subindex] = replace(rows[subindex], start=self.written[index, subindex])
+
     def _row(self, key: Key, log: ObjectLog) -> Row:
         index, subindex = key
         known = standard_variable(index, subindex, self.is_drive)
@@ -75,6 +88,8 @@ class DescribedNode:
             start = int(known.value)  # an order of the master, which says nothing of the value at power-on
         if index in COMMANDS and log.first is None and (subindex or index == 0x1003):
             start = COMMANDS[index]
+        if access == "const" and start == "":
+            access = "ro"  # a constant has its value in the file
         has_rules = index < FIRST_APPLICATION_INDEX or (self.is_drive and known is not None)
         low, high = (None, None) if has_rules else limits_of(log, DATA_TYPES[type], start)
         return Row(index, subindex, name, type, access, start, known is not None and known.is_mappable, low, high)
@@ -179,10 +194,34 @@ class DescribedNode:
             type = type_number(index, subindex, None, b"", False)
             self.add(index, subindex, variable.name, type, "ro")
         for index in sorted({index for index, _ in self.rows}):
+            self._complete_record(index)
             self._complete_pdo(index)
+            if is_mapping(index) and not self._has_room(index):
+                self.put(index, 0, "Number of mapped objects", UNSIGNED[1], "rw", 0)
         for (index, subindex), row in list(self.rows.items()):
-            if subindex and 0x1600 <= index < 0x1C00 and not 0x1800 <= index < 0x1A00 and isinstance(row.start, int):
+            if subindex and is_mapping(index) and isinstance(row.start, int):
                 self._complete_mapping(index, {row.start, self.written.get((index, subindex), 0)})
+
+    def _complete_record(self, index: int) -> None:
+        """Add the highest sub-index that the node itself names in sub-index 0, if no master has asked for it."""
+        rows = {subindex: row for (of, subindex), row in self.rows.items() if of == index}
+        highest = rows[0].start if 0 in rows and not is_mapping(index) else 0
+        if not isinstance(highest, int) or not (len(rows) > 1 or self._has_subindices(index)):
+            return
+        if highest >= STRUCTURE:
+            self.rows[index, 0] = replace(rows[0], start=max(rows))
+        elif max(rows) < highest:
+            alike = rows[max(rows)].type if max(rows) else UNSIGNED[4]
+            type = type_number(index, highest, DATA_TYPES[alike].size, b"", self.is_drive)
+            self.add(index, highest, f"Object {index:04X}h, sub-index {highest}", type, "ro")
+
+    def _has_room(self, index: int) -> bool:
+        """True if what a mapping begins with fits into a PDO."""
+        count = self.rows[index, 0].start if (index, 0) in self.rows else 0
+        entries = [self.rows[index, place].start if (index, place) in self.rows else None
+                   for place in range(1, int(count) + 1)]  # fmt: skip
+        bits = [entry & 0xFF if isinstance(entry, int) else 0 for entry in entries]
+        return all(bits) and sum(bits) <= MAX_BITS
 
     def _complete_mapping(self, index: int, entries: set[int]) -> None:
         """Add the mapped objects that no master has read, as they can be mapped only if they exist."""

@@ -48,10 +48,12 @@ def type_number(index: int, subindex: int, size: int | None, sample: bytes, is_d
     """Return the number of the data type; `size` is the only size that was seen, or None for several."""
     if index in TEXTS and subindex == 0:
         return TEXT
-    variable = standard_variable(index, subindex, is_drive)
-    wanted = standard.wanted(index, subindex) or (None if variable is None else variable.type)
-    if wanted is not None and (wanted.size is None or size is None or size == wanted.size or size == 4 > wanted.size):
-        return next(number for number, known in DATA_TYPES.items() if known is wanted)
+    needed, variable = standard.wanted(index, subindex), standard_variable(index, subindex, is_drive)
+    wanted = needed or (None if variable is None else variable.type)
+    if wanted is not None:
+        fits = wanted.size is None or size is None or size == wanted.size or size == 4 > wanted.size
+        if fits or needed is not None:  # the services of a node need the types of CiA 301
+            return next(number for number, known in DATA_TYPES.items() if known is wanted)
     if index in ANALOG and subindex and size == 2:
         return I16
     if size is None or size not in UNSIGNED or (size >= SHORTEST_TEXT and _is_text(sample)):

@@ -44,6 +44,13 @@ class Pdo(NamedTuple):
         return first + (self.number - 1) * STEP + node_id if self.number <= PREDEFINED else None
 
 
+def is_mapping(index: int) -> bool:
+    """True for a mapping parameter."""
+    return any(
+        first + TO_MAPPING <= index < first + TO_MAPPING + MOST for first in (rpdo.COMMUNICATION, tpdo.COMMUNICATION)
+    )
+
+
 def predefined(identifier: int) -> tuple[int, Pdo] | None:
     """Return node-ID and PDO of an identifier of the predefined connection set."""
     base, node_id = identifier & 0x780, identifier & 0x7F

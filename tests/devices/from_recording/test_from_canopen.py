@@ -119,6 +119,18 @@ def test_a_mapping_that_was_read_in_part_leaves_the_rest_as_bytes(tmp_path: Path
         assert (rig.get("node5/6000:01"), rig.get("node5/5800:02")) == (2, 0x2F10)
 
 
+def test_a_mapping_of_which_only_the_count_was_read_is_the_written_one(tmp_path: Path) -> None:
+    lines = [
+        *read_by_sdo(0.01, 5, "4F001A0008000000"),  # eight objects, of which no master has asked
+        "0.02 605#2F001A0000000000", "0.021 585#60001A0000000000",
+        "0.03 605#23001A0120000020", "0.031 585#60001A0100000000",  # 2000h, 32 bits
+        "0.04 605#2F001A0001000000", "0.041 585#60001A0000000000",
+    ]  # fmt: skip
+    rig = rig_file(written_log(tmp_path, BOOT, *lines, STARTED, "0.2 185#01000000", "0.3 185#02000000"))
+    assert [finding for finding in check_eds(rig.parent / "eds/node5.eds") if finding.is_refused] == []
+    assert [data for _, data in heard(rig, 0x185, 350 * MS)][-1] == "02 00 00 00"
+
+
 def test_a_pdo_on_an_identifier_of_its_own_belongs_to_its_node(tmp_path: Path) -> None:
     moved = read_by_sdo(0.04, 5, "4300180133030040")
     log = written_log(tmp_path, BOOT, *moved, STARTED, *(f"{0.2 + turn / 10} 333#{turn:02X}" for turn in range(5)))
