@@ -5,7 +5,7 @@ BIN := .venv/bin
 DRIVER := $(BIN)/python -m tests.driver
 
 .DEFAULT_GOAL := help
-.PHONY: help lab test test-fast check format fuzz bench docs pictures coverage-of-manuals mutation lock clean
+.PHONY: help lab test test-fast check format fuzz tcunit bench docs pictures coverage-of-manuals mutation lock clean
 .DELETE_ON_ERROR:
 
 help: ## list the targets
@@ -29,6 +29,10 @@ format: .venv/dev-installed ## format the code, and fix what ruff can fix
 
 fuzz: .venv/dev-installed ## send 200,000 corrupted frames to a CANopen node, and a million inputs to all decoders, listeners, files and stores
 	@FIELDRIG_FUZZ_FRAMES=200000 FIELDRIG_FUZZ_INPUTS=1000000 $(BIN)/python -m pytest -q tests/fuzz --timeout=7200
+
+TCUNIT ?= ../TcUnit
+tcunit: .venv/dev-installed ## judge our TcUnit by the verifier of TcUnit; TCUNIT=<its repository>
+	@$(BIN)/python -m tests.bench.tcunit_verifier $(TCUNIT)
 
 bench: .venv/dev-installed ## measure, and write docs/developers/benchmarks.md
 	@$(DRIVER) bench

@@ -249,6 +249,10 @@ class Memory:
         """Return the bytes that a program has in its memory; RunError if there are none."""
         return self._bytes(address, size)
 
+    def put_bytes_at(self, address: int, data: bytes) -> None:
+        """Give a program bytes in its memory; RunError if it has none there."""
+        self._put_bytes(address, data)
+
     def peek(self, address: int, number: int) -> Value:
         """Read a value through a pointer whose target begins otherwise."""
         if number in _TEXTS:

@@ -97,7 +97,8 @@ def test_formats_of_numbers(kind: str, value: str, form: str, expected: str) -> 
 
 def test_texts_of_any_size_by_their_address() -> None:
     bench = ran(
-        "a : STRING(300) := 'Hello '; b : STRING := 'World'; c : STRING(300); n, at_ : UDINT; ok, cut : BOOL; d : STRING(4);",
+        "a : STRING(300) := 'Hello '; b : STRING := 'World'; c : STRING(300); n, at_ : UDINT; ok, cut : BOOL;"
+        "d : STRING(4);",
         "ok := CONCAT2(ADR(a), ADR(b), ADR(c), SIZEOF(c)); n := LEN2(ADR(c)); at_ := FIND2(ADR(c), ADR(b), TRUE);"
         "cut := NOT STRNCPY(ADR(d), ADR(c), SIZEOF(d));",
     )
@@ -106,7 +107,7 @@ def test_texts_of_any_size_by_their_address() -> None:
 
 def test_memory_of_a_manager_and_a_buffer() -> None:
     bench = ran(
-        "m : FB_DynMem_Manager2; b : FB_DynMem_Buffer(ipMemMan := m); p : POINTER TO LREAL; x : LREAL; ok, none : BOOL;",
+        "m : FB_DynMem_Manager2; b : FB_DynMem_Buffer(ipMemMan := m); p : POINTER TO LREAL; x : LREAL;ok, none : BOOL;",
         "ok := b.CreateBuffer(80, TRUE); p := b.pBuffer; p[9] := 2.5; ok := ok AND b.Resize(160, TRUE, TRUE);"
         "p := b.pBuffer; x := p[9]; b.DeleteBuffer(); none := NOT b.bAvailable;",
     )
@@ -116,7 +117,8 @@ def test_memory_of_a_manager_and_a_buffer() -> None:
 def test_numbers_by_chance_are_the_same_for_a_seed_and_even() -> None:
     bench = ran(
         "a, b : DRAND; n : INT; sum : LREAL; differ : BOOL;",
-        "FOR n := 1 TO 1000 DO a(Seed := 7); b(Seed := 7); differ := differ OR a.Num <> b.Num; sum := sum + a.Num; END_FOR;",
+        "FOR n := 1 TO 1000 DO a(Seed := 7); b(Seed := 7);"
+        "differ := differ OR a.Num <> b.Num; sum := sum + a.Num; END_FOR;",
     )
     assert bench["differ"] is False
     assert 450 < float(bench["sum"]) < 550

@@ -191,7 +191,8 @@ OBJECT = """<?xml version="1.0" encoding="utf-8"?>
 <Declaration><![CDATA[PROGRAM PLC_PRG
 VAR Configuration : INT; END_VAR]]></Declaration>
 <Implementation><ST><![CDATA[Configuration := 4;]]></ST></Implementation>
-<Method Name="Drawn" Id="{1}"><Declaration><![CDATA[METHOD Drawn]]></Declaration><Implementation>BODY</Implementation></Method>
+<Method Name="Drawn" Id="{1}"><Declaration><![CDATA[METHOD Drawn]]></Declaration>
+<Implementation>BODY</Implementation></Method>
 </POU></TcPlcObject>
 """
 EMPTY_CFC = (

@@ -12,6 +12,7 @@ from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.tcunit import library, paths, program
+from fieldrig_devices.iec.tcunit.files import Files
 from fieldrig_devices.iec.tcunit.natives import Natives
 from fieldrig_devices.iec.tcunit.project import Sources
 from fieldrig_devices.iec.tcunit.session import Parameters, Session
@@ -38,14 +39,15 @@ class Bench:
         self.host = StandaloneHost(self.clock)
         self.session = Session(self.clock.now_ns, self._path_of, self._place)
         natives = Natives(self.session)
-        self.host.libraries = (natives.library(),)
+        self.files = Files()
+        self.host.libraries = (natives.library(), self.files.library())
         self.program = program.built(given, self.host)
         compiled = self.program.compiled
         self.instances = paths.suites(compiled.program, _lists(self.program))
         """The paths of the suites, and the names of their blocks, by address."""
         # Only one thread runs at a time, so that it may have the stacks of all.
         self.runtime = Runtime(compiled, self.host, MOST_STACKS * STACK_SIZE)
-        natives.memory = self.runtime.contents
+        natives.memory = self.files.memory = self.runtime.contents
         self.session.parameters = self._parameters()
         self._threads = [self.runtime.thread(pou) for task in compiled.program.tasks for pou in task.programs]
         self.interval_ns = round(self.program.interval_ms * MS)

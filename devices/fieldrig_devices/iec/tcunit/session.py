@@ -148,6 +148,8 @@ class Session:
         self._cycle = 0
         self._open: Iterator[Suite] = iter(())
         self._called: Suite | None = None
+        self._named = ""
+        """The test that ran when a suite was left; without another TEST, it goes on in the next cycle."""
         self._next_cycle = 0
         """The first cycle of the next suite of a sequence."""
         self._next_ns = 0
@@ -179,7 +181,8 @@ class Session:
             return 0
         self._called = suite
         suite.declared.clear()
-        suite.current = suite.last_named = None
+        named = suite.tests.get(self._named)
+        suite.current = suite.last_named = named if named is not None and not named.is_done else None
         if suite.started_ns is None:
             suite.started_ns = self._now_ns()
         return suite.address
@@ -187,7 +190,11 @@ class Session:
     def _leave(self) -> None:
         """End the call of a suite: it is finished when all its tests are done, or if it has none."""
         suite, self._called = self._called, None
-        if suite is not None and suite.are_all_done:
+        if suite is None:
+            return
+        if suite.declared or suite.current is not None:
+            self._named = suite.current.name if suite.current is not None else ""
+        if suite.are_all_done:
             self._finish(suite)
 
     def _finish(self, suite: Suite) -> None:

@@ -242,3 +242,23 @@ def test_protected_variables_can_be_written(kind: str, value: str) -> None:
 def test_a_text_without_suites_has_nothing_to_run() -> None:
     with pytest.raises(NothingToRunError):
         SuiteBench("PROGRAM PLC_PRG END_PROGRAM")
+
+
+def test_a_test_goes_on_in_the_next_cycle_without_being_named_again() -> None:
+    """TcUnit keeps the name of the current test until TEST names another one."""
+    body = """step := step + 1;
+IF step = 1 THEN TEST('slow'); END_IF;
+IF step = 3 THEN AssertTrue(FALSE, 'late'); TEST_FINISHED(); END_IF;"""
+    bench = SuiteBench.ran(suite(body, "step : INT;"))
+    assert bench.test("slow").is_finished
+    assert [failed.message for failed in bench.test("slow").failures] == ["late"]
+
+
+def test_after_the_end_of_a_test_asserts_belong_to_no_test_until_the_next_one_is_named() -> None:
+    body = """step := step + 1;
+IF step = 1 THEN TEST('first'); TEST_FINISHED(); TEST('second'); END_IF;
+IF step = 2 THEN TEST_FINISHED(); AssertTrue(FALSE, 'none'); END_IF;"""
+    bench = SuiteBench.ran(suite(body, "step : INT;"))
+    assert not bench.test("first").failures
+    assert not bench.test("second").failures
+    assert bench.test("second").is_finished
