@@ -139,3 +139,44 @@ def test_numbers_by_chance_are_the_same_for_a_seed_and_even() -> None:
 )
 def test_texts(expression: str, expected: str) -> None:
     assert ran("s : STRING;", f"s := {expression};")["s"] == expected
+
+
+def test_bytes_are_copied_within_one_area() -> None:
+    bench = ran(
+        "a, b : ARRAY[0..3] OF INT := [1, 2, 3, 4];",
+        "MEMCPY(ADR(a[1]), ADR(a[0]), 6); MEMMOVE(ADR(b[0]), ADR(b[1]), 6);",
+    )
+    assert [bench[f"a[{n}]"] for n in range(4)] == [1, 1, 2, 3]
+    assert [bench[f"b[{n}]"] for n in range(4)] == [2, 3, 4, 4]
+
+
+def test_addresses_of_ads_and_what_pointers_point_to() -> None:
+    bench = ran(
+        "n : T_AmsNetIdArr; s : T_AmsNetId; r : REAL := 2.5; x : REAL;",
+        "n := F_ScanAmsNetIds('192.168.1.2.1.1'); s := F_CreateAmsNetId(n); x := PREAL_TO_REAL(ADR(r));",
+    )
+    assert [bench["n[0]"], bench["n[5]"], bench["s"], bench["x"]] == [192, 1, "192.168.1.2.1.1", 2.5]
+
+
+def test_parts_of_texts_are_replaced_as_long_as_there_is_room() -> None:
+    bench = ran(
+        "s : STRING := 'a-b-c'; dash : STRING := '-'; plus : STRING := '++'; all, none : STRING; few : STRING(3);"
+        "fits, deleted, cut : BOOL;",
+        "fits := FindAndReplace(ADR(s), ADR(dash), ADR(plus), ADR(all), SIZEOF(all));"
+        "deleted := FindAndDelete(ADR(s), ADR(dash), ADR(none), SIZEOF(none));"
+        "cut := NOT FindAndReplace(ADR(s), ADR(dash), ADR(plus), ADR(few), SIZEOF(few));",
+    )
+    assert [bench[name] for name in ("all", "none", "few")] == ["a++b++c", "abc", "a++"]
+    assert [bench[name] for name in ("fits", "deleted", "cut")] == [True, True, True]
+
+
+def test_halves_of_numbers_of_64_bits() -> None:
+    bench = ran(
+        "a : T_ULARGE_INTEGER := (dwLowPart := 1, dwHighPart := 1); b : T_ULARGE_INTEGER := (dwLowPart := 2);"
+        "d, e : T_ULARGE_INTEGER; x : LREAL; c : DINT; bytes : ARRAY[0..255] OF BYTE; s : T_MaxString;",
+        "d := UInt64Sub64(a, b); e := UInt64Add64(d, b); x := UINT64_TO_LREAL(a); c := UInt64Cmp64(b, a);"
+        "bytes := MAXSTRING_TO_BYTEARR('ab'); s := BYTEARR_TO_MAXSTRING(bytes);",
+    )
+    assert [bench["d.dwLowPart"], bench["d.dwHighPart"]] == [0xFFFFFFFF, 0]
+    assert [bench["e.dwLowPart"], bench["e.dwHighPart"], bench["x"], bench["c"]] == [1, 1, 4294967297.0, -1]
+    assert [bench["bytes[1]"], bench["s"]] == [0x62, "ab"]
