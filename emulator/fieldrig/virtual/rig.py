@@ -89,7 +89,7 @@ class Rig:
             self._models[name].begin(0, self._randoms[name])
         self._nodes: dict[str, Node] = {}
         self._interests: dict[tuple[str, str], Any] = {}
-        """What each member wants to hear of each bus."""
+        """The interest of each member in each bus."""
         self._outbox = Outbox(self.buses)
         """The outbox of all nodes in this process."""
         self._outside: dict[str, EventNode] = {}
@@ -351,7 +351,7 @@ class Rig:
         return self.buses[bus].signals(standing, self.now_ns)
 
     def interests(self, bus: str) -> dict[str, Any]:
-        """Return what each member of a bus listens to, by its name: names of wires, unit ids, or filters; None: all."""
+        """Return the interest of each member of a bus: names of wires, unit ids, or filters, or None if it hears all."""
         self._model(bus)
         return {name: interest for (name, known), interest in self._interests.items() if known == bus}
 

@@ -53,11 +53,12 @@ def run_while_met(
     With `end`, run until that is true, which it has to be in this time.  UnmetError, with the points that were read and
     their last changes, at the first instant at which it is otherwise.
     """
-    _check(condition, 'stays(lambda: rig.get("drive/run"), during=1 * S)')
+    call = "stays" if is_wanted else "never"
+    _check(condition, f'{call}(lambda: rig.get("drive/run"), during=1 * S)')
     if end is not None:
         _check(end, 'stays(..., during=1 * S, until=lambda: rig.get("drive/stopped"))')
     begin_ns, readings = rig.now_ns, Readings()
-    end_ns = begin_ns + duration(during, "stays" if is_wanted else "never")
+    end_ns = begin_ns + duration(during, call)
     while end is None or not look(end, readings):
         if bool(look(condition, readings)) is not is_wanted:
             what = "no longer held" if is_wanted else "held"

@@ -51,6 +51,16 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
         ((False, S), (r"until cannot take False", "expected a function, such as until\\(lambda: rig")),
         ((lambda: True, -1), (r"until cannot take -1", DURATION)),
     ],
+    "stays": [
+        ((False, S), (r"stays cannot take False", "expected a function, such as stays\\(lambda: rig")),
+        ((lambda: True, -1), (r"stays cannot take -1", DURATION)),
+        ((lambda: True, S, 5), (r"stays cannot take 5", "expected a function, such as stays")),
+    ],
+    "never": [
+        ((False, S), (r"never cannot take False", "expected a function, such as never\\(lambda: rig")),
+        ((lambda: False, 0.5), (r"never cannot take 0.5", DURATION)),
+    ],
+    "interests": [(("can",), NO_BUS), (("dice",), A_DEVICE)],
     "on_change": [
         (("dise/throws", print), NO_DEVICE),
         (("can0/load", print), A_BUS),
@@ -177,7 +187,8 @@ def test_a_closed_rig_does_nothing_any_more(call: str) -> None:
     with rig_of() as rig:
         pass
     right: dict[str, tuple[Any, ...]] = {
-        "run_until": (S,), "run_for": (S,), "until": (lambda: False, S), "attach": ("bench",), "keys": ("dice",),
+        "run_until": (S,), "run_for": (S,), "until": (lambda: False, S), "stays": (lambda: True, S),
+        "never": (lambda: False, S), "interests": ("can0",), "attach": ("bench",), "keys": ("dice",),
         "facts": ("dice",), "front": ("dice",), "values": ("dice",),
         "on_change": ("dice/throws", print), "on_delivery": (print,), "on_instant": (print,), "branches": (print, [1]),
         "checkpoint_every": (S,), "back": (0,), "detach": ("bench",),

@@ -12,7 +12,7 @@ from fieldrig_devices.iec.tree import PouKind, Section
 
 
 class PythonMock:
-    """What is called instead of a function or a block."""
+    """A Python function that is called instead of a function or a block."""
 
     def __init__(self, bench: Owner, name: str, call: Callable[..., Any]) -> None:
         self._bench, self.name, self._call = bench, name, call

@@ -1,4 +1,4 @@
-"""What instances and functions under test need of the program that they belong to."""
+"""The needs of instances and functions under test: a part of the program that they belong to."""
 
 from typing import Protocol
 

@@ -1,4 +1,4 @@
-"""What calls the blocks and functions under test: a hidden block for each, with variables for their arguments."""
+"""The callers of blocks and functions under test: a hidden block for each, with variables for their arguments."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -50,7 +50,7 @@ class Call:
 
 @dataclass(slots=True)
 class Calls:
-    """What a wrapper can call, by names without upper case."""
+    """All that a wrapper can call, by names without upper case."""
 
     own: Call
     methods: dict[str, Call] = field(default_factory=dict)

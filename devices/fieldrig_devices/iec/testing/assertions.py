@@ -50,7 +50,7 @@ class Assertion:
     file: str
     line: int
     source: str
-    """What is judged, as text."""
+    """The text of what is judged."""
     type: Type = BOOL
     """The type of both values, or that of the time."""
     shown: Type | None = None

@@ -20,7 +20,7 @@ from fieldrig_devices.iec.testing.runner import Runner
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 
 _UNKNOWN: Final = re.compile("the (type|function) .* is not declared")
-"""What the checker says of the name of a block or function."""
+"""The words of the checker about the name of a block or function."""
 COMPILES: Final = "the file compiles"
 """The name of the case of a file whose tests cannot be found."""
 

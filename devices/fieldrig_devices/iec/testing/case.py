@@ -1,4 +1,4 @@
-"""What all kinds of program tests share: a case, its outcome, and the source that finds and runs cases.
+"""The common part of all kinds of program tests: a case, its outcome, and the source that finds and runs cases.
 
 A kind of test, such as TEST blocks or suites of TcUnit, is one `Source`.  Reports, choice by name, time-outs and exit
 codes are written once, against this file.
@@ -41,7 +41,7 @@ class Case:
     """The file or the suite that it belongs to, as reports group it."""
     file: Path
     line: int
-    """From 1; 0 if it is not known, as that of a test whose name a program makes."""
+    """Its number from 1; 0 if it is not known, as that of a test whose name a program makes."""
 
     def __str__(self) -> str:
         return f"{self.suite}::{self.name}"
@@ -53,12 +53,12 @@ class Failure(NamedTuple):
     kind: str
     """The name of the assertion, or one of FAULT, TIMEOUT and MISTAKE."""
     expected: str
-    """As its type is written in the language; empty if nothing was compared."""
+    """The value as the language writes it; empty if nothing was compared."""
     actual: str
     message: str
     file: Path
     line: int
-    """From 1; 0 if it is not known."""
+    """Its number from 1; 0 if it is not known."""
     at_ns: int
     """The instant in virtual time, from the begin of the test."""
     diagram: tuple[str, ...] = ()
@@ -66,7 +66,7 @@ class Failure(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What became of one case."""
+    """The outcome of one case."""
 
     case: Case
     verdict: Verdict
@@ -85,7 +85,7 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Where a test that does not end by itself is ended."""
+    """The limits at which a test is ended that does not end by itself."""
 
     timeout_s: float = 10.0
     """The longest time of the host that one test may take, in seconds."""

@@ -1,4 +1,4 @@
-"""What the checker does with a test file: TEST blocks become function blocks, and assertions native calls."""
+"""Test files for the checker: TEST blocks become function blocks, and assertions native calls."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -44,7 +44,7 @@ class CaseExtension:
         """`mocked` are the names of functions and blocks that Python takes the place of."""
         self.blocks: list[CaseBlock] = []
         self.mistakes: list[Mistake] = []
-        """What is wrong with the blocks of test files, besides what the checker finds."""
+        """Mistakes of the blocks of test files, besides what the checker finds."""
         self._mocked = mocked
         self._files: set[str] = set()
         self.mocks = Mocks()

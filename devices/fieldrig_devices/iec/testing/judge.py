@@ -40,7 +40,7 @@ _WORDS: Final[Mapping[Operator, str]] = {
 
 
 class World(Protocol):
-    """What a test runs in."""
+    """The surroundings of a test."""
 
     @property
     def now_ns(self) -> int: ...
@@ -53,7 +53,7 @@ class World(Protocol):
 
 @dataclass(slots=True)
 class Wish:
-    """What the test waits for."""
+    """The time or the expectation that a test waits for."""
 
     answer: Pending
     until_ns: int

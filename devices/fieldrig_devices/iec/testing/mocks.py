@@ -34,7 +34,7 @@ class Mock:
     """TRUE where the code does not run."""
     calls: Variable
     value: Variable | None
-    """What a function returns then."""
+    """The result of a function then."""
     number: int = -1
     """The number of the Python function that is called instead; -1 if there is none."""
 

@@ -25,7 +25,7 @@ class TookTooLongError(Exception):
 
 
 class Place(Protocol):
-    """Where a test runs: alone, or with a rig around it."""
+    """The place where a test runs: alone, or with a rig around it."""
 
     is_pressed: Callable[[], None]
 
