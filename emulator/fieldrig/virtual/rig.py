@@ -351,7 +351,7 @@ class Rig:
         return self.buses[bus].signals(standing, self.now_ns)
 
     def interests(self, bus: str) -> dict[str, Any]:
-        """Return the interest of each member of a bus: names of wires, unit ids, or filters, or None if it hears all."""
+        """Return the interest of each member of a bus: names of wires, unit ids or filters; None for everything."""
         self._model(bus)
         return {name: interest for (name, known), interest in self._interests.items() if known == bus}
 

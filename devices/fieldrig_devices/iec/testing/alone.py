@@ -1,4 +1,4 @@
-"""A program with its tests, without a controller: its memory, which begins again for each test, its tasks, and its clock."""
+"""A program with its tests, without a controller: its memory, which is fresh in each test, its tasks, and its clock."""
 
 from collections.abc import Callable, Iterable, Iterator
 
