@@ -32,7 +32,7 @@ def run_tests(
     dialect: DialectOption = "epas-4",
     timeout: Annotated[
         float, typer.Option("--timeout", metavar="SECONDS", min=0.001, help="End a test after this time.")
-    ] = 10.0,
+    ] = 30.0,
     workers: Annotated[int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Run N processes at a time.")] = 1,
     junit: Annotated[
         Path | None,

@@ -97,6 +97,9 @@ class Tests(Methods):
             self.accept(";")
             self._options_of_test(test)
         test.blocks = self.blocks()
+        if word is tree.TestWord.TEST:
+            self._options_of_test(test)
+            test.blocks += self.blocks()
         body = self.body("ST")
         test.body = body
         self.gather()

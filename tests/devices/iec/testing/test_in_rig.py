@@ -77,6 +77,13 @@ def test_each_test_begins_with_the_booted_rig(folder: Path) -> None:
 
 
 @pytest.mark.long
+def test_the_rig_may_be_named_behind_the_variables(folder: Path) -> None:
+    body = "RIG 'lamp.yaml' AFTER T#5s; VAR n : INT; END_VAR ASSERT_FALSE(lamp);"
+    written(folder, lamp_test=f"TEST 'it' {PLACES} {body} END_TEST")
+    assert outcomes(folder / "lamp_test.st")["it"].failures == ()
+
+
+@pytest.mark.long
 def test_without_branches_each_test_has_a_rig_of_its_own(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fieldrig.virtual.branch.HAS_FORK", False)
     body = "switch := TRUE; ASSERT_EQ(presses, 0); ASSERT_WITHIN(lamp, T#50ms); ASSERT_EQ(presses, 1);"
