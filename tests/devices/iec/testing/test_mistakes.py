@@ -1,15 +1,17 @@
 """Test files with mistakes: all are listed, each with its line, and none ends in a traceback."""
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from st_tests import MOTOR, as_json, iec_test, written
+from st_tests import MOTOR, as_json, iec_test, one, written
 
 from fieldrig_devices.iec.dialect import EDITION_3
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.printer import print_unit
+from fieldrig_devices.iec.testing.case import Verdict
 
 MISTAKES = [
     ("TEST 'a' ASSERT_EQ(1); END_TEST", 1, "ASSERT_EQ without expected"),
@@ -119,3 +121,66 @@ def test_any_text_of_tests_is_parsed_without_an_exception(parts: list[str]) -> N
         printed = print_unit(unit)
         again, wrong = parse(printed, "any.st", EDITION_3)
         assert (again, wrong, print_unit(again)) == (unit, [], printed)
+
+
+STATEMENTS = [
+    "ASSERT_EQ(x, 1);",
+    "ASSERT_EQ(a, a);",
+    "ASSERT_EQ(m, m);",
+    "ASSERT_EQ(m.run, x);",
+    "ASSERT_NEAR(x, 1, 2, 3);",
+    "ASSERT_NEAR(r, 1.0);",
+    "ASSERT_TRUE(m);",
+    "ASSERT_TRUE(Motor);",
+    "ASSERT_EQ(Step, 1);",
+    "ASSERT_EQ(Step(1), Step(2));",
+    "ASSERT_EQ(s, s, s);",
+    "ASSERT_EQ(s, 5, x);",
+    "ASSERT_WITHIN(x = 1, T#5ms);",
+    "ASSERT_UNTIL(TRUE, FALSE, t);",
+    "ASSERT_NEVER(m.run, 5);",
+    "ADVANCE_TIME(t);",
+    "ADVANCE_TIME(r);",
+    "RUN_FOR(x);",
+    "MOCK m;",
+    "MOCK x;",
+    "MOCK m.longest;",
+    "MOCK Step;",
+    "MOCK nowhere.at;",
+    "MOCK_FUNCTION Step RETURNS x;",
+    "MOCK_FUNCTION m RETURNS 1;",
+    "MOCK_FUNCTION Step;",
+    "MOCK_VERIFY_CALLED(m);",
+    "MOCK_VERIFY_CALL_COUNT(Step, r);",
+    "x := MOCK_CALLS(m);",
+    "x := MOCK_CALLS(5);",
+    "x := ASSERT_EQ(1, 1);",
+    "PRINT(x);",
+    "PRINT(s);",
+    "PRINT();",
+    "FAULT('a', 'b');",
+    "CLEAR_FAULTS(x);",
+    "m(start := TRUE);",
+    "m.longest.Q := TRUE;",
+    "m.run := x;",
+    "x := 1 / x;",
+    "WHILE TRUE DO x := x + 1; END_WHILE",
+    "a[x] := 9;",
+    "RETURN;",
+    "EXIT;",
+    "IF m.run THEN ASSERT_FAIL(); END_IF",
+    "%IX0.0 := TRUE;",
+    "JMP y;",
+    "y:",
+]
+
+
+@pytest.mark.long
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.sampled_from(STATEMENTS), max_size=6), st.sampled_from(["epas-4", "edition-3", "codesys"]))
+def test_any_test_has_an_outcome(statements: list[str], dialect: str) -> None:
+    body = "VAR x : INT; r : REAL; a : ARRAY[0..1] OF INT; m : Motor; s : STRING; t : TIME := T#1ms; END_VAR\n"
+    with TemporaryDirectory() as folder:
+        outcome = one(Path(folder), body + "\n".join(statements), dialect=dialect, timeout_s=0.05)
+    assert outcome.verdict in Verdict
+    assert all(failure.kind for failure in outcome.failures)
