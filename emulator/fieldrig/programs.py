@@ -84,8 +84,11 @@ class ProgramBench(ABC):
     def events(self) -> Sequence[str]:
         """Faults and messages of the program so far, in whole sentences."""
 
-    def block(self, name: str) -> Any:
-        """Return a new instance of a function block, or a program, to be called with its inputs."""
+    def block(self, name: str, **init: Any) -> Any:
+        """Return a new instance of a function block, or a program, to be called with its inputs.
+
+        `init` are the arguments of its FB_init.
+        """
         raise ArgumentError(f"there is no block {shown(name)}", "only programs of IEC 61131-3 have blocks")
 
     def function(self, name: str) -> Callable[..., Any]:

@@ -8,7 +8,7 @@ from fieldrig.programs import ProgramBench, checked_duration
 from fieldrig_devices.iec.bench.function import Function
 from fieldrig_devices.iec.bench.instance import Block
 from fieldrig_devices.iec.bench.mocked import PythonMock
-from fieldrig_devices.iec.bench.python_values import cell_of, read, write
+from fieldrig_devices.iec.bench.python_values import cell_of, literal, read, write
 from fieldrig_devices.iec.bench.under_test import UnderTest
 from fieldrig_devices.iec.bench.wrappers import BLOCK, Wrapper
 from fieldrig_devices.iec.symbols import Symbol
@@ -95,14 +95,16 @@ class IecBench(ProgramBench):
 
     # ---- blocks and functions
 
-    def block(self, name: str) -> Block:
+    def block(self, name: str, **init: Any) -> Block:
         pou = self._program.pou(name)
         if pou.kind is PouKind.FUNCTION or pou.type is None:
             raise ArgumentError(f"{pou.name} is a function", f'expected function("{pou.name}")')
+        if init and pou.instance is not None:
+            raise ArgumentError(f"{pou.name} is a program, which has no FB_init", f'expected block("{pou.name}")')
         wrapper: Wrapper | None = None
         if pou.instance is None:
             self._used[pou.name] = number = self._used.get(pou.name, 0) + 1
-            wrapper = Wrapper(pou.name, number)
+            wrapper = Wrapper(pou.name, number, tuple((key, literal(value)) for key, value in init.items()))
             if self._program.add(wrapper):
                 self._bind_all()
         block = Block(self._program, pou.name)

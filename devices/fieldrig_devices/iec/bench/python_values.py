@@ -13,12 +13,14 @@ array                           list, in the order of the indices
 
 from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, date, datetime, time, timedelta
+from math import isfinite
 from typing import Any, Final
 
 from fieldrig.errors import ArgumentError
 from fieldrig.text.nearest import closest
 from fieldrig_devices.iec.elementary import UNITS_NS, Elementary, Family
 from fieldrig_devices.iec.layout import storage
+from fieldrig_devices.iec.literal_texts import long_time_text, real_text, string_text
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol, parts
 from fieldrig_devices.iec.types import ArrayType, EnumType, Type, Value
@@ -159,6 +161,24 @@ def _counts(stored: Elementary, value: Any) -> int:
     if ns % UNITS_NS[stored]:
         raise ValueError(f"expected a multiple of {UNITS_NS[stored]} ns, the unit of {stored}")
     return ns // UNITS_NS[stored]
+
+
+def literal(value: Any) -> str:
+    """Return a value of Python as a constant of the language.  ArgumentError for one that has no single value."""
+    match value:
+        case bool():
+            return "TRUE" if value else "FALSE"
+        case int():
+            return str(value)
+        case float() if isfinite(value):
+            return real_text(value)
+        case str() if value.isascii():
+            return string_text(value)
+        case timedelta():
+            return long_time_text(value // timedelta(microseconds=1) * _US_NS).replace("LTIME", "T")
+    raise ArgumentError(
+        f"{_shown(value)} cannot be a constant", "expected a number, a text, True, False or a timedelta"
+    )
 
 
 def _shown(value: Any) -> str:

@@ -6,6 +6,8 @@ from typing import Final
 from zlib import crc32
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.dialect import EDITION_3
+from fieldrig_devices.iec.parser import parse_body
 from fieldrig_devices.iec.testing.extension import CaseExtension, begin_unit
 
 BLOCK: Final = "tested"
@@ -23,11 +25,13 @@ class Wrapper:
 
     name: str
     number: int
+    init: tuple[tuple[str, str], ...] = ()
+    """The arguments of FB_init, by name, as constants of the language."""
 
     @property
     def pou(self) -> str:
         # Names count to their 32nd character in EPAS-4 (PD-350), so that of the block would not tell them apart.
-        return f"BENCH {crc32(self.name.casefold().encode()):08x} {self.number}"
+        return f"BENCH {crc32(repr((self.name.casefold(), self.init)).encode()):08x} {self.number}"
 
     @property
     def instance(self) -> str:
@@ -138,7 +142,8 @@ class _Declared:
     def _of_block(self) -> tree.AnyStatement:
         blocks = [block for one in self._line for block in one.blocks]
         arguments, inputs, outputs = self._arguments(blocks, (tree.Section.IN_OUT,))
-        self._add(BLOCK, tree.NamedType(self._wrapper.name))
+        init = tuple(tree.Argument(_constant(text), name) for name, text in self._wrapper.init)
+        self._add(BLOCK, tree.NamedType(self._wrapper.name, init))
         self.calls = Calls(Call(self._wrapper.name, inputs, outputs))
         for method in (method for one in self._line for method in one.methods):
             if method.name.casefold() not in _IMPLICIT and not _CLOSED & set(method.modifiers):
@@ -176,3 +181,13 @@ def _line_of(pou: tree.Pou | None, known: Mapping[str, tree.Pou]) -> list[tree.P
         line.append(pou)
         pou = known.get(pou.extends.casefold()) if pou.extends else None
     return line
+
+
+def _constant(text: str) -> tree.Expression:
+    """Return the tree of a constant."""
+    body, mistakes = parse_body(f"x := {text};", _FILE, "ST", EDITION_3)
+    assert not mistakes, f"{text} is made of a value of Python"
+    assert isinstance(body, tree.StBody)
+    [statement] = body.statements
+    assert isinstance(statement, tree.Assign)
+    return statement.value

@@ -1,6 +1,6 @@
 """Programs of IEC 61131-3 under test in Python: calls, values of all types, time, forces and mocks."""
 
-from datetime import date, datetime, time
+from datetime import date, datetime, time, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -440,3 +440,33 @@ def test_components_of_unions_and_bits_are_read_and_written(counter: Any) -> Non
 
 def test_a_reference_to_nothing_is_none_or_its_address(counter: Any) -> None:
     assert counter.target in (None, 0)
+
+
+INIT = """FUNCTION_BLOCK Counter
+VAR n : INT; name : STRING; delay : TIME; gain : REAL; on : BOOL; END_VAR
+METHOD FB_init : BOOL
+VAR_INPUT bInitRetains, bInCopyCode : BOOL; start : INT; text : STRING; wait : TIME; k : REAL; ready : BOOL; END_VAR
+n := start; name := text; delay := wait; gain := k; on := ready;
+END_METHOD
+n := n + 1;
+END_FUNCTION_BLOCK"""
+
+
+def test_arguments_of_fb_init_are_given_by_name(tmp_path: Path) -> None:
+    (tmp_path / "counter.st").write_text(INIT)
+    plc = program(tmp_path / "counter.st", dialect="codesys")
+    rest: dict[str, Any] = {"text": "it's $5", "wait": timedelta(seconds=2), "k": -1.5, "ready": True}
+    first, second = plc.block("Counter", start=7, **rest), plc.block("Counter", start=-40, **rest)
+    assert (first().n, second().n, first.name, first.delay, first.gain, first.on) == (
+        8,
+        -39,
+        "it's $5",
+        2 * S,
+        -1.5,
+        True,
+    )
+    with pytest.raises(ConfigError, match="start"):
+        plc.block("Counter")
+    with pytest.raises(ArgumentError, match="cannot be a constant"):
+        plc.block("Counter", start=[1])
+    assert (first.n, second().n) == (8, -38)
