@@ -6,12 +6,13 @@ number in its place, so they look like other services; no file of this form can 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import takewhile
 from typing import Final
 
 from fieldrig_devices.canopen.abort import NAMES
 from fieldrig_devices.canopen.bit_names import ERROR_REGISTER
-from fieldrig_devices.canopen.cob_id import is_valid
+from fieldrig_devices.canopen.cob_id import EXTENDED, is_valid
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.names import (
     EMCY,
@@ -71,12 +72,13 @@ def of_node(node: str, node_id: int, dictionary: Dictionary | None, master: str)
         ERROR_CONTROL + node_id, f"{node}_heartbeat", 1, (state, Signal("toggle", 7, 1, about="of node guarding")),
         node, (master,), f"state of {node}; boot-up at its start", period_ms=period_ms or None,
     )  # fmt: skip
-    yield _emcy(node, _number(dictionary, 0x1014, 0, EMCY + node_id), master)
+    yield _at(_emcy(node, EMCY + node_id, master), dictionary, 0x1014, 0)
     objects = _objects(dictionary)
-    request = _number(dictionary, 0x1200, 1, SDO_REQUEST + node_id)
-    answer = _number(dictionary, 0x1200, 2, SDO_RESPONSE + node_id)
-    yield Message(request, f"{node}_SDO_request", 8, _sdo(REQUESTS, OF_REQUESTS, objects), master, (node,))
-    yield Message(answer, f"{node}_SDO_answer", 8, _sdo(ANSWERS, OF_ANSWERS, objects), node, (master,))
+    request, answer = _sdo(REQUESTS, OF_REQUESTS, objects), _sdo(ANSWERS, OF_ANSWERS, objects)
+    asks = Message(SDO_REQUEST + node_id, f"{node}_SDO_request", 8, request, master, (node,))
+    yield _at(asks, dictionary, 0x1200, 1)
+    answers = Message(SDO_RESPONSE + node_id, f"{node}_SDO_answer", 8, answer, node, (master,))
+    yield _at(answers, dictionary, 0x1200, 2)
 
 
 def _emcy(node: str, identifier: int, master: str) -> Message:
@@ -121,7 +123,11 @@ def _common(names: Sequence[str]) -> str:
     return " ".join(column[0] for column in takewhile(lambda column: len({*column}) == 1, columns))
 
 
-def _number(dictionary: Dictionary | None, index: int, subindex: int, usual: int) -> int:
-    """Return the identifier of a service; the usual one if the node has no such parameter, or has it switched off."""
-    number = usual if dictionary is None else dictionary.number(index, subindex, usual)
-    return number & 0x7FF if is_valid(number) and number & 0x7FF else usual
+def _at(message: Message, dictionary: Dictionary | None, index: int, subindex: int) -> Message:
+    """Return a message with the identifier that the node has for it, unless it has none, or has it switched off."""
+    variable = None if dictionary is None else dictionary.get(index, subindex)
+    if variable is None or not is_valid(variable.number):
+        return message
+    is_extended = bool(variable.number & EXTENDED)
+    identifier = variable.number & (0x1FFF_FFFF if is_extended else 0x7FF)
+    return replace(message, identifier=identifier, is_extended=is_extended) if identifier else message

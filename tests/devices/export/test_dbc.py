@@ -185,6 +185,14 @@ def test_a_pdo_between_two_nodes_is_one_message_of_its_producer() -> None:
     assert (message.name, message.senders, sorted(message.receivers)) == ("first_TPDO1", ["first"], ["second"])
 
 
+@pytest.mark.parametrize(("cob_id", "identifier"), [(0x2001_2345, 0x1_2345), (0xA0, 0xA0), (0x8000_00A0, 0x85)])
+def test_an_emergency_has_the_identifier_that_the_node_has_for_it(cob_id: int, identifier: int) -> None:
+    """CiA 301, 7.5.2.17: bit 29 is a frame with 29 bits; bit 31 switches EMCY off, and it is 80h + node-ID then."""
+    node = databases(rig(node=io(5, objects={"1014:00": cob_id})))["can0"]
+    assert node.get_message_by_name("node_EMCY").frame_id == identifier
+    assert node.get_message_by_name("node_EMCY").is_extended_frame == (identifier > 0x7FF)
+
+
 def test_cards_that_exchange_words_have_a_message_for_each_channel() -> None:
     """docs/devices/arp/arp-can.md: channel 1 is TPDO 5, 240h + node-ID; `line` is node 11, `unwinder` is node 12."""
     cell = databases(CONFIGS / "arp-cell.yaml")["can0"]
