@@ -85,7 +85,7 @@ def test_a_client_that_asks_again_has_given_up_the_request_before() -> None:
 
 
 def test_requests_that_are_sent_at_once_may_have_one_transaction() -> None:
-    """As the client of a public capture does: three writes within 1 ms, answered one after the other."""
+    """The client of a public capture sends three writes within 1 ms; they are answered one after the other."""
     writes = [b"\x06\x00\x04\x09\xc4", b"\x06\x00\x04\x00\x00", b"\x06\x00\x05\x36\xc1"]
     found = exchanges(*map(ask, writes), *map(answer, writes))
     assert found == [((0, 3), writes[0], ""), ((1, 4), writes[1], ""), ((2, 5), writes[2], "")]
