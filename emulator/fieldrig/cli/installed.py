@@ -1,6 +1,6 @@
 """Commands that installed packages bring along: entry points of the group "fieldrig.commands".
 
-Those of `fieldrig trace` are in the group "fieldrig.trace_commands".
+The commands of `fieldrig trace` are in the group "fieldrig.trace_commands".
 
 An entry point names a function, as typer takes it for a command, or a `typer.Typer` with commands of its own.  It is
 imported when it is called, and when all commands are listed; so its module should import little by itself.
