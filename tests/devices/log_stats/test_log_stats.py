@@ -170,4 +170,4 @@ def test_the_bit_rate_is_that_of_the_rig(log: Path) -> None:
 
 
 def test_a_part_without_messages_says_so(log: Path) -> None:
-    assert CliRunner().invoke(app, ["stats", str(log), "--from", "60min"]).output == "no messages\n"
+    assert CliRunner().invoke(app, ["stats", str(log), "--from", "60min"]).stdout == "no messages\n"
