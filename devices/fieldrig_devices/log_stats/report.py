@@ -128,7 +128,8 @@ def _node_row(node: NodeStats) -> tuple[object, ...]:
 def _answers_row(answers: Answers, more: list[str]) -> tuple[object, ...]:
     times = answers.times
     spread = (span(times.quantile(0.5)), span(times.quantile(0.99))) if times.count else ("", "")
-    errors = "; ".join([*(f"{words} x {count}" for words, count in answers.errors.most_common()), *more])
+    strays = [f"messages without a dialogue x {answers.strays}"] if answers.strays else []
+    errors = "; ".join([*(f"{words} x {count}" for words, count in answers.errors.most_common()), *strays, *more])
     return (answers.reads + answers.writes, answers.unanswered, *spread, errors)
 
 

@@ -21,6 +21,8 @@ SERVICES: Final = {
     "boot-up": ("heartbeat", "boot-up"), "heartbeat": ("heartbeat",), "guarding request": ("guarding",),
     "LSS request": ("lss",), "LSS answer": ("lss",),
 }  # fmt: skip
+OF_ONE_NODE: Final = frozenset({"EMCY", "boot-up", "heartbeat", "guarding request"})
+"""Services whose identifiers end in a node-ID, besides SDO."""
 DEVICE_TYPE: Final = 0x1000
 DRIVES: Final = 402
 """The device profile of drives, in the low word of the device type (CiA 402-2)."""
@@ -128,7 +130,8 @@ class CanRows:
         if kind == "NMT":
             return (frame.data[1],) if len(frame.data) == 2 and frame.data[1] else ()
         node_id = frame.identifier & 0x7F
-        return (node_id,) if kind in ("EMCY", "boot-up", "heartbeat", "guarding request") and node_id in NODES else ()
+        is_of_node = kind in OF_ONE_NODE or kind.startswith("SDO")
+        return (node_id,) if is_of_node and node_id in NODES else ()
 
 
 def _services(kind: str) -> tuple[str, ...]:

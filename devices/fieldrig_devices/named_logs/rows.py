@@ -155,7 +155,8 @@ class Rows:
 
     def _stray(self, stray: Stray, entry: TraceEntry, rows: BusRows) -> Row:
         row = rows.row(stray.entries[0], entry)
-        row.text += f" ({stray.why})"
+        if stray.why not in row.text:
+            row.text += f" ({stray.why})"
         row.services += ("stray",)
         return row
 

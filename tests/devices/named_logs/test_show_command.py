@@ -62,6 +62,7 @@ def _json(log: Path, *arguments: str) -> list[str]:
     ("arguments", "expected"),
     [
         (("--node", "5"), ["heartbeat", "TPDO 1", "EMCY", "SDO read"]),
+        (("--node", "5", "--frames", "--service", "sdo"), ["SDO read", "SDO value"]),
         (("--node", "5", "--node", "6", "--service", "heartbeat"), ["heartbeat", "heartbeat"]),
         (("--node", "node 6"), ["heartbeat", "TPDO 1"]),
         (("--id", "0x185"), ["TPDO 1"]),
