@@ -5,12 +5,9 @@ what it has written until then (501 of 100,000 messages that come at once), and 
 time is a float of seconds, so it is exact to a microsecond.  What a row cannot say is in `rows`.
 """
 
-import shutil
 import sqlite3
 from collections.abc import Iterable, Iterator
-from contextlib import closing, contextmanager
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from contextlib import closing
 from typing import Any, BinaryIO, Final
 
 from fieldrig.clock import US, S
@@ -20,6 +17,7 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
 from fieldrig_bus.traces.can_fields import plain_message
+from fieldrig_bus.traces.named_file import path_to_read, path_to_write
 from fieldrig_bus.traces.rows import BUS, Columns, Row, message_of_row, row_of
 
 SUFFIXES = (".db", ".sqlite")
@@ -44,7 +42,7 @@ def recognises(head: bytes) -> bool:
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
     columns = Columns(Oddities() if odd is None else odd)
-    with _on_disk(file) as path, closing(sqlite3.connect(path)) as database:
+    with path_to_write(file) as path, closing(sqlite3.connect(path)) as database:
         database.executescript(
             "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF"
         )  # the file is new, and whole at the end
@@ -62,24 +60,11 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
         return written
 
 
-@contextmanager
-def _on_disk(file: BinaryIO) -> Iterator[Path]:
-    """Yield the path of an empty file, or of one that is copied into it, as SQLite opens files by their names."""
-    name = getattr(file, "name", None)
-    if isinstance(name, str) and Path(name).is_file():
-        yield Path(name)
-        return
-    with TemporaryDirectory() as folder:
-        yield Path(folder) / "messages.db"
-        with (Path(folder) / "messages.db").open("rb") as made:
-            shutil.copyfileobj(made, file)
-
-
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  A row that is no frame is odd; UsageError for a file that is no such database."""
     odd = Oddities() if odd is None else odd
     odd.unit, odd.number = "row", 0
-    with _readable(file) as path:
+    with path_to_read(file) as path:
         try:
             with closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)) as database:
                 for values in database.execute(_SELECT):
@@ -91,20 +76,6 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         except (sqlite3.Error, sqlite3.Warning, UnicodeDecodeError) as cause:
             where = f"after row {odd.number}: " if odd.number else ""
             raise UsageError(f"{where}{cause}", REMEDY) from cause
-
-
-@contextmanager
-def _readable(file: BinaryIO) -> Iterator[Path]:
-    """Yield the path of a file, or of a copy of it."""
-    name = getattr(file, "name", None)
-    if isinstance(name, str) and Path(name).is_file():
-        yield Path(name).resolve()
-        return
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "messages.db"
-        with path.open("wb") as copy:
-            shutil.copyfileobj(file, copy)
-        yield path
 
 
 def _entry(values: tuple[Any, ...]) -> TraceEntry:

@@ -11,15 +11,12 @@ The channel of `can0` is 0, as python-can has it; the names of buses are in the 
 
 import gc
 import html
-import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from heapq import merge
 from itertools import chain
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, BinaryIO, Final
 
 from fieldrig.clock import MS, US, S
@@ -35,6 +32,7 @@ from fieldrig_bus.traces.beginning import beginning
 from fieldrig_bus.traces.can_fields import Fields, fields_of, message_of
 from fieldrig_bus.traces.channels import BusNames, Channels
 from fieldrig_bus.traces.error_capture import unknown_error
+from fieldrig_bus.traces.named_file import path_to_read
 
 SUFFIXES = (".mf4", ".mdf")
 FAMILIES = frozenset({"can"})
@@ -161,7 +159,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  A row that is no frame is odd; UsageError for a file that cannot be read."""
     odd = Oddities() if odd is None else odd
     odd.unit, odd.number = "row", 0
-    with _readable(file) as path:
+    with path_to_read(file) as path:
         with path.open("rb") as head:
             if not recognises(head.read(64)):
                 raise UsageError("the file does not begin with the head of MDF 4", REMEDY)
@@ -267,17 +265,3 @@ def _remote(row: dict[str, Any]) -> bytes:
 def _error(row: dict[str, Any]) -> bytes:
     data = row["DataBytes"][: row["DataLength"]]
     return message_of(int(row["ID"]) & EXTENDED_MASK | ERROR, data) or encode(unknown_error())
-
-
-@contextmanager
-def _readable(file: BinaryIO) -> Iterator[Path]:
-    """Yield the path of a file, or of a copy of it, because asammdf maps files."""
-    name = getattr(file, "name", None)
-    if isinstance(name, str) and Path(name).is_file():
-        yield Path(name)
-        return
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "messages.mf4"
-        with path.open("wb") as copy:
-            shutil.copyfileobj(file, copy)
-        yield path
