@@ -1,5 +1,6 @@
 """A recording of a running rig in a file."""
 
+import io
 import logging
 import time
 from collections.abc import Iterator
@@ -37,6 +38,7 @@ class Recorder:
         self._target, self._most = path, most
         self._path, self._form = path, format_of(path)
         if isinstance(self._form, WritesBack):
+            self._form.write((), io.BytesIO(), 0)  # a library that is missing is named now, and not at the end
             self._path, self._form = path.with_name(f"{path.name}.jsonl"), cast(Format, trace_jsonl)
         try:
             self._file = RecordFile(self._path)

@@ -11,6 +11,7 @@ from asammdf import MDF
 
 from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
+from fieldrig.traces.recorder import Recorder
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import read, write
 from fieldrig_bus.can.codec import encode
@@ -46,7 +47,8 @@ def test_asammdf_finds_the_frames_as_bus_logging(recording: Path) -> None:
 
 def test_the_extra_is_named_where_it_is_missing(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "asammdf", None)
-    for call in (lambda: list(read(recording)), lambda: write(SENT, recording.with_name("y.mf4"))):
+    target = recording.with_name("y.mf4")
+    for call in (lambda: list(read(recording)), lambda: write(SENT, target), lambda: Recorder(target)):
         with pytest.raises(UsageError, match="MF4 needs the package asammdf") as refused:
             call()
         assert refused.value.remedy == "pip install 'fieldrig[mf4]'"
