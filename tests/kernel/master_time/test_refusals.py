@@ -219,7 +219,12 @@ def spin() -> None:
 
 
 @pytest.mark.long
-def test_endless_computing_is_told_in_the_main_thread() -> None:
+@pytest.mark.parametrize("has_thread_signals", [True, False])
+def test_endless_computing_is_told_in_the_main_thread(
+    monkeypatch: pytest.MonkeyPatch, has_thread_signals: bool
+) -> None:
+    if not has_thread_signals:  # as on Windows
+        monkeypatch.delattr("signal.pthread_kill")
     message = refusal(lambda _: spin(), patience_s=0.5)
     assert message.startswith("thread MainThread has run for 0.5 s of real time without waiting: ")
     assert "in spin: " in message
