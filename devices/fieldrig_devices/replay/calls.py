@@ -19,7 +19,8 @@ from fieldrig_devices.replay.leave_out import leaving_out
 from fieldrig_devices.replay.log_names import LogNames
 from fieldrig_devices.replay.player import Pace
 from fieldrig_devices.replay.replay_result import ReplayResult
-from fieldrig_devices.replay.sides import Selection, Sides, without
+from fieldrig_devices.replay.selection import Selection, without
+from fieldrig_devices.replay.sides import Sides
 from fieldrig_devices.replay.start import begin_of
 from fieldrig_devices.replay.tolerances import TIME_NS, Tolerances
 from fieldrig_devices.replay.virtual import play as play_virtual

@@ -4,26 +4,24 @@ Both are read once, as streams, and a second time up to the first difference, fo
 whatever the logs have: streams beyond `MOST_STREAMS` are compared together.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from heapq import merge
-from itertools import chain, islice
 from operator import itemgetter
 from typing import Final, NamedTuple
 
 from fieldrig.clock import MS, S
 from fieldrig.traces.parts import PartDifference, differences
-from fieldrig.traces.trace import TraceEntry
 from fieldrig_devices.replay.align import Aligner, Pair
 from fieldrig_devices.replay.context import Read, around
 from fieldrig_devices.replay.diff_result import DiffResult, DiffRow, FirstDifference
 from fieldrig_devices.replay.log_names import LogNames
-from fieldrig_devices.replay.offset import HEAD, offset_ns
-from fieldrig_devices.replay.streams import Item, Numbered, Stream, Streams, in_time, telegrams
+from fieldrig_devices.replay.log_side import MOST_STREAMS, LogSide
+from fieldrig_devices.replay.offset import offset_ns
+from fieldrig_devices.replay.streams import Item, Stream
 from fieldrig_devices.replay.words import hex_words, late_words
 
 TOLERANCE_NS: Final = 5 * MS
 HORIZON_NS: Final = S
-MOST_STREAMS: Final = 20_000
 MOST_TOLD: Final = 3
 """Values of one message that are named."""
 HEAD_OF_FRAME: Final = 5
@@ -168,7 +166,7 @@ def compare_logs(
     names: tuple[LogNames, LogNames] | None = None,
 ) -> DiffResult:
     """Compare two logs, which are read twice.  See `fieldrig_devices.replay.diff` for the arguments."""
-    ours, theirs = _Side(left(), leave_out), _Side(right(), leave_out)
+    ours, theirs = LogSide(left(), leave_out), LogSide(right(), leave_out)
     their_names = _same_names(ours.buses, theirs.buses)
     theirs.rename(their_names)
     shift_ns = offset_ns(ours.head, theirs.head, tolerance_ns) if offset is None else offset
@@ -199,46 +197,6 @@ def _with_context(first: _First, left: Read, right: Read, shift_ns: int) -> Firs
         around(left, first.time_ns, None if ours is None else ours.number, 0),
         around(right, first.time_ns, None if theirs is None else theirs.number, shift_ns),
     )
-
-
-class _Side:
-    """One log: its first messages, then all of them."""
-
-    def __init__(self, entries: Iterable[TraceEntry], leave_out: Callable[[Stream], bool]) -> None:
-        self._streams, self._leave_out = Streams(), leave_out
-        self._names: Mapping[str, str] = {}
-        self._rest = iter(self._placed(telegrams(in_time(entries))))
-        self.head = list(islice(self._rest, HEAD))
-        self.buses: dict[str, str] = {stream.bus: stream.family for stream, _ in self.head}
-        """The family of each bus."""
-
-    def rename(self, buses: Mapping[str, str]) -> None:
-        """Call these buses by other names from now on, and in `head`."""
-        self._names = buses
-        self.head = [(self._renamed(stream), item) for stream, item in self.head]
-
-    def all(self) -> Iterator[tuple[Stream, Item]]:
-        """Yield all messages, once."""
-        head, self.head = self.head, []
-        return chain(
-            head, ((self._renamed(stream), item) for stream, item in self._rest) if self._names else self._rest
-        )
-
-    def _renamed(self, stream: Stream) -> Stream:
-        name = self._names.get(stream.bus)
-        return stream if name is None else stream._replace(bus=name)
-
-    def _placed(self, numbered: Iterator[Numbered]) -> Iterator[tuple[Stream, Item]]:
-        left_out: dict[Stream, bool] = {}
-        for number, entry in numbered:
-            stream, item = self._streams.place(number, entry)
-            is_out = left_out.get(stream)
-            if is_out is None:
-                if len(left_out) >= MOST_STREAMS:
-                    left_out.clear()
-                is_out = left_out[stream] = self._leave_out(stream)
-            if not is_out:
-                yield stream, item
 
 
 def _same_names(ours: Mapping[str, str], theirs: Mapping[str, str]) -> dict[str, str]:

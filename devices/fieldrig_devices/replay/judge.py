@@ -6,7 +6,6 @@ are compared by state and period, because the instant at which a device was swit
 """
 
 from collections import deque
-from dataclasses import dataclass
 from operator import attrgetter
 from typing import Final
 
@@ -24,11 +23,12 @@ from fieldrig_devices.replay.heartbeats import Heartbeats
 from fieldrig_devices.replay.log_names import LogNames
 from fieldrig_devices.replay.modbus_answers import ModbusAnswers
 from fieldrig_devices.replay.replay_result import Difference, ReplayResult, What
+from fieldrig_devices.replay.rows import Row, Rows
 from fieldrig_devices.replay.runs import Runs, Subject
 from fieldrig_devices.replay.sdo_answers import SdoAnswers
 from fieldrig_devices.replay.streams import Item, Stream, Streams, Telegrams
 from fieldrig_devices.replay.tolerances import Tolerances
-from fieldrig_devices.replay.words import hex_words, late_words, time_words
+from fieldrig_devices.replay.words import hex_words
 
 COMPARED: Final = frozenset({"can", "modbus", "serial"})
 """Families whose messages are compared.  Wires and rings are inside of a machine, and no log of one has them."""
@@ -38,16 +38,6 @@ MOST_WAITS: Final = 64
 NOTHING_EXPECTED: Final = "the log has no message of the rig's devices, so nothing is compared"
 MOST_STREAMS: Final = 20_000
 HEAD_OF_FRAME: Final = 5
-
-
-@dataclass(slots=True)
-class _Row:
-    what: What
-    time_ns: int
-    content: str
-    late_ns: int
-    most_late_ns: int
-    count: int = 1
 
 
 class Judge:
@@ -76,8 +66,7 @@ class Judge:
         self.expected = 0
         """Messages of the log that the rig was expected to send."""
         self._waits: deque[tuple[int, int]] = deque(maxlen=MOST_WAITS)
-        self._rows: dict[Stream, _Row] = {}
-        """The messages of each stream that are missing, more or late in a row."""
+        self._rows = Rows(self._report)
         self._numbers = [0, 0]
         self.runs = Runs(result, tolerances)
         self.sdo = SdoAnswers(self)
@@ -131,8 +120,7 @@ class Judge:
             for pair in aligner.settle(0, is_end=True):
                 if pair.left is not None or pair.time_ns <= end_ns:
                     self._judge(stream, pair)
-        for stream in list(self._rows):
-            self._end_row(stream)
+        self._rows.finish()
         if not self.expected:
             self.result.forget(NOTHING_EXPECTED)
             return
@@ -227,7 +215,7 @@ class Judge:
             return
         self.compared(stream.bus, node, kind or stream.text)
         if right is None:
-            self._in_a_row(stream, What.MISSING, left)
+            self._rows.take(stream, What.MISSING, left.time_ns, self._content(0, left))
             return
         expected, actual = self._parts(0, left), self._parts(1, right)
         subject = Subject(
@@ -236,37 +224,14 @@ class Judge:
         times_ns = self.since(left.time_ns), self.since(right.time_ns)
         differs = self.runs.take(subject, expected, actual, times_ns)
         if not differs and abs(pair.late_ns) > self._tolerances.time_ns:
-            self._in_a_row(stream, What.LATE, right, left.time_ns, pair.late_ns)
+            self._rows.take(stream, What.LATE, left.time_ns, self._content(1, right), pair.late_ns)
         else:
-            self._end_row(stream)
+            self._rows.end(stream)
 
-    def _in_a_row(self, stream: Stream, what: What, item: Item, at_ns: int | None = None, late_ns: int = 0) -> None:
-        """Take a message that is missing, more or late: several in a row are one difference."""
-        row = self._rows.get(stream)
-        if row is not None and row.what is what and (row.late_ns > 0) == (late_ns > 0):
-            row.count += 1
-            row.most_late_ns = max(row.most_late_ns, late_ns, key=abs)
-            return
-        self._end_row(stream)
-        content = self._content(0 if what is What.MISSING else 1, item)
-        self._rows[stream] = _Row(what, item.time_ns if at_ns is None else at_ns, content, late_ns, late_ns)
-
-    def _end_row(self, stream: Stream) -> None:
-        row = self._rows.pop(stream, None)
-        if row is None:
-            return
+    def _report(self, stream: Stream, row: Row) -> None:
         node, kind = self._kinds[stream]
-        subject, who = kind or stream.text, node or stream.bus
-        match row.what:
-            case What.MISSING:
-                words = f"{who} did not send {subject} {row.content}"
-            case What.MORE:
-                words = f"{who} sent {subject} {row.content}, which the log does not have"
-            case _:
-                words = f"{who} sent {subject} {row.content}, {late_words(row.late_ns)}"
-        if row.count > 1:
-            most = f", by at most {time_words(abs(row.most_late_ns))}" if row.late_ns else ""
-            words += f" ({row.count} of them in a row{most})"
+        subject = kind or stream.text
+        words = row.words(node or stream.bus, subject)
         self._add(row.what, row.time_ns, stream, node, subject, words, row.late_ns)
 
     def _parts(self, side: int, item: Item) -> tuple[Part, ...]:
@@ -288,7 +253,7 @@ class Judge:
             first_ns, count = self._only_here.get(stream, (item.time_ns, 0))
             self._only_here[stream] = first_ns, count + 1
             return
-        self._in_a_row(stream, What.MORE, item)
+        self._rows.take(stream, What.MORE, item.time_ns, self._content(1, item))
 
     def _tell_only_here(self) -> None:
         for stream, (first_ns, count) in self._only_here.items():

@@ -6,30 +6,27 @@ and the PDOs of the nodes' EDS files), and on Modbus the direction: requests com
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum, auto
 from fnmatch import fnmatchcase
-from typing import Final, NamedTuple, Self
+from typing import Final, NamedTuple
 
 from fieldrig.config.entries import DeviceEntry
 from fieldrig.config.rig_file import RigConfig
-from fieldrig.errors import UsageError
-from fieldrig.text.nearest import closest
 from fieldrig.traces.names import Member, Namer, members_of, namer_of
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
 from fieldrig_bus.modbus.codec import RESPONSE
-from fieldrig_devices.canopen.names import ERROR_CONTROL, NMT, NODES, SDO_REQUEST, SYNC, TIME, CanopenNames
+from fieldrig_devices.canopen.names import ERROR_CONTROL, NMT, SDO_REQUEST, SYNC, TIME, CanopenNames
 from fieldrig_devices.replay.log_names import bus_in
+from fieldrig_devices.replay.selection import Selection
 
-MASTER: Final = "master"
 HEAD_OF_FRAME: Final = 5
 OPERATIONAL: Final = b"\x05"
 TPDO_1, TPDO_4 = 0x180, 0x480
 """The predefined identifiers of TPDOs (CiA 301, 7.3.5)."""
 MOST_BUSES: Final = 10_000
-WAYS: Final = "expected master, node=5, id=185, unit=3, client=10.0.0.7, sender=plc, or a device of the rig"
 
 
 class Side(Enum):
@@ -39,76 +36,6 @@ class Side(Enum):
     EXPECTED = auto()
     OUTSIDE = auto()
     """It is of a bus that the rig does not have, or of a device that is not there."""
-
-
-@dataclass(frozen=True)
-class Selection:
-    """The messages that a user wants to be played."""
-
-    is_master: bool = True
-    nodes: frozenset[int] = frozenset()
-    identifiers: frozenset[int] = frozenset()
-    units: frozenset[int] = frozenset()
-    senders: tuple[str, ...] = ()
-    """Patterns of senders, of clients of Modbus as well."""
-    devices: frozenset[str] = frozenset()
-    """Devices of the rig that the log takes the place of."""
-
-    @classmethod
-    def of(cls, words: Sequence[str], config: RigConfig) -> Self:
-        """Return the selection that these words describe.  UsageError for a word that is not understood."""
-        found = cls(is_master=not words or MASTER in words)
-        for word in words:
-            if word != MASTER:
-                found = found._with(word, config)
-        return found._with_devices(config)
-
-    def _with(self, word: str, config: RigConfig) -> Self:
-        key, equals, value = word.partition("=")
-        if not equals:
-            if word not in config.devices:
-                raise UsageError(f"--play {word}: the rig has no such device", closest(word, [*config.devices, MASTER]))
-            return replace(self, devices=self.devices | {word})
-        try:
-            match key.strip():
-                case "node":
-                    return replace(self, nodes=self.nodes | {_within(int(value, 0), NODES)})
-                case "id":
-                    return replace(self, identifiers=self.identifiers | {int(value.removesuffix("h"), 16)})
-                case "unit":
-                    return replace(self, units=self.units | {_within(int(value, 0), range(256))})
-                case "client" | "sender":
-                    return replace(self, senders=(*self.senders, value.strip()))
-        except ValueError as wrong:
-            raise UsageError(f"--play {word}: {wrong}", WAYS) from wrong
-        raise UsageError(f"--play {word}: there is no {key!r}", WAYS)
-
-    def _with_devices(self, config: RigConfig) -> Self:
-        """Return the selection with the devices whose nodes and units are played, and the other way round."""
-        nodes, units, devices = set(self.nodes), set(self.units), set(self.devices)
-        for bus in config.buses:
-            for member in members_of(config, bus):
-                ids = {claim.value for claim in member.claims("node-ID") if isinstance(claim.value, int)}
-                served = {claim.value for claim in member.claims("unit") if isinstance(claim.value, int)}
-                if member.entry.name in self.devices:
-                    nodes |= ids
-                    units |= served
-                elif ids & self.nodes or served & self.units:
-                    devices.add(member.entry.name)
-        return replace(self, nodes=frozenset(nodes), units=frozenset(units), devices=frozenset(devices))
-
-
-def _within(number: int, numbers: range) -> int:
-    if number not in numbers:
-        raise ValueError(f"expected {numbers[0]} to {numbers[-1]}, got {number}")
-    return number
-
-
-def without(config: RigConfig, devices: Collection[str]) -> RigConfig:
-    """Return the rig without these devices, whose place the log takes."""
-    if not devices:
-        return config
-    return replace(config, devices={name: entry for name, entry in config.devices.items() if name not in devices})
 
 
 class _Bus(NamedTuple):

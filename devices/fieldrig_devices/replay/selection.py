@@ -1,0 +1,84 @@
+"""The messages of a log that a user wants to be played: the words of `fieldrig replay --play`."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Self
+
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.errors import UsageError
+from fieldrig.text.nearest import closest
+from fieldrig.traces.names import members_of
+from fieldrig_devices.canopen.names import NODES
+
+MASTER: Final = "master"
+WAYS: Final = "expected master, node=5, id=185, unit=3, client=10.0.0.7, sender=plc, or a device of the rig"
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The messages that a user wants to be played."""
+
+    is_master: bool = True
+    nodes: frozenset[int] = frozenset()
+    identifiers: frozenset[int] = frozenset()
+    units: frozenset[int] = frozenset()
+    senders: tuple[str, ...] = ()
+    """Patterns of senders, of clients of Modbus as well."""
+    devices: frozenset[str] = frozenset()
+    """Devices of the rig that the log takes the place of."""
+
+    @classmethod
+    def of(cls, words: Sequence[str], config: RigConfig) -> Self:
+        """Return the selection that these words describe.  UsageError for a word that is not understood."""
+        found = cls(is_master=not words or MASTER in words)
+        for word in words:
+            if word != MASTER:
+                found = found._with(word, config)
+        return found._with_devices(config)
+
+    def _with(self, word: str, config: RigConfig) -> Self:
+        key, equals, value = word.partition("=")
+        if not equals:
+            if word not in config.devices:
+                raise UsageError(f"--play {word}: the rig has no such device", closest(word, [*config.devices, MASTER]))
+            return replace(self, devices=self.devices | {word})
+        try:
+            match key.strip():
+                case "node":
+                    return replace(self, nodes=self.nodes | {_within(int(value, 0), NODES)})
+                case "id":
+                    return replace(self, identifiers=self.identifiers | {int(value.removesuffix("h"), 16)})
+                case "unit":
+                    return replace(self, units=self.units | {_within(int(value, 0), range(256))})
+                case "client" | "sender":
+                    return replace(self, senders=(*self.senders, value.strip()))
+        except ValueError as wrong:
+            raise UsageError(f"--play {word}: {wrong}", WAYS) from wrong
+        raise UsageError(f"--play {word}: there is no {key!r}", WAYS)
+
+    def _with_devices(self, config: RigConfig) -> Self:
+        """Return the selection with the devices whose nodes and units are played, and the other way round."""
+        nodes, units, devices = set(self.nodes), set(self.units), set(self.devices)
+        for bus in config.buses:
+            for member in members_of(config, bus):
+                ids = {claim.value for claim in member.claims("node-ID") if isinstance(claim.value, int)}
+                served = {claim.value for claim in member.claims("unit") if isinstance(claim.value, int)}
+                if member.entry.name in self.devices:
+                    nodes |= ids
+                    units |= served
+                elif ids & self.nodes or served & self.units:
+                    devices.add(member.entry.name)
+        return replace(self, nodes=frozenset(nodes), units=frozenset(units), devices=frozenset(devices))
+
+
+def _within(number: int, numbers: range) -> int:
+    if number not in numbers:
+        raise ValueError(f"expected {numbers[0]} to {numbers[-1]}, got {number}")
+    return number
+
+
+def without(config: RigConfig, devices: Collection[str]) -> RigConfig:
+    """Return the rig without these devices, whose place the log takes."""
+    if not devices:
+        return config
+    return replace(config, devices={name: entry for name, entry in config.devices.items() if name not in devices})
