@@ -40,9 +40,8 @@ class Recording:
             self.end_ns = max(self.end_ns, entry.time_ns)
             self._take(number, entry)
         if not self.count:
-            raise UsageError(
-                f"{file} has no message", "record the bus while it works, from the start of the machine on"
-            )
+            remedy = "record the bus while it works, from the start of the machine on"
+            raise UsageError(f"{file} has no message", "\n".join((*map(str, self.odd), remedy)))
         self._end()
 
     def _take(self, number: int, entry: TraceEntry) -> None:
