@@ -25,7 +25,7 @@ def can_part(
 ) -> RigPart:
     """Return the part for a bus; `place` numbers the buses, `prefix` begins the names of the devices."""
     bus = CanopenBus(log, source, prefix, folder, files)
-    part = RigPart(name, is_can=True, nodes=[model.node_id for model in bus.nodes])
+    part = RigPart(name, is_can=True, nodes=[model.node_id for model in bus.nodes], described=bus.described)
     part.buses = _bus(name, log, bus.remarks, place)
     end_ns = log.end_ns
     shares = len(bus.nodes) > MOST_PROCESSES

@@ -48,6 +48,7 @@ class CanopenBus:
         self.remarks: list[str] = []
         nodes = self._nodes()
         paths = described_by(files, nodes)
+        self.described = frozenset(paths.values())
         paths |= {node_id: path for node_id in nodes if node_id not in paths and (path := self._stored_eds(node_id))}
         self._dictionaries = {node_id: reader.load(path, node_id) for node_id, path in paths.items()}
         seen = {identifier: line.count for identifier, line in log.identifiers.items() if line.count}

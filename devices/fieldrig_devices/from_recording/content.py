@@ -12,7 +12,7 @@ from fieldrig.points.values import counted
 from fieldrig.text.device_names import name_for
 from fieldrig_devices.from_recording.can_log import CanLog
 from fieldrig_devices.from_recording.can_part import can_part
-from fieldrig_devices.from_recording.known_files import KnownFile, known_file
+from fieldrig_devices.from_recording.known_files import KnownFile, check_used, known_file
 from fieldrig_devices.from_recording.modbus_part import modbus_part
 from fieldrig_devices.from_recording.parts import RigPart, comment
 from fieldrig_devices.from_recording.recording import BusLog, Recording
@@ -43,10 +43,10 @@ def content_for(file: Path, words: Sequence[str] = ()) -> Made:
     shows no device, and for a file of `--with` that cannot be used.
     """
     files = [known_file(word) for word in words]
-    recording = Recording(file)
+    recording, source = Recording(file), plain_name(file)
     with TemporaryDirectory() as folder:
         parts = [
-            _part(name, bus, log, file.name, recording, Path(folder), place, files)
+            _part(name, bus, log, source, recording, Path(folder), place, files)
             for place, (name, bus, log) in enumerate(_named(recording.buses))
         ]
     notes = [remark for part in parts for remark in part.remarks] + _left_out(recording)
@@ -55,7 +55,17 @@ def content_for(file: Path, words: Sequence[str] = ()) -> Made:
         raise UsageError(f"{file} shows no device of which a rig could be made", "\n".join(notes) or _hint(recording))
     if files and not any(isinstance(log, CanLog) for log in recording.buses.values()):
         raise UsageError("--with describes a CANopen node, and the recording has none", "leave it out")
+    check_used(
+        files,
+        {path for part in used for path in part.described},
+        {node_id for part in used if part.is_can for node_id in part.nodes},
+    )
     return Made(_content(file, used, notes), notes)
+
+
+def plain_name(file: Path) -> str:
+    """Return the name of a file as a comment can have it."""
+    return "".join(character if character.isprintable() else "?" for character in file.name)
 
 
 def _part(
@@ -91,7 +101,7 @@ def _numbered(name: str) -> list[str]:
 
 
 def _left_out(recording: Recording) -> list[str]:
-    notes = [f"{recording.file.name}: {oddity}" for oddity in recording.odd]
+    notes = [f"{plain_name(recording.file)}: {oddity}" for oddity in recording.odd]
     notes += [
         f"{counted(count, 'message')} of the family {family}: no device can be made of them"
         for family, count in sorted(recording.others.items())
@@ -112,7 +122,7 @@ def _content(file: Path, parts: Sequence[RigPart], notes: Sequence[str]) -> Mapp
     lines = [line for part in parts for line in (*part.buses, "")]
     lines += ["devices:", *(line for part in parts for line in part.devices)]
     unused = [note for note in notes if not any(note in part.remarks for part in parts)]
-    head = HEAD.substitute(source=file.name, what=what, name=name)
+    head = HEAD.substitute(source=plain_name(file), what=what, name=name)
     tail = "".join(f"{line}\n" for note in unused for line in comment(f"Left out: {note}", 0))
     rig = head + "\n".join(lines) + "\n" + tail
     test = test_of(name, parts)

@@ -1,6 +1,6 @@
 """The files of `--with`, and which node of the recording each of them describes."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -42,26 +42,31 @@ def known_file(word: str) -> KnownFile:
 
 
 def described_by(files: Iterable[KnownFile], nodes: Mapping[int, NodeLog]) -> dict[int, Path]:
-    """Return the file of each node.  UsageError for a file that fits no node, or several as well.
+    """Return the file of each node of a bus that has one.  UsageError for a node with two.
 
     A file without a node-ID belongs to the nodes whose device type and identity the recording has and the file agrees
-    with; where it has neither, to those whose objects it has.
+    with; where it has neither, to the only other node.
     """
     found: dict[int, Path] = {}
     for file in files:
         fitting = [file.node_id] if file.node_id is not None else _fitting(file.path, nodes)
-        if not fitting or fitting[0] not in nodes:
-            raise UsageError(
-                f"--with {file.path}: the recording has no node that it describes",
-                f"the nodes are {_listed(nodes)}: write --with NODE={file.path}",
-            )
         for node_id in fitting:
-            if found.setdefault(node_id, file.path) != file.path:
+            if node_id in nodes and found.setdefault(node_id, file.path) != file.path:
                 raise UsageError(
                     f"--with {file.path}: node {node_id} is described by {found[node_id]} too",
                     f"write --with NODE={file.path}",
                 )
     return found
+
+
+def check_used(files: Iterable[KnownFile], used: Collection[Path], nodes: Iterable[int]) -> None:
+    """UsageError for a file that describes no node of any bus; `nodes` are those that there are."""
+    for file in files:
+        if file.path not in used:
+            raise UsageError(
+                f"--with {file.path}: the recording has no node that it describes",
+                f"the nodes are {_listed(nodes)}: write --with NODE={file.path}",
+            )
 
 
 def _fitting(path: Path, nodes: Mapping[int, NodeLog]) -> list[int]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from textwrap import wrap
 from typing import NamedTuple
 
@@ -26,6 +26,8 @@ class RigPart:
     is_can: bool
     booted_s: int = 1
     """Seconds after which its devices answer."""
+    described: frozenset[Path] = frozenset()
+    """The files of `--with` that describe a node here."""
     nodes: list[int] = field(default_factory=list)
     """Node-IDs or unit ids of its devices."""
     buses: list[str] = field(default_factory=list)

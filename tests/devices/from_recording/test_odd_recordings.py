@@ -93,6 +93,19 @@ def test_a_file_that_fits_no_node_is_refused_with_the_nodes(tmp_path: Path) -> N
     assert "128 is no node-ID" in words_about(log, f"128={eds}")
 
 
+def test_a_file_describes_a_node_of_one_of_two_buses(tmp_path: Path) -> None:
+    eds = Path(__file__).parents[3] / "configs/eds/io32.eds"
+    keys = keys_of(rig_file(written_log(tmp_path, "0 can0 705#00", "0.1 can1 706#00"), f"6={eds}"))
+    assert [device["eds"] for device in keys["devices"].values()] == ["eds/can0-node5.eds", "eds/io32.eds"]
+
+
+def test_a_name_that_fits_on_no_line_is_written_all_the_same(tmp_path: Path) -> None:
+    log = written_log(tmp_path, "0 705#00").rename(tmp_path / "ma\nchine\udcff.log")
+    with virtual(rig_file(log)) as rig:
+        rig.run_until(10_000_000)
+        assert rig.get("node5/nmt.state") == "pre_operational"
+
+
 def test_with_needs_from() -> None:
     result = CliRunner().invoke(app, ["new", "--with", "x.eds"])
     assert result.exit_code != 0
