@@ -43,11 +43,14 @@ class Bench:
         self.host.libraries = (natives.library(), self.files.library())
         self.program = program.built(given, self.host)
         compiled = self.program.compiled
-        self.instances = paths.suites(compiled.program, _lists(self.program))
+        lists = _lists(self.program)
+        self.instances = paths.suites(compiled.program, lists)
         """The paths of the suites, and the names of their blocks, by address."""
         # Only one thread runs at a time, so that it may have the stacks of all.
         self.runtime = Runtime(compiled, self.host, MOST_STACKS * STACK_SIZE)
         natives.memory = self.files.memory = self.runtime.contents
+        for address, path in paths.texts(compiled.program, lists, paths.told((*given.files, *given.library_files))):
+            self.runtime.contents.cells[address] = path
         self.session.parameters = self._parameters()
         self._threads = [self.runtime.thread(pou) for task in compiled.program.tasks for pou in task.programs]
         self.interval_ns = round(self.program.interval_ms * MS)

@@ -221,3 +221,24 @@ def test_a_folder_without_projects_is_one_and_one_without_suites_is_none(tmp_pat
     )
     (source,) = sources_in(tmp_path)
     assert [outcome.verdict for outcome in source.run(source.cases(), Limits())] == [Verdict.PASSED]
+
+
+def test_a_variable_with_the_attribute_instance_path_has_the_path_of_its_instance() -> None:
+    named = """FUNCTION_BLOCK Named
+VAR
+    {attribute 'instance-path'}
+    {attribute 'noinit'}
+    path : STRING;
+    {attribute 'instance-path'}
+    short : STRING(3);
+END_VAR
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK Derived EXTENDS Named END_FUNCTION_BLOCK
+"""
+    body = """TEST('t');
+AssertEquals('PRG_TEST.s.ones[2]', ones[2].path, 'element');
+AssertEquals('PRG_TEST.s.one', one.path, 'derived');
+AssertEquals('PRG', one.short, 'cut');
+TEST_FINISHED();"""
+    bench = SuiteBench.ran(named, suite(body, "ones : ARRAY[1..2] OF Named; one : Derived;"))
+    assert not bench.test("t").failures, bench.lines
