@@ -49,8 +49,10 @@ class Bench:
         # Only one thread runs at a time, so that it may have the stacks of all.
         self.runtime = Runtime(compiled, self.host, MOST_STACKS * STACK_SIZE)
         natives.memory = self.files.memory = self.runtime.contents
-        for address, path in paths.texts(compiled.program, lists, paths.told((*given.files, *given.library_files))):
+        wanted = paths.told((*given.files, *given.library_files))
+        for address, path in paths.texts(compiled.program, lists, wanted, paths.head(given.name)):
             self.runtime.contents.cells[address] = path
+        self._tell("_AppInfo.ProjectName", given.name)
         self.session.parameters = self._parameters()
         self._threads = [self.runtime.thread(pou) for task in compiled.program.tasks for pou in task.programs]
         self.interval_ns = round(self.program.interval_ms * MS)
@@ -84,9 +86,13 @@ class Bench:
         """Tell the program the number of the cycle, which TwinCAT has in `_TaskInfo`."""
         self._cycles += 1
         for name, value in (("CycleCount", self._cycles), ("FirstCycle", self._cycles == 1)):
-            symbol = self.runtime.symbols.find(f"_TaskInfo[1].{name}")
-            if symbol is not None:
-                self.runtime.write(symbol, value)
+            self._tell(f"_TaskInfo[1].{name}", value)
+
+    def _tell(self, name: str, value: Value) -> None:
+        """Give a variable of TwinCAT its value, if the program has it."""
+        symbol = self.runtime.symbols.find(name)
+        if symbol is not None:
+            self.runtime.write(symbol, value)
 
     def _give_up(self, thread: Thread, fault: str) -> None:
         if self.session.running is None:

@@ -29,14 +29,24 @@ def told(files: Iterable[SourceFile]) -> set[tuple[str, str]]:
     return {(file.name, found[1].casefold()) for file in files for found in _TOLD.finditer(file.text)}
 
 
-def texts(program: Program, lists: Mapping[str, str], wanted: Collection[tuple[str, str]]) -> Iterator[tuple[int, str]]:
-    """Return the addresses of these variables, each with the path of its instance, cut to what it can have."""
+def head(project: str) -> str:
+    """Return what TwinCAT has in front of the name of a program: the instance of the project, and the project."""
+    return f"{project} Instance.{project}."
+
+
+def texts(
+    program: Program, lists: Mapping[str, str], wanted: Collection[tuple[str, str]], before: str
+) -> Iterator[tuple[int, str]]:
+    """Return the addresses of these variables, each with the path of its instance, cut to what it can have.
+
+    `before` is what is in front of all paths.
+    """
     if not wanted:
         return
     for path, address, kind in _blocks(program, lists):
         for member in members(kind):
             if isinstance(member.type, StringType) and (member.file, member.name.casefold()) in wanted:
-                yield address + member.offset, path[: member.type.length]
+                yield address + member.offset, f"{before}{path}"[: member.type.length]
 
 
 def _blocks(program: Program, lists: Mapping[str, str]) -> Iterator[tuple[str, int, BlockType]]:

@@ -236,9 +236,10 @@ END_FUNCTION_BLOCK
 FUNCTION_BLOCK Derived EXTENDS Named END_FUNCTION_BLOCK
 """
     body = """TEST('t');
-AssertEquals('PRG_TEST.s.ones[2]', ones[2].path, 'element');
-AssertEquals('PRG_TEST.s.one', one.path, 'derived');
-AssertEquals('PRG', one.short, 'cut');
+AssertEquals('tests Instance.tests.PRG_TEST.s.ones[2]', ones[2].path, 'element');
+AssertEquals('tests Instance.tests.PRG_TEST.s.one', one.path, 'derived');
+AssertEquals('tes', one.short, 'cut');
+AssertEquals('tests', TwinCAT_SystemInfoVarList._AppInfo.ProjectName, 'project');
 TEST_FINISHED();"""
     bench = SuiteBench.ran(named, suite(body, "ones : ARRAY[1..2] OF Named; one : Derived;"))
     assert not bench.test("t").failures, bench.lines
