@@ -26,7 +26,7 @@ INTERNALS: Final = frozenset(
 )  # fmt: skip
 """Suites that test what is within TcUnit, or the time of the processor."""
 TESTS, FAILURES = 215, 118
-"""What the other suites declare, and how many of their tests must fail."""
+"""The tests that the other suites declare, and how many of their tests must fail."""
 TEXT: Final = r'"((?:[^"\\]|\\.)*)"'
 STATEMENT: Final = re.compile(
     rf"(?:string\s+)?(?P<name>\w+)\s*=\s*(?P<make>CreateFailedTestMessage\w*)\((?P<parts>[^;]*)\);"
@@ -85,7 +85,7 @@ def _check(suite: str, check: str, arguments: str, known: dict[str, tuple[str, .
 
 
 NUMBER: Final = r"[+-]?(?:\d+(?:\.\d*)?(?:E[+-]?\d+)?|\.\d+(?:E[+-]?\d+)?)"
-"""What %f stands for."""
+"""The text that %f stands for."""
 
 
 def _count(lines: list[str], text: str) -> int:

@@ -312,12 +312,12 @@ class _Open:
 
 @dataclass(slots=True)
 class _Work:
-    """What the host keeps of one block."""
+    """The state of one block."""
 
     was_executed: bool = False
     outputs: tuple[Value, ...] = ()
     next: tuple[Value, ...] | None = None
-    """What the next call gives."""
+    """The outputs after the next call."""
 
 
 @dataclass(slots=True)
@@ -326,7 +326,7 @@ class Files:
 
     memory: Memory | None = None
     contents: dict[str, bytearray] = field(default_factory=dict)
-    """By path in small letters."""
+    """The bytes of each file, by its path in small letters."""
     names: dict[str, str] = field(default_factory=dict)
     """The paths as they were given, by the same."""
     folders: dict[str, str] = field(default_factory=dict)

@@ -14,7 +14,7 @@ LIST: Final = "GVL_Param_TcUnit"
 """The name of the list of parameters, which is the first declaration of the text."""
 SUITE: Final = "FB_TestSuite"
 MARK: Final = "isSuite"
-"""The variable by which an instance of a suite is told from others."""
+"""The variable that only instances of suites have."""
 
 _E: Final = Elementary
 BIT_STRINGS: Final = (_E.BYTE, _E.WORD, _E.DWORD, _E.LWORD)

@@ -53,7 +53,7 @@ class LeftOut:
 class TestProgram:
     compiled: Compiled
     left_out: list[LeftOut]
-    """What could not be compiled, each once with the first reason."""
+    """The units that could not be compiled, each once with the first reason."""
     interval_ms: float
     items: Sequence[Item] = field(default_factory=list)
     reached: int = 0

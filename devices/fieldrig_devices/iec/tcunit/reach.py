@@ -50,7 +50,7 @@ class Units:
     """The files of a project and of its libraries; each is read when something in it is first named."""
 
     mistakes: dict[str, list[Mistake]] = field(default_factory=dict)
-    """What is wrong with a file as it was read."""
+    """The mistakes in each file that was read."""
     by_name: dict[str, list[Item]] = field(default_factory=dict)
     tasks: list[tree.Configuration] = field(default_factory=list)
     _later: dict[str, list[tuple[SourceFile, bool]]] = field(default_factory=dict)
