@@ -17,7 +17,7 @@ TO_MAPPING: Final = 0x200
 """Distance of the index of the mapping parameter from that of the communication parameter."""
 MOST: Final = 512
 MOST_MAPPED: Final = 64
-MOST_NUMBERS: Final = 65_536
+MOST_NUMBERS: Final = 16_384
 """Numbers that are remembered; a machine has some thousands."""
 PARAMETERS: Final = range(0x1400, 0x1C00)
 COB_ID: Final = 1
@@ -82,7 +82,8 @@ class PdoMaps:
         self._numbers[key] = number
         if len(self._numbers) > MOST_NUMBERS:
             self._numbers.popitem(last=False)
-        self._found = None
+        if subindex == COB_ID and not index & TO_MAPPING:
+            self._found = None
         self._layouts.clear()
         return True
 
