@@ -21,12 +21,9 @@ LOSES_ROWS = ".db"
 LINE = "(%d.%06d) can0 %03X#%016X\n"
 COB_IDS = (0x080, 0x181, 0x182, 0x201, 0x605, 0x585, 0x705)
 OURS = """
-from pathlib import Path
-from fieldrig.traces.trace_files import read, write
 count = write(read(Path({source!r})), Path({target!r}))
 """
 PYTHON_CAN = """
-import can
 with can.LogReader({source!r}) as reader, can.Logger({target!r}) as writer:
     count = 0
     for message in reader:
@@ -35,13 +32,21 @@ with can.LogReader({source!r}) as reader, can.Logger({target!r}) as writer:
 """
 MEASURED = """
 import resource, time
-import can, fieldrig.traces.formats, fieldrig.traces.trace_files
-fieldrig.traces.formats.formats()
+{imported}
 begin = time.process_time()
 {body}
 print(count, time.process_time() - begin, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
-"""What is imported is no part of a conversion."""
+IMPORTED = {
+    OURS: """
+from pathlib import Path
+from fieldrig.traces.formats import formats
+from fieldrig.traces.trace_files import read, write
+formats()
+""",
+    PYTHON_CAN: "import can",
+}
+"""The imports of a conversion, whose time is no part of it."""
 
 
 def made_log(path: Path, frames: int) -> None:
@@ -58,7 +63,7 @@ def made_log(path: Path, frames: int) -> None:
 def converted(body: str, source: Path, target: Path) -> tuple[int, float, float]:
     """Return frames, seconds of processor time, and peak memory in MB of a conversion."""
     target.unlink(missing_ok=True)
-    code = MEASURED.format(body=body.format(source=str(source), target=str(target)))
+    code = MEASURED.format(imported=IMPORTED[body], body=body.format(source=str(source), target=str(target)))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     count, seconds, memory_mb = done.stdout.split()
     return int(count), float(seconds), float(memory_mb)

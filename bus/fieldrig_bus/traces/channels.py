@@ -44,11 +44,10 @@ class BusNames:
     """The name of the bus of each channel that is read."""
 
     def __init__(self) -> None:
-        self._names: dict[int, str] = {}
+        self._names = {channel: f"can{channel - 1}" for channel in range(1, MOST + 1)}
 
     def __getitem__(self, channel: int) -> str:
-        name = self._names.get(channel)
-        return name if name is not None else f"can{channel - 1}" if channel > 0 else "can"
+        return self._names.get(channel) or (f"can{channel - 1}" if channel > 0 else "can")
 
     def learn(self, text: str) -> None:
         """Take the name of a bus from a text, if it has one."""

@@ -76,16 +76,22 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     odd = Oddities() if odd is None else odd
     lines, names, header = LogLines(file, odd), BusNames(), _Header(odd)
     found, wrong, new = 0, "", tuple.__new__
+    is_plain, start_ns = False, 0
     for line in lines:
-        found_line = plain(line) if header.is_plain else None
-        if found_line is None and line.startswith(";"):
+        if is_plain and (plain_line := plain(line)) is not None:
+            offset_ns, channel, message = plain_line
+            found += 1
+            yield new(TraceEntry, (start_ns + offset_ns, names[channel], "can", "", message))
+            continue
+        if line.startswith(";"):
             names.learn(line)
             header.take(line)
+            is_plain, start_ns = header.is_plain, header.start_ns
             continue
-        if found_line is None and not line.strip():
+        if not line.strip():
             continue
         try:
-            offset_ns, channel, message = found_line or parse(line, header.columns)
+            offset_ns, channel, message = parse(line, header.columns)
         except (ValueError, LookupError) as cause:
             if not lines.is_cut:
                 wrong = wrong or f"line {odd.number} is not a frame of a TRC log: {cause}"
@@ -95,7 +101,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
             odd.report("lines that are no CAN frames are left out")
             continue
         found += 1
-        yield new(TraceEntry, (header.start_ns + offset_ns, names[channel], "can", "", message))
+        yield new(TraceEntry, (start_ns + offset_ns, names[channel], "can", "", message))
     if wrong and not found:
         raise UsageError(wrong, REMEDY)
 

@@ -29,7 +29,6 @@ VERSIONS: Final = ("1.0", "1.1", "1.2", "1.3", "2.0", "2.1")
 COLUMNS: Final = {"1.0": "NOILD", "1.1": "NOTILD", "1.2": "NOBTILD", "1.3": "NOBTIRLD"}
 """The columns of the versions that do not list them, by the letters of version 2.0."""
 MOST_COLUMNS: Final = 20
-_new = tuple.__new__
 DAY_NS: Final = 86_400_000_000_000
 EPOCH_DAY: Final = 25_569
 """1 January 1970, counted from 30 December 1899."""
@@ -76,7 +75,7 @@ def _refuse(days: str) -> int:
     raise ValueError(f"{days.strip()!r:.40} is not a number of days")
 
 
-def plain(line: str) -> Line | None:
+def plain(line: str) -> tuple[int, int, bytes] | None:
     """Return what a line of version 2.1 says that is a classical data frame; None for any other line."""
     try:
         _, clock, kind, channel, digits, _, _, length, text = line.split(None, 8)
@@ -86,7 +85,7 @@ def plain(line: str) -> Line | None:
         if len(data) != int(length) or not 0 <= word <= (EXTENDED_MASK if len(digits) > 4 else STANDARD_MASK):
             return None
         message = plain_message(word | EXTENDED if len(digits) > 4 else word, data)
-        return _new(Line, (int(clock[:-4] + clock[-3:]) * US, int(channel), message))
+        return int(clock[:-4] + clock[-3:]) * US, int(channel), message
     except (ValueError, IndexError):
         return None
 
