@@ -4,15 +4,13 @@ Source: CiA 301 version 4.2, 7.2.8.3.2.2.
 """
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_devices.canopen.names import NMT_STATES
+from fieldrig_devices.replay.grounds import Grounds
 from fieldrig_devices.replay.replay_result import Difference, What
 from fieldrig_devices.replay.words import late_words, time_words
-
-if TYPE_CHECKING:
-    from fieldrig_devices.replay.judge import Judge
 
 STATE: Final = 0x7F
 MOST_STATES: Final = 10_000
@@ -48,8 +46,8 @@ class _Side:
 class Heartbeats:
     """The error control messages of all nodes, of the log and of the rig."""
 
-    def __init__(self, judge: "Judge") -> None:
-        self._judge = judge
+    def __init__(self, grounds: Grounds) -> None:
+        self._grounds = grounds
         self._nodes: dict[tuple[str, int], tuple[_Side, _Side]] = {}
 
     def take(self, side: int, node_id: int, entry: TraceEntry, own_ns: int) -> None:
@@ -59,12 +57,12 @@ class Heartbeats:
 
     def finish(self, end_ns: int) -> None:
         for (bus, node_id), (log, rig) in self._nodes.items():
-            node = self._judge.node(bus, node_id)
-            if bus not in self._judge.buses:
+            node = self._grounds.node(bus, node_id)
+            if bus not in self._grounds.buses:
                 continue
-            if self._judge.tolerances.is_left_out(node, f"{0x700 + node_id:03X}", "heartbeat"):
+            if self._grounds.tolerances.is_left_out(node, f"{0x700 + node_id:03X}", "heartbeat"):
                 continue
-            self._judge.compared(bus, node, "heartbeat")
+            self._grounds.compared(bus, node, "heartbeat")
             if not log.states:
                 self._add(What.MORE, rig.states[0][0], bus, node, f"{node} sent heartbeats, and the log has none of it")
             elif log.gaps and not rig.gaps and len(rig.states) <= 1:
@@ -80,9 +78,9 @@ class Heartbeats:
         period_ns = max(log.period_ns, rig.period_ns)
         came = [each for each in rig.states if each[0] <= end_ns]
         states = log.states
-        if self._judge.was_on and states[0][1] == 0 and (not came or came[0][1]):
+        if self._grounds.was_on and states[0][1] == 0 and (not came or came[0][1]):
             states = states[1:]  # the rig booted before the log began
-        while self._judge.was_on and states and len(came) > 1 and came[0][1] != states[0][1] and came[0] < states[0]:
+        while self._grounds.was_on and states and len(came) > 1 and came[0][1] != states[0][1] and came[0] < states[0]:
             del came[0]  # the log's first heartbeat was later
         for place, (at_ns, state) in enumerate(states):
             name = NMT_STATES.get(state, f"state {state}")
@@ -95,7 +93,7 @@ class Heartbeats:
                 was = NMT_STATES.get(rig_state, f"state {rig_state}")
                 self._add(What.OTHER, at_ns, bus, node, f"{node} was {was} by its heartbeat, the log says {name}")
                 return  # what follows is a consequence
-            if place and abs(rig_ns - at_ns) > period_ns + self._judge.tolerances.time_ns:
+            if place and abs(rig_ns - at_ns) > period_ns + self._grounds.tolerances.time_ns:
                 late_ns = rig_ns - at_ns
                 words = f"{node} became {name} {late_words(late_ns)} by its heartbeat"
                 self._add(What.LATE, at_ns, bus, node, words, late_ns)
@@ -103,19 +101,19 @@ class Heartbeats:
     def _periods(self, bus: str, node: str, log: _Side, rig: _Side) -> None:
         if not log.gaps or not rig.gaps:
             return
-        allowed_ns = max(self._judge.tolerances.time_ns, round(UNEVEN * log.period_ns))
+        allowed_ns = max(self._grounds.tolerances.time_ns, round(UNEVEN * log.period_ns))
         if abs(log.period_ns - rig.period_ns) > allowed_ns:
             words = (
                 f"{node} sent a heartbeat every {time_words(rig.period_ns)}, the log says {time_words(log.period_ns)}"
             )
             self._add(What.PERIOD, log.states[0][0], bus, node, words)
-        elif rig.longest_ns > log.longest_ns + log.period_ns // 2 + self._judge.tolerances.time_ns:
+        elif rig.longest_ns > log.longest_ns + log.period_ns // 2 + self._grounds.tolerances.time_ns:
             words = f"{node} sent no heartbeat for {time_words(rig.longest_ns)}"
             self._add(What.MISSING, rig.longest_at_ns, bus, node, words)
-        elif log.longest_ns > rig.longest_ns + log.period_ns // 2 + self._judge.tolerances.time_ns:
+        elif log.longest_ns > rig.longest_ns + log.period_ns // 2 + self._grounds.tolerances.time_ns:
             words = f"{node} sent heartbeats where the log has none for {time_words(log.longest_ns)}"
             self._add(What.MORE, log.longest_at_ns, bus, node, words)
 
     def _add(self, what: What, time_ns: int, bus: str, node: str, words: str, late_ns: int = 0) -> None:
-        result = self._judge.result
-        result.add(Difference(self._judge.since(time_ns), what, bus, node, "heartbeat", words, late_ns))
+        result = self._grounds.result
+        result.add(Difference(self._grounds.since(time_ns), what, bus, node, "heartbeat", words, late_ns))

@@ -19,12 +19,13 @@ from fieldrig_bus.can.notices import NOTICE
 from fieldrig_bus.modbus.codec import REQUEST, REQUEST_ON_ASCII, RESPONSE
 from fieldrig_devices.canopen.names import ERROR_CONTROL, NODES
 from fieldrig_devices.replay.align import Aligner, Pair
+from fieldrig_devices.replay.grounds import Grounds
 from fieldrig_devices.replay.heartbeats import Heartbeats
 from fieldrig_devices.replay.log_names import LogNames
 from fieldrig_devices.replay.modbus_answers import ModbusAnswers
 from fieldrig_devices.replay.replay_result import Difference, ReplayResult, What
 from fieldrig_devices.replay.rows import Row, Rows
-from fieldrig_devices.replay.runs import Runs, Subject
+from fieldrig_devices.replay.runs import Subject
 from fieldrig_devices.replay.sdo_answers import SdoAnswers
 from fieldrig_devices.replay.streams import Item, Stream, Streams, Telegrams
 from fieldrig_devices.replay.tolerances import Tolerances
@@ -40,18 +41,12 @@ MOST_STREAMS: Final = 20_000
 HEAD_OF_FRAME: Final = 5
 
 
-class Judge:
+class Judge(Grounds):
     """Compares.  All instants are of the rig's clock, and all buses are called as in the rig."""
 
     def __init__(self, names: tuple[LogNames, LogNames], tolerances: Tolerances, result: ReplayResult) -> None:
         """`names` are those of the log and of the rig: each follows the mappings of its own side."""
-        self._names, self._tolerances, self.result = names, tolerances, result
-        self.timeout_ns = S
-        """How long an answer is awaited."""
-        self.was_on = False
-        """True if the rig ran before the log begins."""
-        self.begin_ns = 0
-        """The instant of the rig at which the log begins."""
+        super().__init__(names, tolerances, result)
         self._places = (Streams(), Streams())
         self._telegrams = (Telegrams(), Telegrams())
         self._aligners: dict[Stream, Aligner] = {}
@@ -61,14 +56,11 @@ class Judge:
         """Streams that the log does not have: the first instant, and how many messages."""
         self._expected: set[Stream] = set()
         self._played: set[Stream] = set()
-        self.buses: set[str] = set()
-        """The buses that the log has; the others are not compared."""
         self.expected = 0
         """Messages of the log that the rig was expected to send."""
         self._waits: deque[tuple[int, int]] = deque(maxlen=MOST_WAITS)
         self._rows = Rows(self._report)
         self._numbers = [0, 0]
-        self.runs = Runs(result, tolerances)
         self.sdo = SdoAnswers(self)
         self.modbus = ModbusAnswers(self)
         self._heartbeats = Heartbeats(self)
@@ -131,31 +123,6 @@ class Judge:
         self._tell_only_here()
         self.result.differences.sort(key=attrgetter("time_ns"))
 
-    # words
-
-    def since(self, time_ns: int) -> int:
-        """Return an instant from the beginning of the log."""
-        return time_ns - self.begin_ns
-
-    def node(self, bus: str, node_id: int) -> str:
-        """Return `node 5` with its name in the rig."""
-        name = self._names[1].node(bus, node_id)
-        return f"node {node_id}" if not name or name == f"node {node_id}" else f"node {node_id} ({name})"
-
-    def names(self, side: int) -> LogNames:
-        return self._names[side]
-
-    @property
-    def tolerances(self) -> Tolerances:
-        return self._tolerances
-
-    def compared(self, bus: str, node: str, subject: str) -> None:
-        """Count a comparison."""
-        self.result.compared += 1
-        counts, key = self.result.by_subject, (bus, node, subject)
-        if key in counts or len(counts) < MOST_WAITING:
-            counts[key] = counts.get(key, 0) + 1
-
     # streams
 
     def _take(self, side: int, entry: TraceEntry, own_ns: int) -> None:
@@ -189,8 +156,8 @@ class Judge:
             if len(self._aligners) >= MOST_STREAMS:
                 self.result.note(f"only {MOST_STREAMS} identifiers and units of the log are compared, as it has more")
                 return
-            aligner = self._aligners[stream] = Aligner(self._tolerances.time_ns, HORIZON_NS, MOST_WAITING)
-            parts = self._names[1].parts(item)
+            aligner = self._aligners[stream] = Aligner(self.tolerances.time_ns, HORIZON_NS, MOST_WAITING)
+            parts = self.names[1].parts(item)
             self._kinds[stream] = ("", "") if parts is None else (parts.node, parts.kind)
         if side == 0:
             self._expected.add(stream)
@@ -203,11 +170,11 @@ class Judge:
 
     def _learn(self, side: int, entry: TraceEntry) -> None:
         stream, item = self._places[side].place(0, entry)
-        self._names[side].note(stream, item)
+        self.names[side].note(stream, item)
 
     def _judge(self, stream: Stream, pair: Pair) -> None:
         node, kind = self._kinds[stream]
-        if self._tolerances.is_left_out(node, stream.text, kind):
+        if self.tolerances.is_left_out(node, stream.text, kind):
             return
         left, right = pair.left, pair.right
         if left is None:
@@ -223,7 +190,7 @@ class Judge:
         )
         times_ns = self.since(left.time_ns), self.since(right.time_ns)
         differs = self.runs.take(subject, expected, actual, times_ns)
-        if not differs and abs(pair.late_ns) > self._tolerances.time_ns:
+        if not differs and abs(pair.late_ns) > self.tolerances.time_ns:
             self._rows.take(stream, What.LATE, left.time_ns, self._content(1, right), pair.late_ns)
         else:
             self._rows.end(stream)
@@ -235,7 +202,7 @@ class Judge:
         self._add(row.what, row.time_ns, stream, node, subject, words, row.late_ns)
 
     def _parts(self, side: int, item: Item) -> tuple[Part, ...]:
-        parts = self._names[side].parts(item)
+        parts = self.names[side].parts(item)
         if parts is not None:
             return tuple(parts.values)
         content = _plain(item)

@@ -42,7 +42,7 @@ def play(begin: Begin, config: RigConfig, sides: Sides, judge: Judge) -> None:
     for name, bus in buses.items():  # reading files would make the first messages late
         sides.bus_of(TraceEntry(0, name, bus.family, "", b""))
         for side in (0, 1):
-            judge.names(side).prepare(name, bus.family)
+            judge.names[side].prepare(name, bus.family)
     with _running(config) as run:
         join_all(list(buses.values()), run, MEMBER, _Performance(begin, sides, judge, buses).start)
 

@@ -1,18 +1,16 @@
 """Modbus answers of the rig compared with those of a log, exchange by exchange."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.codec import EXCEPTIONS, FUNCTIONS, encode
 from fieldrig_bus.modbus.message import ModbusResponse
+from fieldrig_devices.replay.grounds import Grounds
 from fieldrig_devices.replay.replay_result import Difference, What
 from fieldrig_devices.replay.runs import Subject
 from fieldrig_devices.replay.streams import Item
 from fieldrig_devices.replay.words import hex_words, late_words, time_words
-
-if TYPE_CHECKING:
-    from fieldrig_devices.replay.judge import Judge
 
 EXCEPTION: Final = 0x80
 MOST_OPEN: Final = 4_096
@@ -36,8 +34,8 @@ class _Open:
 class ModbusAnswers:
     """The exchanges that were played, by their number in the rig."""
 
-    def __init__(self, judge: "Judge") -> None:
-        self._judge = judge
+    def __init__(self, grounds: Grounds) -> None:
+        self._grounds = grounds
         self._open: dict[int, _Open] = {}
 
     def asked(self, exchange: int, bus: str, unit: int, request: bytes, log_ns: int, rig_ns: int) -> None:
@@ -78,15 +76,15 @@ class ModbusAnswers:
         expected, actual = open_.expected, open_.actual
         if expected is None and actual is None:
             return
-        parts = self._judge.names(1).parts(self._item(open_, (expected or actual or (b"", 0))[0]))
+        parts = self._grounds.names[1].parts(self._item(open_, (expected or actual or (b"", 0))[0]))
         device = f"unit {open_.unit}" if parts is None or parts.node == f"unit {open_.unit}" else parts.node
         node = device if device.startswith("unit ") else f"unit {open_.unit} ({device})"
         function = FUNCTIONS.get(open_.request[0], f"function {open_.request[0]}")
         place = _place(open_.request)
         subject = f"{function} {place}".rstrip()
-        self._judge.compared(open_.bus, node, subject)
+        self._grounds.compared(open_.bus, node, subject)
         if actual is None and expected is not None:
-            within = time_words(self._judge.timeout_ns)
+            within = time_words(self._grounds.timeout_ns)
             words = f"{node} did not answer {subject} within {within}, the log says {self._outcome(open_, expected[0])}"
             self._add(What.NO_ANSWER, open_, expected[1], node, subject, words)
         elif expected is None and actual is not None:
@@ -105,18 +103,18 @@ class ModbusAnswers:
             return
         late_ns = (actual[1] - open_.rig_ns) - (expected[1] - open_.log_ns)
         log, rig = (
-            self._judge.names(side).parts(self._item(open_, response[0]))
+            self._grounds.names[side].parts(self._item(open_, response[0]))
             for side, response in enumerate((expected, actual))
         )
-        times_ns = self._judge.since(expected[1]), self._judge.since(actual[1])
+        times_ns = self._grounds.since(expected[1]), self._grounds.since(actual[1])
         differs = (
             log is not None
             and rig is not None
-            and self._judge.runs.take(
+            and self._grounds.runs.take(
                 Subject(open_.bus, node, subject, f"{node} answered {{}} with"), log.values, rig.values, times_ns
             )
         )
-        if not differs and abs(late_ns) > self._judge.tolerances.time_ns:
+        if not differs and abs(late_ns) > self._grounds.tolerances.time_ns:
             words = f"{node} answered {subject} {late_words(late_ns)}"
             self._add(What.LATE, open_, expected[1], node, subject, words, late_ns)
 
@@ -124,7 +122,7 @@ class ModbusAnswers:
         if response[0] & EXCEPTION:
             code = response[1] if len(response) > 1 else 0
             return f"exception {code:02X}h {EXCEPTIONS.get(code, '')}".rstrip()
-        parts = self._judge.names(1).parts(self._item(open_, response))
+        parts = self._grounds.names[1].parts(self._item(open_, response))
         if parts is None or not parts.values:
             return hex_words(response[1:])
         return ", ".join(f"{part.label} {part.text}" for part in parts.values[:3])
@@ -136,7 +134,9 @@ class ModbusAnswers:
     def _add(
         self, what: What, open_: _Open, time_ns: int, node: str, subject: str, words: str, late_ns: int = 0
     ) -> None:
-        self._judge.result.add(Difference(self._judge.since(time_ns), what, open_.bus, node, subject, words, late_ns))
+        self._grounds.result.add(
+            Difference(self._grounds.since(time_ns), what, open_.bus, node, subject, words, late_ns)
+        )
 
 
 def _place(request: bytes) -> str:

@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_devices.canopen.parts import abort_words, object_key, object_part
@@ -10,12 +10,10 @@ from fieldrig_devices.dialogues import SdoDialogues, SdoTransfer
 from fieldrig_devices.dialogues.dialogue import Dialogue
 from fieldrig_devices.dialogues.sdo_channels import End
 from fieldrig_devices.dialogues.sdo_steps import asked
+from fieldrig_devices.replay.grounds import Grounds
 from fieldrig_devices.replay.replay_result import Difference, What
 from fieldrig_devices.replay.runs import Subject
 from fieldrig_devices.replay.words import hex_words, late_words, time_words
-
-if TYPE_CHECKING:
-    from fieldrig_devices.replay.judge import Judge
 
 MOST_WAITING: Final = 1_024
 NEAR: Final = 4
@@ -27,8 +25,8 @@ FORMS: Final = {"expedited": "in one message", "segmented": "in segments", "bloc
 class SdoAnswers:
     """The transfers of both sides, by channel."""
 
-    def __init__(self, judge: "Judge") -> None:
-        self._judge = judge
+    def __init__(self, grounds: Grounds) -> None:
+        self._grounds = grounds
         self._sides = (SdoDialogues(), SdoDialogues())
         self._waiting: dict[tuple[str, int], tuple[deque[SdoTransfer], deque[SdoTransfer]]] = {}
         self._numbers = [0, 0]
@@ -122,12 +120,12 @@ class SdoAnswers:
         assert either is not None
         if (either.bus, either.request_id) not in self._ours:
             return
-        node = self._judge.node(either.bus, either.node_id)
-        dictionary = self._judge.names(1).dictionary(either.bus, either.node_id)
+        node = self._grounds.node(either.bus, either.node_id)
+        dictionary = self._grounds.names[1].dictionary(either.bus, either.node_id)
         key = object_key(either.index, either.subindex)
         variable = None if dictionary is None else dictionary.get(either.index, either.subindex)
         name = f"{key} {variable.name}" if variable is not None else key
-        if self._judge.tolerances.is_left_out(node, key, "" if variable is None else variable.name):
+        if self._grounds.tolerances.is_left_out(node, key, "" if variable is None else variable.name):
             return
         verb = "write" if either.is_download else "read"
         if log is None:
@@ -136,7 +134,7 @@ class SdoAnswers:
                     What.MORE, rig, node, name, f"{node} had a {verb} of {name}, which the log does not have"
                 )
             return
-        self._judge.compared(log.bus, node, name)
+        self._grounds.compared(log.bus, node, name)
         if rig is None:
             self._add_difference(
                 What.NO_ANSWER, log, node, name, f"{node} did not answer the {verb} of {name}{self._told(log)}"
@@ -173,21 +171,21 @@ class SdoAnswers:
         late_ns = (rig.end_ns - rig.begin_ns) - (log.end_ns - log.begin_ns)
         differs = False
         if not log.is_download and log.data is not None:
-            dictionary = self._judge.names(1).dictionary(log.bus, log.node_id)
+            dictionary = self._grounds.names[1].dictionary(log.bus, log.node_id)
             expected = object_part(dictionary, log.index, log.subindex, log.data)
             actual = object_part(dictionary, rig.index, rig.subindex, rig.data or b"")
-            differs = self._judge.runs.take(
+            differs = self._grounds.runs.take(
                 Subject(log.bus, node, name, f"{node} answered {{}} with"),
                 [expected],
                 [actual],
-                (self._judge.since(log.end_ns), self._judge.since(rig.end_ns)),
+                (self._grounds.since(log.end_ns), self._grounds.since(rig.end_ns)),
             )
-        if not differs and abs(late_ns) > self._judge.tolerances.time_ns:
+        if not differs and abs(late_ns) > self._grounds.tolerances.time_ns:
             words = f"{node} answered {name} {late_words(late_ns)}"
             self._add_difference(What.LATE, log, node, name, words, late_ns)
 
     def _told(self, log: SdoTransfer) -> str:
-        within = f" within {time_words(self._judge.timeout_ns)}"
+        within = f" within {time_words(self._grounds.timeout_ns)}"
         return within if log.end_ns is None else f"{within}, the log says {self._outcome(log)}"
 
     def _outcome(self, transfer: SdoTransfer) -> str:
@@ -198,15 +196,15 @@ class SdoAnswers:
             return "done"
         if transfer.data is None:
             return "data that are not known"
-        dictionary = self._judge.names(1).dictionary(transfer.bus, transfer.node_id)
+        dictionary = self._grounds.names[1].dictionary(transfer.bus, transfer.node_id)
         part = object_part(dictionary, transfer.index, transfer.subindex, transfer.data)
         return part.text if len(transfer.data) <= 8 else hex_words(transfer.data)
 
     def _add_difference(
         self, what: What, transfer: SdoTransfer, node: str, name: str, words: str, late_ns: int = 0
     ) -> None:
-        time_ns = self._judge.since(transfer.begin_ns if transfer.end_ns is None else transfer.end_ns)
-        self._judge.result.add(Difference(time_ns, what, transfer.bus, node, name, words, late_ns))
+        time_ns = self._grounds.since(transfer.begin_ns if transfer.end_ns is None else transfer.end_ns)
+        self._grounds.result.add(Difference(time_ns, what, transfer.bus, node, name, words, late_ns))
 
 
 def _is_alike(log: SdoTransfer, rig: SdoTransfer) -> bool:
