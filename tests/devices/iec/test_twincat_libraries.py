@@ -152,10 +152,12 @@ def test_bytes_are_copied_within_one_area() -> None:
 
 def test_addresses_of_ads_and_what_pointers_point_to() -> None:
     bench = ran(
-        "n : T_AmsNetIdArr; s : T_AmsNetId; r : REAL := 2.5; x : REAL;",
-        "n := F_ScanAmsNetIds('192.168.1.2.1.1'); s := F_CreateAmsNetId(n); x := PREAL_TO_REAL(ADR(r));",
+        "n : T_AmsNetIdArr; s : T_AmsNetId; r : REAL := 2.5; x : REAL; t : STRING := 'ab'; u : STRING; a : UXINT;",
+        "n := F_ScanAmsNetIds('192.168.1.2.1.1'); s := F_CreateAmsNetId(n); x := PREAL_TO_REAL(ADR(r));"
+        "u := PSTRING_TO_STRING(ADR(t)); a := SIZEOF(a);",
     )
     assert [bench["n[0]"], bench["n[5]"], bench["s"], bench["x"]] == [192, 1, "192.168.1.2.1.1", 2.5]
+    assert [bench["u"], bench["a"]] == ["ab", 4]
 
 
 def test_parts_of_texts_are_replaced_as_long_as_there_is_room() -> None:
