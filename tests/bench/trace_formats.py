@@ -17,7 +17,7 @@ FRAMES = int(os.environ.get("FIELDRIG_BENCH_FRAMES", "5000000"))
 FORMATS = (".log", ".asc", ".blf", ".trc", ".csv", ".db")
 WITHOUT_PEER = (".pcap", ".pcapng", ".mf4")
 LOSES_ROWS = ".db"
-"""As the target: python-can's writer ends with what it has written 0.25 s after it was stopped."""
+"""The target whose writer in python-can ends 0.25 s after it was stopped, with what it has written by then."""
 LINE = "(%d.%06d) can0 %03X#%016X\n"
 COB_IDS = (0x080, 0x181, 0x182, 0x201, 0x605, 0x585, 0x705)
 OURS = """

@@ -42,7 +42,7 @@ class Line(NamedTuple):
     message: bytes | None
     """The encoded message of the bus; None for an error frame that reports nothing."""
     is_time_wrong: bool = False
-    """True for a date that no calendar has; then the line has no time."""
+    """True for a date that no calendar has; then `time_ns` is None."""
 
 
 def says_nothing(line: str) -> bool:

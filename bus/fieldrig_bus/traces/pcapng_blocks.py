@@ -154,7 +154,7 @@ def _packet(body: bytes, at: int, order: str, interface: Interface, ticks: int, 
 
 
 def _simple(body: bytes, order: str, interfaces: list[Interface], time_ns: int) -> Packet:
-    """A packet of the first interface, which has no time of its own."""
+    """A packet of the first interface.  The block is without a time, so it has that of the packet before it."""
     (length,) = struct.unpack_from(f"{order}I", body)
     return Packet(interfaces[0], time_ns, body[4 : 4 + length], length, [])
 

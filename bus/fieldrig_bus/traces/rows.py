@@ -44,7 +44,7 @@ class Columns:
             return None
         if bus != self._bus:
             if self._bus is not None:
-                self._odd.report("the format has no buses, so their frames are not told apart")
+                self._odd.report("the format has no buses, so their frames are mixed")
             self._bus = self._bus or bus
         if fields[3]:
             self._report_fd(fields, fields.is_switched)

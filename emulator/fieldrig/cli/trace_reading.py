@@ -1,4 +1,4 @@
-"""What the commands of `fieldrig trace` read of a file: the messages of the chosen buses, in one reading."""
+"""The messages of a file that the commands of `fieldrig trace` read: those of the chosen buses, in one reading."""
 
 from collections.abc import Iterator
 from fnmatch import fnmatchcase

@@ -93,7 +93,7 @@ class DeviceProcess:
         self.devices: dict[str, Switched] = {}
         self.stores: dict[str, FileStore] = {}
         self._listeners: list[tuple[str, OnDelivery]] = []
-        """What is called with the messages of direct buses."""
+        """The calls that get the messages of direct buses, each with the name of its bus."""
         self._run = config.run.absolute()
         self._ends: dict[str, dict[str, Link[Any]]] = {}
         self._attachments: list[RemoteLink] = []

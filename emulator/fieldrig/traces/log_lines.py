@@ -19,7 +19,7 @@ NO_LOG: Final = "expected a log of text; `fieldrig trace convert --help` lists t
 
 
 class LogLines:
-    """The lines of a file without their ends.  `is_cut` is true at a last line that has no end, which is told."""
+    """The lines of a file without their ends.  `is_cut` is true at a last line that has no end, which is reported."""
 
     def __init__(self, file: BinaryIO, odd: Oddities, longest: int = LONGEST) -> None:
         self._file, self._odd, self._longest = file, odd, longest

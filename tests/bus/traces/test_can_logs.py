@@ -76,7 +76,7 @@ def test_what_a_table_cannot_say_is_reported(ending: str, tmp_path: Path) -> Non
     write([entry(CLASSICAL[0]), entry(FD[0]), entry(FD[2], bus="can1")], path, odd)
     assert [str(oddity) for oddity in odd] == [
         "the format does not say which FD frames switch the bit rate",
-        "the format has no buses, so their frames are not told apart",
+        "the format has no buses, so their frames are mixed",
         "the format has no FD frames, so those of at most 8 bytes become classical ones",
     ]
 

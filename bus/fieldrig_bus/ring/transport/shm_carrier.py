@@ -1,4 +1,4 @@
-"""What carries a ring over shared memory: both ends of it, where the system has what they need."""
+"""The carrier of a ring over shared memory: both ends of it, where the system has what they need."""
 
 import os
 import socket

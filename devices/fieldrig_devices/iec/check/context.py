@@ -51,7 +51,7 @@ class Context:
 
     @property
     def extension(self) -> Extension | None:
-        """What adds statements to the code that is checked; None for code that is no test."""
+        """The extension that adds statements to the code that is checked; None for code that is no test."""
         extension = self.project.extension
         return extension if extension is not None and extension.applies(self.file) else None
 

@@ -160,7 +160,7 @@ class Types(Protocol):
 
 
 class Starter(Protocol):
-    """What starts instances: `Startup`."""
+    """The part of the checker that starts instances: `Startup`."""
 
     def of_new(self, target: tree.Expression, kind: Type, spec: tree.TypeSpec) -> Iterator[tree.AnyStatement]:
         """Yield the statements that start what a pointer points to."""
@@ -225,7 +225,7 @@ class Project:
         self.specs: Types | None = None
         """The declared types; set by the declarations."""
         self.startup: Starter | None = None
-        """What starts instances; set by the checker."""
+        """The checker sets it."""
         self.tasks: list[program.Task] = []
         self.pins: dict[tuple[Pou, int, int], Pins] = {}
         """The parameters of calls by what is called, and by how many inputs and outputs it has."""

@@ -16,7 +16,7 @@ MODIFIERS: Final = tree.ACCESS | {"ABSTRACT", "FINAL", "OVERRIDE"}
 
 
 _MARKS: Final = frozenset({":=", "(", ".", "^", "["})
-"""What may follow a name at the beginning of a statement."""
+"""The tokens that may follow a name at the beginning of a statement."""
 
 
 class Methods(Configurations):
