@@ -79,9 +79,9 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     is_plain, start_ns = False, 0
     for line in lines:
         if is_plain and (plain_line := plain(line)) is not None:
-            offset_ns, channel, message = plain_line
+            offset_ns, channel, frame = plain_line
             found += 1
-            yield new(TraceEntry, (start_ns + offset_ns, names[channel], "can", "", message))
+            yield new(TraceEntry, (start_ns + offset_ns, names[channel], "can", "", frame))
             continue
         if line.startswith(";"):
             names.learn(line)
