@@ -6,7 +6,7 @@ no parameter is known has the identifiers of the pre-defined connection set.
 """
 
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Final, NamedTuple, Protocol
 
 from fieldrig_devices.canopen.cob_id import can_key, is_valid
@@ -27,6 +27,10 @@ PREDEFINED: Final = {base | node_id: (node_id, index)
     for node_id in range(1, 128)
 }  # fmt: skip
 """Node-ID and communication parameter, by identifier."""
+
+
+Parameter = tuple[int, int]
+"""Node-ID and index of a communication parameter."""
 
 
 class Pdo(NamedTuple):
@@ -64,8 +68,15 @@ class PdoMaps:
         self._dictionaries = dictionaries or {}
         self._numbers: OrderedDict[tuple[int, int, int], int] = OrderedDict()
         """Numbers that were seen on the bus, by node-ID, index and sub-index."""
-        self._found: dict[int, Pdo] | None = None
+        self._keys: dict[Parameter, int] = {}
+        """The identifier of each PDO whose COB-ID is known; 0 for one that is not valid."""
+        self._users: dict[int, dict[Parameter, None]] = {}
+        """The PDOs of each identifier."""
+        self._pdos: dict[int, Pdo] = {}
         self._layouts: dict[Pdo, Layout | None] = {}
+        for node_id, dictionary in self._dictionaries.items():
+            for index in (*dictionary.indices(TPDO, TPDO + MOST - 1), *dictionary.indices(RPDO, RPDO + MOST - 1)):
+                self._move(node_id, index)
 
     def take(self, transfer: Accessed) -> bool:
         """Learn from a completed read or write of a parameter; True if that may have changed a PDO."""
@@ -80,12 +91,30 @@ class PdoMaps:
         if index not in PARAMETERS or self._numbers.get(key) == number:
             return False
         self._numbers[key] = number
+        self._changed(*key)
         if len(self._numbers) > MOST_NUMBERS:
-            self._numbers.popitem(last=False)
-        if subindex == COB_ID and not index & TO_MAPPING:
-            self._found = None
-        self._layouts.clear()
+            self._changed(*self._numbers.popitem(last=False)[0])
         return True
+
+    def _changed(self, node_id: int, index: int, subindex: int) -> None:
+        self._layouts.clear()
+        if subindex == COB_ID and not index & TO_MAPPING:
+            self._move(node_id, index)
+
+    def _move(self, node_id: int, index: int) -> None:
+        """Give a PDO the identifier that its COB-ID has now."""
+        parameter, cob_id = (node_id, index), self._number(node_id, index, COB_ID)
+        before = self._keys.pop(parameter, 0)
+        key = can_key(cob_id) if cob_id is not None and is_valid(cob_id) else 0
+        if cob_id is not None:
+            self._keys[parameter] = key
+        if before:
+            del self._users[before][parameter]
+            if not self._users[before]:
+                del self._users[before]
+        if key:
+            self._users.setdefault(key, {})[parameter] = None
+        self._pdos.clear()
 
     def knows(self, node_id: int, index: int, subindex: int) -> bool:
         """Return whether this number was seen on the bus."""
@@ -93,9 +122,10 @@ class PdoMaps:
 
     def pdo_of(self, key: int) -> Pdo | None:
         """Return the PDO with an identifier, where bit 31 marks one of 29 bits; the producer if there are several."""
-        if self._found is None:
-            self._found = self._find()
-        return self._found.get(key)
+        found = self._pdos.get(key) or self._find(key)
+        if found is not None:
+            self._pdos[key] = found
+        return found
 
     def layout_of(self, key: int) -> Layout | None:
         """Return what a PDO carries; None if that is not known, and an empty list for a PDO without mapped objects."""
@@ -117,26 +147,14 @@ class PdoMaps:
             return None
         return [(pdo.node_id, entry >> 16, entry >> 8 & 0xFF, entry & 0xFF) for entry in mapped if entry is not None]
 
-    def _find(self) -> dict[int, Pdo]:
-        """Return the PDOs by their identifiers; where a producer and a consumer share one, the producer."""
-        found: dict[int, Pdo] = {}
-        for node_id, index in sorted(self._communication(), key=lambda parameter: parameter[1] < TPDO):
-            cob_id = self._number(node_id, index, COB_ID)
-            if cob_id is not None and is_valid(cob_id) and can_key(cob_id):
-                found.setdefault(can_key(cob_id), _pdo(node_id, index))
-        for identifier, (node_id, index) in PREDEFINED.items():
-            if node_id not in self._dictionaries and (node_id, index, COB_ID) not in self._numbers:
-                found.setdefault(identifier, _pdo(node_id, index))
-        return found
-
-    def _communication(self) -> Iterator[tuple[int, int]]:
-        """Yield node-ID and index of each communication parameter that is known, those of the EDS files first."""
-        for first in (TPDO, RPDO):
-            for node_id, dictionary in self._dictionaries.items():
-                yield from ((node_id, index) for index in dictionary.indices(first, first + MOST - 1))
-        for node_id, index, subindex in self._numbers:
-            if subindex == COB_ID and not index & TO_MAPPING:
-                yield node_id, index
+    def _find(self, key: int) -> Pdo | None:
+        users = self._users.get(key)
+        if users:
+            return _pdo(*min(users, key=lambda parameter: parameter[1] < TPDO))
+        parameter = PREDEFINED.get(key)
+        if parameter is None or parameter[0] in self._dictionaries or parameter in self._keys:
+            return None
+        return _pdo(*parameter)
 
     def _number(self, node_id: int, index: int, subindex: int) -> int | None:
         seen = self._numbers.get((node_id, index, subindex))

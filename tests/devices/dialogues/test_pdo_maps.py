@@ -115,3 +115,27 @@ def test_any_numbers_are_taken(numbers: list[tuple[int, int, int, int]]) -> None
         maps.put(node_id, index, subindex, number)
     for key in (0x185, 0x205, 0x8000_0681):
         maps.layout_of(key)
+
+
+numbers_of_few = st.tuples(
+    st.integers(1, 3),
+    st.sampled_from([0x1400, 0x1401, 0x1800, 0x1A00]),
+    st.sampled_from([0, 1]),
+    st.sampled_from([0, 0x181, 0x201, 0x681, 0x8000_0681, 0x2000_0681]),
+)
+
+
+@given(st.lists(numbers_of_few, max_size=20))
+def test_a_pdo_is_one_whose_last_identifier_it_is(numbers: list[tuple[int, int, int, int]]) -> None:
+    maps, last = PdoMaps(), dict[tuple[int, int], int]()
+    for node_id, index, subindex, number in numbers:
+        maps.put(node_id, index, subindex, number)
+        if subindex == 1 and index != 0x1A00:
+            last[node_id, index] = number
+    for cob_id, key in ((0x681, 0x681), (0x2000_0681, 0x8000_0681)):
+        users = {(node_id, index + 0x200) for (node_id, index), number in last.items() if number == cob_id}
+        pdo = maps.pdo_of(key)
+        assert (pdo is None) == (not users)
+        if pdo is not None:
+            assert (pdo.node_id, pdo.mapping) in users
+            assert pdo.kind.startswith("TPDO") == any(mapping == 0x1A00 for _, mapping in users)
