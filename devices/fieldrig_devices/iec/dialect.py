@@ -106,6 +106,8 @@ class Dialect:
     whole product.  In edition 3 an operation has the type of its operands."""
     has_real_powers: bool = _rule(Origin.TOOLS)
     """EXPT of two integers is an LREAL where no integer is wanted, as in CODESYS V3 and TwinCAT."""
+    truncates_to_32_bits: bool = _rule(Origin.TOOLS)
+    """TRUNC is a DINT where no integer is wanted, as in CODESYS V3 and TwinCAT; in CoDeSys V2.3 it is an INT."""
     allows_trailing_commas: bool = _rule(Origin.TODAY)
     """`Lamp(IN := a, PT := t,);`: a comma behind the last argument, which today's tools accept."""
     has_chained_assignments: bool = _rule(Origin.TOOLS)

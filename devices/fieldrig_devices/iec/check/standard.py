@@ -19,6 +19,7 @@ from fieldrig_devices.iec.check.texts import a
 from fieldrig_devices.iec.check.untyped import Untyped, integer
 from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.library import conversions, fixed, intrinsics, templates
+from fieldrig_devices.iec.library.arguments import plain
 from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.program import (
     COMPARISONS,
@@ -36,8 +37,10 @@ def call(checker: Checker, name: str, node: tree.Call, wanted: Type | None) -> E
     given = _in_order(checker.context, name, parts[0]) if parts is not None else None
     if given is None or parts is None:
         return None
-    inner = wanted_inside(name, wanted)
-    values = [checker.expression(argument, inner) if argument is not None else None for argument in given]
+    values = [
+        checker.expression(argument, wanted_inside(name, wanted, position)) if argument is not None else None
+        for position, argument in enumerate(given)
+    ]
     if any(value is None and argument is not None for value, argument in zip(values, given, strict=True)):
         return None
     whole = _with_defaults(checker.context, name, values, node)
@@ -46,10 +49,13 @@ def call(checker: Checker, name: str, node: tree.Call, wanted: Type | None) -> E
     return enable.result(checker, call, parts[1], wanted, node) if call is not None else None
 
 
-def wanted_inside(name: str, wanted: Type | None) -> Type | None:
-    """Return the type that the surroundings of arguments have: REAL in REAL_TO_INT(EXPT(a, b))."""
+def wanted_inside(name: str, wanted: Type | None, position: int = 0) -> Type | None:
+    """Return the type that the surroundings of an argument have: REAL in REAL_TO_INT(EXPT(a, b)), INT in LEFT(s, 3)."""
     pair = conversions.pair(name)
-    return pair[0] if pair is not None else wanted
+    if pair is not None:
+        return pair[0]
+    known = fixed.FIXED.get(name)
+    return known.parameters[position] if known is not None and position < len(known.parameters) else wanted
 
 
 _SELECTORS: Final = {"G": Constant(False, Elementary.BOOL), "K": integer(0), "N": integer(0)}
@@ -143,7 +149,10 @@ def of_values(
     if is_of_standard:
         values = [_position(checker, value, at) for value in values]
     kinds = [value.argument if type(value) is Untyped else value.type for value in values]
-    durations = checker.context.project.dialect.durations
+    dialect = checker.context.project.dialect
+    durations = dialect.durations
+    if name == "TRUNC" and dialect.truncates_to_32_bits and not _is_integer(wanted):
+        wanted = Elementary.DINT
     overload = intrinsics.find(conversions.of_dialect(name, durations), kinds, wanted)
     if isinstance(overload, str):
         for time in durations.values():
@@ -154,7 +163,7 @@ def of_values(
         return None
     if not checker.context.mixes_integers:
         overload = intrinsics.transferring(overload)
-    if checker.context.project.dialect.writes_todays_texts:
+    if dialect.writes_todays_texts:
         overload = intrinsics.of_today(overload)
     places = nodes or [at] * len(values)
     converted = [
@@ -240,6 +249,12 @@ def _steps(value: Expression) -> Expression:
 def is_number(kind: Type) -> TypeGuard[Elementary]:
     """True for the ANY_INT of the standard."""
     return isinstance(kind, Elementary) and kind.family in (Family.SIGNED, Family.UNSIGNED)
+
+
+def _is_integer(wanted: Type | None) -> bool:
+    """True for an integer, a bit string, or an enumeration or a subrange of them."""
+    kind = plain(wanted) if wanted is not None else None
+    return isinstance(kind, Elementary) and kind.is_integer
 
 
 def _position(checker: Checker, value: Expression, at: tree.Node) -> Expression:

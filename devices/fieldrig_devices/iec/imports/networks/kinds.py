@@ -98,8 +98,11 @@ class Kinds(Declarations):
                     return self.value_of(BOOL) if sign in functions.COMPARISONS else first or second
                 return self._results.binary(sign, first, second, self.type(wanted))
             case tree.Call(tree.Name(name), arguments) if self.pou(name) is None:
-                inner = self._wanted_inside(name, wanted)
-                given = [self.value(argument.value, inner) for argument in arguments if not argument.is_output]
+                given = [
+                    self.value(argument.value, self._wanted_inside(name, wanted, position))
+                    for position, argument in enumerate(arguments)
+                    if not argument.is_output
+                ]
                 known = [value for value in given if value is not None]
                 if len(known) == len(given):
                     return self.result(name, known, wanted)
@@ -108,8 +111,8 @@ class Kinds(Declarations):
         cut_to = self.type(narrow)
         return kind if kind is None or cut_to is None else narrowed(kind, cut_to)
 
-    def _wanted_inside(self, name: str, wanted: tree.TypeSpec | None) -> tree.TypeSpec | None:
-        inner = standard.wanted_inside(name.upper(), self.type(wanted))
+    def _wanted_inside(self, name: str, wanted: tree.TypeSpec | None, position: int) -> tree.TypeSpec | None:
+        inner = standard.wanted_inside(name.upper(), self.type(wanted), position)
         return self.spec(inner) if inner is not None else None
 
     def value_of(self, spec: tree.TypeSpec | None) -> Expression | None:
