@@ -4,13 +4,14 @@ The result can be pickled, so that another process can do the work (PD-032 to PD
 loaded).  All mistakes of all files are reported at once.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 
 from fieldrig_devices.iec import layout
 from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.check.extension import Extension
 from fieldrig_devices.iec.costs import Costs
+from fieldrig_devices.iec.coverage import collecting
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction
 from fieldrig_devices.iec.imports import read_sources
@@ -21,7 +22,7 @@ from fieldrig_devices.iec.limits import MAX_4, MOST_CHARACTERS, MOST_STATEMENTS,
 from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.iec.lower.routines import Lowered, lower
 from fieldrig_devices.iec.open_inputs import open_inputs
-from fieldrig_devices.iec.program import Program, Task
+from fieldrig_devices.iec.program import Pou, Program, Task
 from fieldrig_devices.iec.symbols import Symbols
 from fieldrig_devices.iec.tree import Unit
 from fieldrig_devices.iec.written import NOTHING, Written, surveyed, written_by
@@ -120,18 +121,24 @@ def _compiled(
 
 
 def compile_units(
-    libraries: Sequence[Unit], units: Sequence[Unit], host: Host, dialect: Dialect, limits: Limits
+    libraries: Sequence[Unit],
+    units: Sequence[Unit],
+    host: Host,
+    dialect: Dialect,
+    limits: Limits,
+    uncovered: Collection[str] = (),
 ) -> Compiled:
     """Compile units that have been read already, with those parts of the libraries that are needed.
 
-    CompileError with all mistakes if there are any.
+    CompileError with all mistakes if there are any.  Coverage leaves out the POUs whose names in small letters are
+    `uncovered`.
     """
     with collection.paused():
         program, mistakes = _checked(libraries, units, host, dialect, limits)
         if any(not mistake.is_note for mistake in mistakes):
             raise CompileError(mistakes)
         files = tuple(SourceFile(unit.file, "") for unit in units)
-        return build(program, host, Costs(), limits, None, files, tuple(mistakes))
+        return build(program, host, Costs(), limits, None, files, tuple(mistakes), uncovered=uncovered)
 
 
 def _checked(
@@ -170,13 +177,17 @@ def build(
     files: tuple[SourceFile, ...] = (),
     notes: tuple[Mistake, ...] = (),
     on_progress: Progress = lambda stage, done, total: None,
+    uncovered: Collection[str] = (),
 ) -> Compiled:
     """Place and lower a checked program, and compile its Python."""
     placed = layout.place(program, previous)
     natives: dict[str, NativeFunction | NativeBlock] = {}
     for library in host.libraries:
         natives |= {**library.functions, **library.blocks}
-    lowered = lower(program, natives, costs, lambda done, total: on_progress("lower", done, total))
+    is_covered = _covered(files, uncovered) if collecting.is_on() else _nothing_is_covered
+    lowered = lower(program, natives, costs, lambda done, total: on_progress("lower", done, total), is_covered)
+    paths = {file.name: str(file.path or file.name) for file in files}
+    lowered.marked.places = [(n, one._replace(file=paths[one.file])) for n, one in lowered.marked.places]
     survey = surveyed(lowered.callees_first)
     missing = list(open_inputs(survey.mentioned, {name for library in host.libraries for name in library.required}))
     if missing:
@@ -187,10 +198,27 @@ def build(
         pou.body = []
         for action in pou.actions.values():
             action.body = []
-    names = names_of(len(lowered.constants), len(lowered.natives))
-    rules = rules_of(len(lowered.constants))
+    names = names_of(len(lowered.constants), len(lowered.natives), has_marks=bool(lowered.marked.hits))
+    rules = rules_of(len(lowered.constants), has_marks=bool(lowered.marked.hits))
     prepare(lowered.routines, names, rules, lambda done, total: on_progress("compile", done, total))
     return compiled
+
+
+def _nothing_is_covered(_pou: Pou) -> bool:
+    return False
+
+
+def _covered(files: Sequence[SourceFile], uncovered: Collection[str]) -> Callable[[Pou], bool]:
+    """Return which POUs are the user's own, and no tests: names of what is made have what no name of the source has."""
+    own = {file.name for file in files}
+
+    def is_covered(pou: Pou) -> bool:
+        outer = pou
+        while outer.owner is not None:
+            outer = outer.owner
+        return pou.file in own and not {" ", "$"} & {*pou.name} and outer.name.casefold() not in uncovered
+
+    return is_covered
 
 
 def _check_sources(files: Sequence[SourceFile]) -> None:

@@ -21,7 +21,7 @@ from typing import Final
 
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.elementary import Elementary
-from fieldrig_devices.iec.tree import NOWHERE, Position, PouKind, Section
+from fieldrig_devices.iec.tree import NOWHERE, Node, Position, PouKind, Section
 from fieldrig_devices.iec.types import (
     BlockType,
     EnumType,
@@ -361,6 +361,8 @@ Expression = (
 class Statement:
     line: int = field(kw_only=True)
     """The source line, in the file of the POU."""
+    origin: Node | None = field(default=None, kw_only=True, compare=False, repr=False)
+    """The statement, step or transition of the source that begins here; None for what the compiler adds."""
 
 
 @dataclass(slots=True)

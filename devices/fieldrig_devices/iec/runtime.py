@@ -17,10 +17,11 @@ from weakref import WeakSet
 
 from fieldrig_devices.iec.carrying import Carrier
 from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.coverage import collecting
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, INSIDE, STACK_SIZE, Images, Layout, storage
 from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
-from fieldrig_devices.iec.lower.names import rules_of
+from fieldrig_devices.iec.lower.names import HIT, rules_of
 from fieldrig_devices.iec.memory import Memory
 from fieldrig_devices.iec.natives import Natives
 from fieldrig_devices.iec.program import Link, Located, Pou, Variable
@@ -82,8 +83,18 @@ class Runtime:
             **{f"image_{number}": cells for number, cells in enumerate(lowered.constants)},
             "now_ms": self._host.now_ms,
         }
+        marked = lowered.marked
+        if marked.hits:
+            names[HIT] = marked.hits
+            collecting.use(marked)
         faults = _WRONG_KIND if lowered.keeps_stack_addresses else ()
-        self.code = Code(lowered.routines, names, self._stack_size, rules_of(len(lowered.constants)), faults)
+        self.code = Code(
+            lowered.routines,
+            names,
+            self._stack_size,
+            rules_of(len(lowered.constants), has_marks=bool(marked.hits)),
+            faults,
+        )
         self._links = [linked for link in compiled.program.links for linked in self._linked(link)]
         self.routines: Mapping[str, int] = self.code.numbers
 

@@ -7,7 +7,7 @@ page of Windows, and those of DOS write its own (`code_page`), end a file by 1Ah
 import codecs
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -28,6 +28,8 @@ _LINE_END: Final = re.compile(r"\r?\r\n|\r")
 class SourceFile:
     name: str
     text: str
+    path: Path | None = field(default=None, compare=False)
+    """The file itself, if its name is only a part of its path."""
 
 
 def decoded(data: bytes) -> str:

@@ -53,7 +53,7 @@ class Compiler:
         if not paths:
             return None
         try:
-            return self.compiled([SourceFile(path.name, _text_of(path)) for path in paths])
+            return self.compiled([SourceFile(path.name, _text_of(path), path) for path in paths])
         except CompileError as wrong:
             raise refused(wrong, {path.name: str(path) for path in paths}) from wrong
 

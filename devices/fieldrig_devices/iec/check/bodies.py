@@ -4,7 +4,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.il import lower_il
 from fieldrig_devices.iec.check.project import PouSource, Project
-from fieldrig_devices.iec.check.sfc import lower_sfc
+from fieldrig_devices.iec.check.sfc import come_from, lower_sfc
 from fieldrig_devices.iec.check.startup import Startup
 from fieldrig_devices.iec.check.statements import Statements
 from fieldrig_devices.iec.program import AnyStatement, Pou
@@ -15,7 +15,9 @@ def check_pou(project: Project, source: PouSource, startup: Startup) -> None:
     source.pou.body[:0] = project.preludes.get(source.pou, [])
     first = startup.in_calls(source)
     if first:
-        source.pou.body[:0] = _body(project, source, source.pou, tree.StBody(tuple(first)))
+        added = _body(project, source, source.pou, tree.StBody(tuple(first)))
+        come_from(added, {})
+        source.pou.body[:0] = added
     for name, (node, level) in source.actions.items():
         action = source.pou.actions[name]
         action.body = _body(project, source, action, node.body, level)
@@ -30,7 +32,11 @@ def _body(project: Project, source: PouSource, pou: Pou, body: tree.Body, level:
             _check_native(project, source, pou)
             return []
         case tree.IlBody():
-            return lower_il(body, context)
+            made = lower_il(body, context)
+            lines = {line.position.line: line for line in reversed(body.instructions)}
+            for statement in made:
+                statement.origin = lines.pop(statement.line, None)
+            return made
         case tree.SfcBody():
             return lower_sfc(body, context, lambda action, inner: _body(project, source, action, inner, level))
 

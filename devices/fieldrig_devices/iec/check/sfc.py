@@ -16,7 +16,7 @@ instead of an action; it is TRUE while the action would run.
 """
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -25,7 +25,7 @@ from fieldrig_devices.iec.check.charts import check_chart
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.statements import Statements
 from fieldrig_devices.iec.elementary import Elementary
-from fieldrig_devices.iec.program import AnyStatement, Pou, Space, Variable
+from fieldrig_devices.iec.program import AnyStatement, If, Pou, Space, Variable
 from fieldrig_devices.iec.tree import Member, Name, PouKind, Section
 from fieldrig_devices.iec.types import Field, InitialValue, StructType, Type
 
@@ -74,6 +74,8 @@ class _Chart:
         self._context = context
         self._made: list[tree.AnyStatement] = []
         self._position = body.position
+        self._origins: dict[int, tree.Node] = {}
+        """The steps and transitions, by the statements that run while they are active, or when they fire."""
 
     def cycle(self) -> list[AnyStatement]:
         for step in self._steps:
@@ -91,7 +93,9 @@ class _Chart:
             self._position = step.position
             self._add(_assign(_flag(step.name, "_x"), _flag(step.name, "x")))
         self._test_and_switch()
-        return Statements(self._context).body(self._made)
+        made = Statements(self._context).body(self._made)
+        come_from(made, self._origins)
+        return made
 
     # ---- variables
 
@@ -147,6 +151,7 @@ class _Chart:
         )
         elapsed = tree.Binary("-", self._now, _flag(step.name, "_t"))
         self._if(_flag(step.name, "x"), begin, _assign(_flag(step.name, "t"), elapsed))
+        self._origins[id(self._made[-1])] = step
 
     def _simple_step(self, step: tree.Step) -> None:
         self._position = step.position
@@ -259,6 +264,7 @@ class _Chart:
         for transition, name in fired:
             self._position = transition.position
             self._if(name, *(statement for step in transition.sources for statement in self._leave(step)))
+            self._origins[id(self._made[-1])] = transition
         for transition, name in fired:
             self._position = transition.position
             self._if(name, *(self._enter(step) for step in transition.targets))
@@ -285,6 +291,14 @@ class _Chart:
         """Make a step active; one that has just been left begins again."""
         activate = (_assign(_flag(step, "x"), _TRUE), _assign(_flag(step, "_x"), _FALSE))
         return _conditional(_not(_flag(step, "x")), activate, self._position)
+
+
+def come_from(statements: Sequence[AnyStatement], origins: Mapping[int, tree.Node]) -> None:
+    """Say what the statements come from that the compiler has written, by the ids of its trees: mostly from nothing."""
+    for statement in statements:
+        statement.origin = origins.get(id(statement.origin))
+        if isinstance(statement, If):
+            come_from([*statement.then, *statement.otherwise], origins)
 
 
 # ---- trees

@@ -46,10 +46,12 @@ class Statements:
         made: list[AnyStatement] = []
         for node in nodes:
             checked = _STATEMENTS[type(node)](self, node)
-            if isinstance(checked, list):
-                made += checked
-            elif checked is not None:
-                made.append(checked)
+            parts = checked if isinstance(checked, list) else [checked] if checked is not None else []
+            for part in parts:
+                part.origin = None
+            if parts:
+                parts[0].origin = node
+            made += parts
         return made
 
     # ---- assignments and calls

@@ -47,13 +47,18 @@ class Assembler:
         if emitter.lines:
             self._add(Do(self.line, tuple(emitter.lines), self._scaled(emitter.cost)))
 
+    def mark(self, python: str) -> None:
+        """Add what takes the program no time."""
+        self._add(Do(self.line, (python,), 0))
+
     def branch(self, emitter: Emitter, condition: str, target: Label) -> None:
         line, python = self.line, tuple(emitter.lines)
         cost = self._scaled(emitter.cost + self._costs.jump_ns)
         self._made.append(lambda labels: Branch(line, python, condition, labels[target], cost))
 
-    def jump(self, target: Label) -> None:
-        line, cost = self.line, self._scaled(self._costs.jump_ns)
+    def jump(self, target: Label, *, is_free: bool = False) -> None:
+        """Add a jump; one that the program does not have is free."""
+        line, cost = self.line, 0 if is_free else self._scaled(self._costs.jump_ns)
         self._made.append(lambda labels: Jump(line, labels[target], cost))
 
     def switch(self, emitter: Emitter, selector: str, targets: dict[int, Label], otherwise: Label) -> None:

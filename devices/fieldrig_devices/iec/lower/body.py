@@ -3,11 +3,15 @@
 What is here knows no calls: the expressions that it stores are free of them (`hoisting`).
 """
 
+from collections.abc import Callable
+
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.layout import CALL_SIZE, Images, storage
 from fieldrig_devices.iec.lower.assembler import Assembler
 from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.expressions import Expressions
+from fieldrig_devices.iec.lower.marks import Marks
+from fieldrig_devices.iec.lower.names import HIT
 from fieldrig_devices.iec.lower.places import Places
 from fieldrig_devices.iec.lower.values import constant
 from fieldrig_devices.iec.program import Cell, Expression, Load, Parameter, Place, Pou, Space, Variable
@@ -18,7 +22,8 @@ from fieldrig_devices.iec.types import Type, Value
 class Context:
     """The common part of the routines of one program: numbers of types, images and native POUs."""
 
-    def __init__(self, costs: Costs) -> None:
+    def __init__(self, costs: Costs, is_covered: Callable[[Pou], bool] = lambda pou: False) -> None:
+        """`is_covered` says for which POUs marks show what has run."""
         self.costs = costs
         self.images = Images()
         self.forms: list[Type] = []
@@ -26,6 +31,9 @@ class Context:
         self._form_numbers: dict[Type, int] = {}
         self.constants: list[list[Value]] = []
         """The start values of structures and arrays on the stack, by number."""
+        self.is_covered = is_covered
+        self.marks = 0
+        """The number of marks that have been made."""
 
     def form(self, kind: Type) -> int:
         if kind not in self._form_numbers:
@@ -36,6 +44,11 @@ class Context:
     def image(self, cells: list[Value]) -> str:
         self.constants.append(cells)
         return f"image_{len(self.constants) - 1}"
+
+    def mark(self) -> int:
+        """Return the number of a new mark."""
+        self.marks += 1
+        return self.marks - 1
 
     @staticmethod
     def routine(pou: Pou) -> str:
@@ -54,10 +67,17 @@ class Body:
         self.frame_size = pou.frame_size + intermediate + CALL_SIZE
         self.used = 0
         self._taken = 0
+        self.marks = Marks(pou, self._mark, is_on=context.is_covered(pou))
 
     def begin(self, line: int) -> None:
         """Begin a statement, which may use the cells for intermediate results again."""
         self.assembler.line, self._taken = line, 0
+
+    def _mark(self) -> int:
+        """Add a mark; return its number."""
+        number = self.context.mark()
+        self.assembler.mark(f"{HIT}[{number}] = 1")
+        return number
 
     def emitter(self) -> Emitter:
         return self.assembler.emitter()

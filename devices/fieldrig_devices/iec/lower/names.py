@@ -21,6 +21,8 @@ POINTERS: Final = frozenset({"allocate", "free", "peek", "poke", "peek_cells", "
 AREAS: Final = frozenset({"fetch", "put", "on_output"})
 PARAMETERS: Final = frozenset({"parameter", "set_parameter", "begin_read", "begin_write"})
 WAITING: Final = frozenset({"is_waiting", "taken", "finish"})
+HIT: Final = "hit"
+"""The marks of a program whose coverage is wanted: 1 for each that has run."""
 NATIVE: Final = "native_{}"
 BEGIN: Final = "begin_{}"
 
@@ -37,13 +39,14 @@ FIXED: Final = (
 )
 
 
-def names_of(images: int, natives: int) -> frozenset[str]:
+def names_of(images: int, natives: int, *, has_marks: bool = False) -> frozenset[str]:
     """Return all names of a program with these numbers of constant images and native POUs."""
     own = {f"image_{number}" for number in range(images)}
     own |= {name.format(number) for number in range(natives) for name in (NATIVE, BEGIN)}
-    return FIXED | own
+    return FIXED | own | ({HIT} if has_marks else set())
 
 
-def rules_of(images: int) -> Values:
+def rules_of(images: int, *, has_marks: bool = False) -> Values:
     """Return the rules under which generated code runs."""
-    return Values(TABLES | _VALUES | {f"image_{number}" for number in range(images)})
+    own = {f"image_{number}" for number in range(images)}
+    return Values(TABLES | _VALUES | own | ({HIT} if has_marks else set()))

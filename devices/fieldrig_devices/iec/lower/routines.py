@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from fieldrig_devices.iec.costs import CODE_PER_NS, CODE_PER_ROUTINE, Costs
+from fieldrig_devices.iec.coverage.places import Marked
 from fieldrig_devices.iec.host import NativeBlock, NativeFunction
 from fieldrig_devices.iec.layout import STACK_SIZE
 from fieldrig_devices.iec.lower.body import Body, Context
@@ -30,6 +31,8 @@ class Lowered:
     """The native POUs that are called, by number."""
     keeps_stack_addresses: bool = False
     """True if a pointer or a VAR_IN_OUT may outlive the call whose variable it refers to."""
+    marked: Marked = field(default_factory=Marked)
+    """The marks in the code; empty without any."""
     code_size: int = 0
     deep: list[Pou] = field(default_factory=list)
     """Programs that need more than the stack even without recursion."""
@@ -42,9 +45,10 @@ def lower(
     natives: Natives,
     costs: Costs,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
+    is_covered: Callable[[Pou], bool] = lambda pou: False,
 ) -> Lowered:
-    """Lower all POUs.  Their offsets must have been set by `layout.place`."""
-    context, lowered = Context(costs), Lowered()
+    """Lower all POUs, with marks in those that are covered.  Their offsets must have been set by `layout.place`."""
+    context, lowered = Context(costs, is_covered), Lowered()
     bodies = [body for pou in program.pous.values() for body in (pou, *pou.actions.values())]
     parts: dict[str, tuple[Body, Pou]] = {}
     for number, pou in enumerate(bodies):
@@ -61,9 +65,11 @@ def lower(
     for name, (part, _) in parts.items():
         assembler, registers = part.assembler, frozenset(part.places.registers)
         lowered.routines[name] = Routine(assembler.finished(is_deep=is_deep), part.frame_size, registers)
+        lowered.marked.places += part.marks.places
         lowered.keeps_stack_addresses |= part.places.keeps_stack_addresses
         lowered.code_size += CODE_PER_ROUTINE + round(assembler.cost * CODE_PER_NS)
     lowered.forms, lowered.constants = context.forms, context.constants
+    lowered.marked.hits.extend(bytes(context.marks))
     return lowered
 
 

@@ -8,6 +8,7 @@ from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.lower.assembler import Label
 from fieldrig_devices.iec.lower.body import Body
 from fieldrig_devices.iec.lower.calls import Calls
+from fieldrig_devices.iec.lower.marks import BODY, SKIPPED, Arm
 from fieldrig_devices.iec.lower.values import Value
 from fieldrig_devices.iec.program import (
     AnyStatement,
@@ -103,10 +104,17 @@ class Statements:
             self._body.do(emitter)
         self._assembler.end()
 
-    def add(self, statements: Sequence[AnyStatement]) -> None:
-        for statement in statements:
-            self._body.begin(statement.line)
-            _STATEMENTS[type(statement)](self, statement)
+    def add(self, statements: Sequence[AnyStatement], of: AnyStatement | None = None, arm: Arm | None = None) -> None:
+        """Add statements; those of an arm of a choice or loop say so."""
+        marks = self._body.marks
+        with marks.suite():
+            if of is not None and arm is not None:
+                marks.branch(of, arm)
+            for statement in statements:
+                self._body.begin(statement.line)
+                marks.statement(statement)
+                _STATEMENTS[type(statement)](self, statement)
+                marks.after(statement)
 
     def _assign(self, statement: Assign) -> None:
         self._calls.assign(statement)
@@ -124,18 +132,19 @@ class Statements:
 
     def _if(self, statement: If) -> None:
         """Add an IF with all its ELSIF, of which each is the only statement behind the ELSE of the one before."""
-        end = self._assembler.label()
+        end, marks = self._assembler.label(), self._body.marks
         rest: Sequence[AnyStatement] = [statement]
-        while len(rest) == 1 and isinstance(part := rest[0], If):
+        arms = marks.arms_of_if(statement)
+        while len(rest) == 1 and isinstance(part := rest[0], If) and (part is statement or not marks.is_counted(part)):
             otherwise = self._assembler.label()
             self._body.begin(part.line)
             self._calls.branch_unless(part.condition, otherwise)
-            self.add(part.then)
-            if part.otherwise:
-                self._assembler.jump(end)
+            self.add(part.then, statement, next(arms, None))
+            if part.otherwise or marks.has_arms(statement):
+                self._assembler.jump(end, is_free=not part.otherwise)
             self._assembler.place(otherwise)
             rest = part.otherwise
-        self.add(rest)
+        self.add(rest, statement, marks.last_arm(statement))
         self._assembler.place(end)
 
     def _case(self, statement: Case) -> None:
@@ -151,7 +160,7 @@ class Statements:
             self._by_comparisons(selector, statement)
             return
         self._assembler.place(otherwise)
-        self.add(statement.otherwise)
+        self.add(statement.otherwise, statement, self._body.marks.last_arm(statement))
         self._assembler.place(end)
 
     def _by_table(
@@ -165,14 +174,16 @@ class Statements:
         emitter = self._body.emitter()
         text = self._body.expressions.value(selector, emitter).text
         self._assembler.switch(emitter, text, targets, otherwise)
+        arms = self._body.marks.arms_of_case(statement)
         for label, (_, body) in zip(labels, statement.branches, strict=True):
             self._assembler.place(label)
-            self.add(body)
+            self.add(body, statement, next(arms, None))
             self._assembler.jump(end)
 
     def _by_comparisons(self, selector: Expression, statement: Case) -> None:
         """Add comparisons of the form of IF ... ELSIF, so that short branches stay in one block."""
         end, line = self._assembler.label(), self._assembler.line
+        arms = self._body.marks.arms_of_case(statement)
         for ranges, body in statement.branches:
             after = self._assembler.label()
             self._assembler.line = line
@@ -181,28 +192,59 @@ class Statements:
             emitter.charge(emitter.costs.operation_ns * len(ranges))
             tests = [_within(value, low, high) for low, high in ranges]
             self._assembler.branch(emitter, f"not ({' or '.join(tests)})", after)
-            self.add(body)
+            self.add(body, statement, next(arms, None))
             self._assembler.jump(end)
             self._assembler.place(after)
-        self.add(statement.otherwise)
+        self.add(statement.otherwise, statement, self._body.marks.last_arm(statement))
         self._assembler.place(end)
 
     def _for(self, statement: For) -> None:
-        kind = storage(statement.variable.type)
-        assert isinstance(kind, Elementary)
         head, after, end = self._assembler.labels(3)
         line, variable = statement.line, Load(statement.variable)
         self._calls.assign(Assign(statement.variable, statement.first, line=line))
+        if self._body.marks.has_arms(statement):
+            self._marked_loop(statement, self._in_range(statement, variable), lambda: self._step(statement))
+            return
         self._assembler.place(head)
         self._calls.branch_unless(self._in_range(statement, variable), end)
         self._loops.append((after, end))  # CONTINUE still steps, else it would never end
         self.add(statement.body)
         self._loops.pop()
         self._assembler.place(after)
-        self._body.begin(line)
-        step = Binary(Operator.ADD, variable, statement.step, kind)
-        self._calls.assign(Assign(statement.variable, step, line=line))
+        self._step(statement)
         self._assembler.jump(head)
+        self._assembler.place(end)
+
+    def _step(self, statement: For) -> None:
+        kind = storage(statement.variable.type)
+        assert isinstance(kind, Elementary)
+        self._body.begin(statement.line)
+        step = Binary(Operator.ADD, Load(statement.variable), statement.step, kind)
+        self._calls.assign(Assign(statement.variable, step, line=statement.line))
+
+    def _marked_loop(self, statement: For | Loop, condition: Expression, step: Callable[[], None] | None) -> None:
+        """Add a loop with its test in two places, so that it can be seen whether the body has been skipped.
+
+        It takes the time that the loop takes without marks.
+        """
+        body, after, again, skipped, end = self._assembler.labels(5)
+        self._calls.branch_unless(condition, skipped)
+        self._assembler.place(body)
+        self._loops.append((after if step is not None else again, end))
+        self.add(statement.body, statement, BODY)
+        self._loops.pop()
+        self._assembler.place(after)
+        if step is not None:
+            step()
+        self._assembler.jump(again)
+        self._assembler.place(again)
+        self._body.begin(statement.line)
+        cost = self._assembler.cost
+        self._calls.branch_unless(condition, end)
+        self._assembler.cost = cost  # the size of the program is that without marks
+        self._assembler.jump(body, is_free=True)
+        self._assembler.place(skipped)
+        self.add((), statement, SKIPPED)
         self._assembler.place(end)
 
     @staticmethod
@@ -218,6 +260,9 @@ class Statements:
         return Binary(Operator.OR, both, other, boolean)
 
     def _loop(self, statement: Loop) -> None:
+        if statement.condition is not None and self._body.marks.has_arms(statement):
+            self._marked_loop(statement, statement.condition, None)
+            return
         head, test, end = self._assembler.labels(3)
         self._assembler.place(head)
         if statement.condition is not None:

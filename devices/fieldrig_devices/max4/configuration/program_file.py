@@ -54,6 +54,6 @@ class Container:
 def source_of(path: Path) -> SourceFile:
     """Read a source of a project.  ValueError, with the name, for a file that is too long."""
     try:
-        return SourceFile(path.name, decoded(path.read_bytes()))
+        return SourceFile(path.name, decoded(path.read_bytes()), path)
     except ValueError as cause:
         raise ValueError(f"{path.name}: {cause}") from cause

@@ -1,0 +1,120 @@
+"""The sum of what all tests have run of a program: by POU, by file and by line."""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from fieldrig_devices.iec.coverage.collecting import News
+from fieldrig_devices.iec.coverage.places import Kind, Place
+
+
+class Count(NamedTuple):
+    run: int
+    all: int
+
+    @property
+    def per_cent(self) -> float:
+        """100 where there is nothing to run."""
+        return 100.0 * self.run / self.all if self.all else 100.0
+
+
+@dataclass(slots=True)
+class Part:
+    """The places of one POU, of one file or of a whole project, each with whether it has run."""
+
+    name: str
+    places: list[tuple[Place, bool]] = field(default_factory=list)
+
+    def count(self, *kinds: Kind) -> Count:
+        """Count the places of these kinds; without any, all places."""
+        chosen = [has_run for place, has_run in self.places if not kinds or place.kind in kinds]
+        return Count(sum(chosen), len(chosen))
+
+    def lines(self) -> dict[int, bool]:
+        """Return the lines with a statement, a step or a transition; true where one of them has run."""
+        found: dict[int, bool] = {}
+        for place, has_run in self.places:
+            if place.kind is not Kind.BRANCH:
+                found[place.line] = found.get(place.line, False) or has_run
+        return dict(sorted(found.items()))
+
+    def branches(self) -> dict[int, list[tuple[Place, bool]]]:
+        """Return the branches of each choice, by the lines of the choices."""
+        found = defaultdict[int, list[tuple[Place, bool]]](list)
+        for place, has_run in self.places:
+            if place.kind is Kind.BRANCH:
+                found[place.of].append((place, has_run))
+        return dict(sorted(found.items()))
+
+    def missed_lines(self) -> list[int]:
+        """Return the lines on which something has not run that is no branch."""
+        return sorted({place.line for place, has_run in self.places if not has_run and place.kind is not Kind.BRANCH})
+
+    def missed_branches(self) -> list[Place]:
+        """Return the branches that were not taken though their choice has run."""
+        missed = set(self.missed_lines())
+        return [
+            place
+            for place, has_run in self.places
+            if place.kind is Kind.BRANCH and not has_run and place.of not in missed and place.line not in missed
+        ]
+
+
+class Coverage:
+    """The sum over all tests."""
+
+    def __init__(self) -> None:
+        self._places: dict[object, Place] = {}
+        self._has_run: dict[object, bool] = {}
+        self._paths: dict[str, str] = {}
+        """The whole paths of files, as a rig and a test may name the same one differently."""
+
+    def add(self, news: News) -> None:
+        for place, has_run in news:
+            if place.file not in self._paths:
+                self._paths[place.file] = str(Path(place.file).resolve())
+            place = place._replace(file=self._paths[place.file])
+            self._places.setdefault(place.key, place)
+            self._has_run[place.key] = self._has_run.get(place.key, False) or has_run
+
+    @property
+    def total(self) -> Part:
+        return Part("total", [(place, self._has_run[key]) for key, place in self._places.items()])
+
+    def files(self) -> list[Part]:
+        """Return the files, with their paths from the working folder, in the order of these."""
+        parts = _divided(self.total, lambda place: place.file)
+        return [Part(_from_here(part.name), part.places) for part in sorted(parts, key=lambda part: part.name)]
+
+
+def pous(part: Part) -> list[Part]:
+    """Return the POUs of a file, in the order of the text."""
+    return _divided(part, lambda place: place.pou)
+
+
+def ranges(lines: Sequence[int], known: Iterable[int]) -> str:
+    """Return lines as ranges, such as `3, 7-9`.  Lines between that are not `known` do not divide a range."""
+    order = {line: number for number, line in enumerate(sorted({*known, *lines}))}
+    parts: list[list[int]] = []
+    for line in lines:
+        if parts and order[line] == order[parts[-1][-1]] + 1:
+            parts[-1].append(line)
+        else:
+            parts.append([line])
+    return ", ".join(f"{part[0]}-{part[-1]}" if len(part) > 1 else f"{part[0]}" for part in parts)
+
+
+def _divided(part: Part, name_of: Callable[[Place], str]) -> list[Part]:
+    parts: dict[str, Part] = {}
+    for place, has_run in sorted(part.places, key=lambda one: (one[0].file, one[0].line, one[0].column)):
+        name = name_of(place)
+        parts.setdefault(name, Part(name)).places.append((place, has_run))
+    return list(parts.values())
+
+
+def _from_here(file: str) -> str:
+    """Return a path from the working folder, if it is inside."""
+    path, here = Path(file), Path.cwd()
+    return path.relative_to(here).as_posix() if path.is_relative_to(here) else str(path)
