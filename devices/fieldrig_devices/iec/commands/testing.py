@@ -8,6 +8,7 @@ import typer
 from fieldrig.cli.common import AsJson, argument, echo_json, writing
 from fieldrig.errors import UsageError
 from fieldrig.system.exits import Exit
+from fieldrig_devices.iec.commands.covering import Covering
 from fieldrig_devices.iec.commands.sources import DialectOption, dialect_named
 
 if TYPE_CHECKING:
@@ -38,6 +39,33 @@ def run_tests(
         Path | None,
         typer.Option("--junit", metavar="FILE", help="Write a report for CI in JUnit's form.", show_default=False),
     ] = None,
+    is_covered: Annotated[
+        bool, typer.Option("--coverage", help="Show which statements and branches of the program the tests run.")
+    ] = False,
+    lcov: Annotated[
+        Path | None, typer.Option("--lcov", metavar="FILE", help="Write coverage as LCOV.", show_default=False)
+    ] = None,
+    cobertura: Annotated[
+        Path | None,
+        typer.Option("--cobertura", metavar="FILE", help="Write coverage as Cobertura.", show_default=False),
+    ] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            "--coverage-html", metavar="FOLDER", help="Write coverage as a page with the source.", show_default=False
+        ),
+    ] = None,
+    least: Annotated[
+        float | None,
+        typer.Option(
+            "--fail-under",
+            metavar="PERCENT",
+            min=0.0,
+            max=100.0,
+            help="Exit with 1 if coverage is less.",
+            show_default=False,
+        ),
+    ] = None,
     is_list: Annotated[bool, typer.Option("--list", help="List the tests, and run none.")] = False,
     is_watching: Annotated[
         bool, typer.Option("--watch", help="Run the tests that a change touches, until Ctrl-C.")
@@ -50,9 +78,10 @@ def run_tests(
         fieldrig iec test project/
         fieldrig iec test pid_test.st -k "holds*" --timeout 2
         fieldrig iec test project/ -j 2 --junit report.xml
+        fieldrig iec test project/ --coverage --fail-under 90
 
-    A test is a block TEST 'name' ... END_TEST in a source file. The exit code is 0 if all tests pass, 1 if some do not,
-    and 2 if a file has mistakes or there are no tests.
+    A test is a block TEST 'name' ... END_TEST in a source file. The exit code is 0 if all tests pass, 1 if some do not
+    or coverage is too low, and 2 if a file has mistakes or there are no tests.
     """
     from fieldrig_devices.iec.testing.case import Limits
 
@@ -61,12 +90,17 @@ def run_tests(
     if is_list:
         run.show()
         return
-    outcomes = run.all()
+    covering = Covering(is_covered, lcov, cobertura, folder, least)
+    with covering.collecting():
+        outcomes = run.all()
     if junit is not None:
         run.write(junit, outcomes)
+    is_enough = covering.report(outcomes, is_quiet=as_json)
     if is_watching:
         run.watch(junit)
     code = run.code(outcomes)
+    if code is Exit.OK and not is_enough:
+        code = Exit.TESTS_FAILED
     if code is not Exit.OK:
         raise typer.Exit(code)
 

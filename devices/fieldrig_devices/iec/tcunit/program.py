@@ -173,7 +173,13 @@ class _Builder:
         ]
         if mistakes:
             raise CompileError(mistakes)
-        return compile_units(libraries, given, self._host, CODESYS, NO_LIMITS)
+        return compile_units(libraries, given, self._host, CODESYS, NO_LIMITS, self._uncovered(items))
+
+    def _uncovered(self, items: Sequence[Item]) -> frozenset[str]:
+        """Return what is no code under test: the suites, what is made here, and the libraries of the project."""
+        return frozenset(
+            item.name for item in items if item.file == MADE or not item.is_ours or reach.is_suite(self._units, item)
+        )
 
     def _is_stubbed(self, file: str) -> bool:
         return any(stub.file == file for stub in self._stubs.values())

@@ -12,6 +12,7 @@ from typing import Any, Final
 from fieldrig.errors import UsageError
 from fieldrig.system.stopwatch import Stopwatch
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.coverage import collecting
 from fieldrig_devices.iec.imports.plcproj import SOURCES, SUFFIX
 from fieldrig_devices.iec.tcunit.bench import Bench
 from fieldrig_devices.iec.tcunit.program import LeftOut, NothingToRunError, origins
@@ -88,7 +89,10 @@ class SuiteSource:
         listed = {(case.suite, case.name): case for case in _cases(bench)}
         longest_s = limits.timeout_s * max(1, len(listed))
         bench.run(limits.longest_ns, lambda: watch.seconds > longest_s)
-        yield from _outcomes(bench, listed, chosen, watch.seconds)
+        reached = collecting.news()
+        for outcome in _outcomes(bench, listed, chosen, watch.seconds):
+            yield outcome._replace(reached=reached)
+            reached = ()
         for one in bench.program.left_out:
             case = _left_out_case(one)
             if one.is_suite and case in chosen:

@@ -1,0 +1,1 @@
+"""Reports of coverage: for people, as LCOV, as Cobertura, and as a page."""

@@ -1,0 +1,92 @@
+"""Coverage as a page with the source, without anything from outside and without scripts."""
+
+from collections.abc import Iterator
+from html import escape
+from pathlib import Path
+from typing import Final
+
+from fieldrig.errors import UsageError
+from fieldrig_devices.iec.coverage.places import Kind
+from fieldrig_devices.iec.coverage.reports.table import per_cent
+from fieldrig_devices.iec.coverage.summary import Count, Coverage, Part, pous
+from fieldrig_devices.iec.source_texts import read_text
+
+_STYLE: Final = """
+:root { color-scheme: light dark; --run: #1a7f37; --missed: #cf222e; --partly: #9a6700;
+  --line: light-dark(#d0d7de, #3d444d); --quiet: light-dark(#59636e, #9198a1); }
+body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem; }
+table { border-collapse: collapse; width: 100%; }
+th, td { text-align: right; padding: .2rem .6rem; border-bottom: 1px solid var(--line); }
+th:first-child, td:first-child { text-align: left; }
+tr.file td { font-weight: 600; }
+tr.pou td:first-child { padding-left: 2rem; }
+.bar { display: inline-block; width: 6rem; height: .6rem; background: var(--missed); vertical-align: middle; }
+.bar i { display: block; height: 100%; background: var(--run); }
+pre { font: 13px/1.45 ui-monospace, monospace; overflow-x: auto; border: 1px solid var(--line); }
+pre span { display: block; padding-left: .5rem; border-left: 4px solid transparent; white-space: pre; }
+pre b { display: inline-block; width: 4.5rem; color: var(--quiet); font-weight: 400; }
+pre em { color: var(--partly); font-style: normal; }
+.run { border-color: var(--run); }
+.missed { border-color: var(--missed); background: light-dark(#ffebe9, #4b1113); }
+.partly { border-color: var(--partly); background: light-dark(#fff8c5, #3b2e04); }
+summary { font-weight: 600; cursor: pointer; margin-top: 1.5rem; }
+.legend { color: var(--quiet); }
+"""
+_SIGNS: Final = {"run": "+", "missed": "!", "partly": "?", "": " "}
+"""The signs for readers who see no colours."""
+
+
+def page(coverage: Coverage) -> bytes:
+    """Return the page."""
+    return "".join(f"{line}\n" for line in _lines(coverage)).encode()
+
+
+def _lines(coverage: Coverage) -> Iterator[str]:
+    files, total = coverage.files(), coverage.total
+    yield '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">'
+    yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    yield f"<title>Coverage {per_cent(total.count())} %</title>\n<style>{_STYLE}</style>\n</head>\n<body>"
+    yield f"<h1>Coverage {per_cent(total.count())} %</h1>\n<table>"
+    yield "<tr><th>file, POU</th><th>statements</th><th>branches</th><th>steps</th><th>transitions</th><th>%</th>"
+    yield "<th></th></tr>"
+    for number, file in enumerate(files):
+        yield _row(f'<a href="#f{number}">{escape(file.name)}</a>', file, "file")
+        yield from (_row(escape(pou.name), pou, "pou") for pou in pous(file))
+    yield f"{_row('total', total, 'file')}\n</table>"
+    yield '<p class="legend">+ has run; ! has not run; ? has run, but not in all its branches</p>'
+    for number, file in enumerate(files):
+        yield f'<details open id="f{number}"><summary>{escape(file.name)}</summary>\n<pre>'
+        yield "".join(_source(file))
+        yield "</pre></details>"
+    yield "</body>\n</html>"
+
+
+def _row(name: str, part: Part, kind: str) -> str:
+    counts = "".join(f"<td>{_count(part.count(one))}</td>" for one in Kind)
+    share = part.count()
+    bar = f'<span class="bar"><i style="width: {share.per_cent:.1f}%"></i></span>'
+    return f'<tr class="{kind}"><td>{name}</td>{counts}<td>{per_cent(share)}</td><td>{bar}</td></tr>'
+
+
+def _count(count: Count) -> str:
+    return f"{count.run}/{count.all}" if count.all else ""
+
+
+def _source(file: Part) -> Iterator[str]:
+    lines, missed = file.lines(), set(file.missed_lines())
+    open_branches: dict[int, list[str]] = {}
+    for place in file.missed_branches():
+        open_branches.setdefault(place.line, []).append(place.what)
+    for number, text in enumerate(_text(file.name).splitlines(), 1):
+        is_partly = number in open_branches or (number in missed and lines[number])
+        kind = "partly" if is_partly else "missed" if number in missed else "run" if number in lines else ""
+        note = f"  <em>not taken: {escape(', '.join(open_branches[number]))}</em>" if number in open_branches else ""
+        yield f'<span class="{kind}"><b>{number:>5} {_SIGNS[kind]}</b>{escape(text)}{note}</span>'
+
+
+def _text(file: str) -> str:
+    """Return the source; it may have gone since the tests ran."""
+    try:
+        return read_text(Path(file))
+    except UsageError:
+        return ""
