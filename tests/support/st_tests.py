@@ -27,6 +27,19 @@ VAR_INPUT size : INT; END_VAR
 Step := size;
 END_FUNCTION
 """
+LAMP_RIG = """\
+time: virtual
+buses:
+  wires: {kind: wires.virtual}
+devices:
+  terminal:
+    kind: hmiscu
+    model: HMISCU6A5
+    links: {wires: wires}
+    terminals: {DI0: switch.on, DQ0: lamp.on}
+    program: lamp.st
+"""
+"""A controller with an input `switch.on` and an output `lamp.on`, whose program is lamp.st."""
 
 
 def written(folder: Path, **files: str) -> Path:

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from st_tests import iec_test, written
+from st_tests import LAMP_RIG, iec_test, written
 
 from fieldrig_devices.iec.coverage.collecting import collecting
 from fieldrig_devices.iec.coverage.summary import Coverage
@@ -20,18 +20,6 @@ ELSE
   Step := -1;
 END_IF
 END_FUNCTION
-"""
-RIG = """\
-time: virtual
-buses:
-  wires: {kind: wires.virtual}
-devices:
-  terminal:
-    kind: hmiscu
-    model: HMISCU6A5
-    links: {wires: wires}
-    terminals: {DI0: switch.on, DQ0: lamp.on}
-    program: lamp.st
 """
 LAMP = """\
 PROGRAM PLC_PRG
@@ -71,7 +59,7 @@ def test_files_and_processes_add_up(tmp_path: Path, jobs: int) -> None:
 
 @pytest.mark.long
 def test_a_program_on_its_device_in_a_rig_is_covered_by_the_branches(tmp_path: Path) -> None:
-    (tmp_path / "lamp.yaml").write_text(RIG)
+    (tmp_path / "lamp.yaml").write_text(LAMP_RIG)
     places = "VAR switch AT 'wires/switch.on' : BOOL; lamp AT 'wires/lamp.on' : BOOL; END_VAR"
     off = f"TEST 'off' RIG 'lamp.yaml' AFTER T#5s;\n{places} ASSERT_STAYS(NOT lamp, T#50ms); END_TEST\n"
     on = f"TEST 'on' RIG 'lamp.yaml' AFTER T#5s;\n{places} switch := TRUE; ASSERT_WITHIN(lamp, T#50ms); END_TEST\n"

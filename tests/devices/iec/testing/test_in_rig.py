@@ -3,22 +3,10 @@
 from pathlib import Path
 
 import pytest
-from st_tests import iec_test, outcomes, written
+from st_tests import LAMP_RIG, iec_test, outcomes, written
 
 from fieldrig_devices.iec.testing.case import Verdict
 
-RIG = """\
-time: virtual
-buses:
-  wires: {kind: wires.virtual}
-devices:
-  terminal:
-    kind: hmiscu
-    model: HMISCU6A5
-    links: {wires: wires}
-    terminals: {DI0: switch.on, DQ0: lamp.on}
-    program: lamp.st
-"""
 LAMP = """\
 VAR_GLOBAL g_uiPresses : UINT; g_bBlock : BOOL; g_rSpeed : REAL := 1.5; END_VAR
 PROGRAM PLC_PRG
@@ -39,7 +27,7 @@ END_VAR
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    (tmp_path / "lamp.yaml").write_text(RIG)
+    (tmp_path / "lamp.yaml").write_text(LAMP_RIG)
     return written(tmp_path, lamp=LAMP)
 
 
@@ -153,7 +141,7 @@ def test_what_the_rig_does_not_have_is_a_mistake(folder: Path, body: str, places
 
 @pytest.mark.long
 def test_a_wrong_rig_file_is_a_mistake(folder: Path) -> None:
-    (folder / "lamp.yaml").write_text(RIG.replace("hmiscu", "hmiscux"))
+    (folder / "lamp.yaml").write_text(LAMP_RIG.replace("hmiscu", "hmiscux"))
     with_rig(folder, "")
     done = iec_test(folder)
     assert done.exit_code == 2
