@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ class Count(NamedTuple):
         return 100.0 * self.run / self.all if self.all else 100.0
 
 
-@dataclass(slots=True)
+@dataclass
 class Part:
     """The places of one POU, of one file or of a whole project, each with whether it has run."""
 
@@ -48,17 +49,29 @@ class Part:
                 found[place.of].append((place, has_run))
         return dict(sorted(found.items()))
 
+    def has_reached(self, branch: Place) -> bool:
+        """True if the choice of a branch has run."""
+        return self._run.get((branch.of, branch.column), False)
+
+    @cached_property
+    def _run(self) -> dict[tuple[int, int], bool]:
+        statements = [(place, has_run) for place, has_run in self.places if place.kind is Kind.STATEMENT]
+        return {(place.line, place.column): has_run for place, has_run in statements}
+
     def missed_lines(self) -> list[int]:
         """Return the lines on which something has not run that is no branch."""
         return sorted({place.line for place, has_run in self.places if not has_run and place.kind is not Kind.BRANCH})
 
     def missed_branches(self) -> list[Place]:
-        """Return the branches that were not taken though their choice has run."""
-        missed = set(self.missed_lines())
+        """Return the branches that were not taken though their choice has run, and whose own lines do not show it."""
+        shown = set(self.missed_lines())
         return [
             place
             for place, has_run in self.places
-            if place.kind is Kind.BRANCH and not has_run and place.of not in missed and place.line not in missed
+            if place.kind is Kind.BRANCH
+            and not has_run
+            and self.has_reached(place)
+            and (place.line == place.of or place.line not in shown)
         ]
 
 

@@ -68,7 +68,7 @@ def test_a_person_sees_a_table_of_the_pous_with_what_has_not_run(folder: Path) -
     assert [line.split() for line in shown] == [
         ["coverage", "statements", "branches", "%", "not", "run"],
         ["pump.st"],
-        ["Pump", "3/5", "2/5", "50.0", "7-9;", "4", "no", "ELSE,", "6", "ELSIF", "1"],
+        ["Pump", "3/5", "2/5", "50.0", "7-9;", "4", "no", "ELSE,", "6", "ELSIF", "1,", "9", "IF"],
         ["Never", "0/1", "-", "0.0", "14"],
         ["total", "3/6", "2/5", "45.4"],
     ]
@@ -77,6 +77,17 @@ def test_a_person_sees_a_table_of_the_pous_with_what_has_not_run(folder: Path) -
 def test_lcov_has_the_records_of_its_manual(folder: Path) -> None:
     assert iec_test("pump_test.st", "--lcov", "out/coverage.info").exit_code == 0
     assert (folder / "out" / "coverage.info").read_text() == LCOV
+
+
+def test_lcov_tells_a_choice_that_was_never_reached_from_one_whose_branch_was_not_taken(folder: Path) -> None:
+    body = "VAR_INPUT n : INT; END_VAR\nIF n > 1 THEN IF n > 2 THEN F := 3; END_IF END_IF"
+    written(
+        folder, pump=f"FUNCTION F : INT\n{body}\nEND_FUNCTION\n", pump_test="TEST 'one' ASSERT_EQ(F(1), 0); END_TEST\n"
+    )
+    assert iec_test("pump_test.st", "--lcov", "coverage.info").exit_code == 0
+    lines = (folder / "coverage.info").read_text().splitlines()
+    branches = ["BRDA:3,0,0,0", "BRDA:3,0,1,1", "BRDA:3,1,2,-", "BRDA:3,1,3,-"]
+    assert [line for line in lines if line.startswith("BRDA")] == branches
 
 
 def test_cobertura_has_the_elements_of_its_document_type(folder: Path) -> None:

@@ -19,7 +19,7 @@ def _file(file: Part) -> Iterator[str]:
     yield f"SF:{file.name}"
     yield from _functions(pous(file))
     lines = file.lines()
-    yield from _branches(file, lines)
+    yield from _branches(file)
     yield from (f"DA:{line},{int(has_run)}" for line, has_run in lines.items())
     yield f"LF:{len(lines)}"
     yield f"LH:{sum(lines.values())}"
@@ -35,13 +35,13 @@ def _functions(parts: list[Part]) -> Iterator[str]:
     yield f"FNH:{sum(has_run for _, has_run in names.values())}"
 
 
-def _branches(file: Part, lines: dict[int, bool]) -> Iterator[str]:
+def _branches(file: Part) -> Iterator[str]:
     """Yield the branches; those of a choice that was never reached have `-`."""
     choices = file.branches()
     for of, branches in choices.items():
         columns = list(dict.fromkeys(place.column for place, _ in branches))
         for number, (place, has_run) in enumerate(branches):
-            taken = str(int(has_run)) if lines.get(of, True) else "-"
+            taken = str(int(has_run)) if file.has_reached(place) else "-"
             yield f"BRDA:{of},{columns.index(place.column)},{number},{taken}"
     every = [has_run for branches in choices.values() for _, has_run in branches]
     yield f"BRF:{len(every)}"

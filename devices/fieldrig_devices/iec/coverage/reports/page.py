@@ -12,7 +12,8 @@ from fieldrig_devices.iec.coverage.summary import Count, Coverage, Part, pous
 from fieldrig_devices.iec.source_texts import read_text
 
 _STYLE: Final = """
-:root { color-scheme: light dark; --run: #1a7f37; --missed: #cf222e; --partly: #9a6700;
+:root { color-scheme: light dark; --run: light-dark(#1a7f37, #3fb950);
+  --missed: light-dark(#cf222e, #f85149); --partly: light-dark(#9a6700, #d29922);
   --line: light-dark(#d0d7de, #3d444d); --quiet: light-dark(#59636e, #9198a1); }
 body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem; }
 table { border-collapse: collapse; width: 100%; }
