@@ -130,12 +130,19 @@ def _label(node: tree.Expression | tree.Range) -> str:
 
 
 def _may_leave(statement: AnyStatement) -> bool:
-    """True if what follows a statement may not run, or run without it."""
-    match statement:
-        case If(then=then, otherwise=otherwise):
-            return any(map(_may_leave, (*then, *otherwise)))
-        case Case(branches=branches, otherwise=otherwise):
-            return any(_may_leave(one) for _, body in branches for one in body) or any(map(_may_leave, otherwise))
-        case For(body=body) | Loop(body=body):
-            return any(map(_may_leave, body))
-    return isinstance(statement, _LEAVING)
+    """True if what follows a statement may not run, or run without it.
+
+    It is no recursive function, because an IF may have more ELSIF than Python has room for.
+    """
+    waiting = [statement]
+    while waiting:
+        match one := waiting.pop():
+            case If(then=then, otherwise=otherwise):
+                waiting += (*then, *otherwise)
+            case Case(branches=branches, otherwise=otherwise):
+                waiting += (*(inside for _, body in branches for inside in body), *otherwise)
+            case For(body=body) | Loop(body=body):
+                waiting += body
+            case _ if isinstance(one, _LEAVING):
+                return True
+    return False

@@ -115,6 +115,20 @@ def test_coverage_is_what_was_worked_out_by_hand(
     assert (part.count(Kind.STATEMENT), part.count(Kind.BRANCH)) == (counted, branches)
 
 
+@pytest.mark.parametrize(
+    "statements",
+    [
+        "IF a = 1 THEN b := 1;\n" + "".join(f"ELSIF a = {n} THEN b := 1;\n" for n in range(2, 1_500)) + "END_IF",
+        "IF a = 0 THEN\n" * 14 + "b := 1;\n" + "END_IF\n" * 14,
+        "IF a = 1 THEN b := 1; ELSE\n" * 14 + "b := 2;\n" + "END_IF\n" * 14,
+    ],
+    ids=["many ELSIF", "deep THEN", "deep ELSE"],
+)
+def test_long_and_deep_choices_are_covered(statements: str) -> None:
+    part = covered(body(statements))
+    assert part.count(Kind.BRANCH).run in (1, 14)
+
+
 CHART = """\
 PROGRAM PLC_PRG
 VAR go, never : BOOL; n : INT; END_VAR

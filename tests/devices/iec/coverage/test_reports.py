@@ -144,6 +144,13 @@ def test_the_tests_of_a_file_itself_are_not_counted(folder: Path) -> None:
     assert re.search(r"total +1/1 +- +100\.0", iec_test("own_test.st", "--coverage").stdout)
 
 
+def test_tests_without_any_code_are_too_little_coverage(folder: Path) -> None:
+    written(folder, own_test="TEST 'own' ASSERT_TRUE(TRUE); END_TEST\n")
+    assert iec_test("own_test.st", "--coverage").exit_code == 0
+    done = iec_test("own_test.st", "--fail-under", "1")
+    assert (done.exit_code, done.stderr) == (1, "coverage: the tests need no code in IEC 61131-3\n")
+
+
 def test_json_has_no_table_beside_it(folder: Path) -> None:
     assert "coverage" not in iec_test("pump_test.st", "--coverage", "--json").stdout
 

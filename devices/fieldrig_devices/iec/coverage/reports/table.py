@@ -1,18 +1,20 @@
 """The table of coverage for the terminal."""
 
 from collections.abc import Iterator
+from typing import Final
 
 from fieldrig_devices.iec.coverage.places import Kind
 from fieldrig_devices.iec.coverage.summary import Count, Coverage, Part, pous, ranges
 
-_WIDEST_NAME = 40
+_WIDEST_NAME: Final = 40
+NOTHING: Final = "coverage: the tests need no code in IEC 61131-3"
 
 
 def table(coverage: Coverage) -> Iterator[str]:
     """Yield the lines of a table with a row for each POU, under its file, and the total."""
     total = coverage.total
     if not total.places:
-        yield "coverage: the tests have run no code of a program"
+        yield NOTHING
         return
     has_charts = total.count(Kind.STEP, Kind.TRANSITION).all > 0
     rows = [(file, pous(file)) for file in coverage.files()]
