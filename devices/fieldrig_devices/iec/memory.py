@@ -122,6 +122,8 @@ class Memory:
         self._host, self._areas, self._images = host, areas, images
         self._forms: Sequence[Type] = ()
         """The types that generated code names by number."""
+        self._form_kinds: dict[int, bytes] = {}
+        """The kinds of their cells, by that number, because looking for a type takes longer than checking a pointer."""
         self.cells: list[Value] = [0] * end
         self.kinds = bytearray(end)
         """The kind of the value that begins at a cell (`layout.KINDS`), INSIDE within a value, and 0 if unknown."""
@@ -223,6 +225,7 @@ class Memory:
 
     def use_forms(self, forms: Sequence[Type]) -> None:
         self._forms = forms
+        self._form_kinds.clear()
 
     # ---- pointers
 
@@ -305,7 +308,9 @@ class Memory:
         return address
 
     def _form(self, form: int) -> tuple[bytes, int]:
-        kinds = self._images.kinds(self._forms[form])
+        kinds = self._form_kinds.get(form)
+        if kinds is None:
+            kinds = self._form_kinds[form] = self._images.kinds(self._forms[form])
         return kinds, len(kinds)
 
     def _is_unmarked(self, address: int) -> bool:
