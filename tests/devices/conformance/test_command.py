@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from fieldrig.cli.app import app
 from fieldrig.errors import UsageError
 from fieldrig.system.exits import Exit
-from fieldrig_devices.canopen.described import DescribedNode, nodes_of
+from fieldrig_devices.canopen.described import nodes_of
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 
 LAB = EDS.parent / "lab.yaml"
@@ -49,7 +49,8 @@ def test_a_device_with_an_eds_of_its_own_needs_no_option(rig: str, bus: str, nod
 def test_an_eds_of_the_settings_of_a_slave_wins(tmp_path: Path) -> None:
     node = {"node_id": 5, "eds": str(EDS / "io32.eds"), "points": {}, "objects": {"1017:00": 500}}
     settings = HmiscuSettings.model_validate({"can_slave": node})
-    assert list(nodes_of(settings)) == [DescribedNode(5, EDS / "io32.eds", {"1017:00": 500})]
+    [described] = nodes_of(settings)
+    assert described[:3] == (5, EDS / "io32.eds", {"1017:00": 500})
     assert list(nodes_of(HmiscuSettings())) == []
 
 

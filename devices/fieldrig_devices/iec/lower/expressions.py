@@ -4,6 +4,7 @@ An expression has no calls of functions any more (`hoisting`), so it has no side
 division, becomes a line of its own; the text that is left never does, and may be skipped by Python's `and` and `or`.
 """
 
+from collections.abc import Sequence
 from typing import Final
 
 from fieldrig_devices.iec.elementary import SHORT_TIMES, Elementary, Family
@@ -251,37 +252,42 @@ class Expressions:
                 return Value(text, target) if is_exact else emitter.single(text, target)
         return of_type(expand(conversions.python_of(source, target), [value.text]), target)
 
-    def _chosen(self, expression: Intrinsic, emitter: Emitter) -> Value | None:
-        """Return what SEL chooses, of which the other one is not computed: it may be outside of an array.
+    def _chosen(self, expression: Intrinsic, emitter: Emitter) -> Value:
+        """Return what SEL chooses; what it does not choose is not computed if it can fail, such as outside of an array.
 
-        None if neither can fail.
+        Each argument is lowered once, as SEL may stand in SEL.
         """
         condition, first, second = expression.arguments
-        part, cost = len(emitter.lines), emitter.cost
-        kind = self._stored(expression)
+        chooser = self.value(condition, emitter)
+        part = len(emitter.lines)
         name = emitter.new("0")
-        emitter.add(f"if {self.value(condition, emitter).text}:")
+        emitter.add(f"if {chooser.text}:")
         before = len(emitter.lines)
         values = []
         for one in (second, first):
             emitter.deeper()
-            values.append(self.value(one, emitter).text)
-            emitter.add(f"{name} = {values[-1]}")
+            values.append(self.value(one, emitter))
+            emitter.add(f"{name} = {values[-1].text}")
             emitter.back()
             emitter.add("else:")
         emitter.lines.pop()
-        if len(emitter.lines) == before + 3:
+        if len(emitter.lines) == before + 3:  # neither can fail
             del emitter.lines[part:]
-            emitter.cost = cost
-            return None
+            return self._applied(expression, [chooser, values[1], values[0]], emitter)
         emitter.charge(intrinsics.implementation(expression.name).cost_ns)
-        return of_type(name, kind)
+        return of_type(name, self._stored(expression))
 
     def _intrinsic(self, expression: Intrinsic, emitter: Emitter) -> Value:
+        if expression.name.partition(".")[0] == "SEL":
+            return self._chosen(expression, emitter)
+        return self._applied(
+            expression, [emitter.short(self.value(one, emitter)) for one in expression.arguments], emitter
+        )
+
+    def _applied(self, expression: Intrinsic, values: Sequence[Value], emitter: Emitter) -> Value:
+        """Return the value of a standard function of these values."""
         implementation = intrinsics.implementation(expression.name)
-        if expression.name.partition(".")[0] == "SEL" and (chosen := self._chosen(expression, emitter)) is not None:
-            return chosen
-        arguments = [emitter.short(self.value(argument, emitter)) for argument in expression.arguments]
+        arguments = [emitter.short(value) for value in values]
         emitter.charge(implementation.cost_ns)
         own = texts.OWN.get(expression.name)
         if own is not None and (value := own(arguments, emitter)) is not None:
