@@ -255,7 +255,7 @@ class Expressions:
     def _chosen(self, expression: Intrinsic, emitter: Emitter) -> Value:
         """Return what SEL chooses; what it does not choose is not computed if it can fail, such as outside of an array.
 
-        Each argument is lowered once, as SEL may stand in SEL.
+        Each argument is lowered once, as its arguments may be calls of SEL too.
         """
         condition, first, second = expression.arguments
         chooser = self.value(condition, emitter)
