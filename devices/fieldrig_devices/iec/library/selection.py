@@ -6,10 +6,20 @@ that it does not use.
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from typing import Final
 
-from fieldrig_devices.iec.tree import Declaration, EnumSpec, Interface, Pou, TypeDeclaration, Unit, Variable, Variables
+from fieldrig_devices.iec.tree import (
+    Declaration,
+    EnumSpec,
+    Interface,
+    Pou,
+    TypeDeclaration,
+    Unit,
+    Variable,
+    Variables,
+    walk,
+)
 
 _WORD: Final = re.compile(r"[A-Za-z_]\w*")
 DRAWN: Final = frozenset({"r_trig", "f_trig"})
@@ -81,12 +91,6 @@ def _kept(declarations: Iterable[Declaration], used: set[str], known: Mapping[st
 
 def words(node: object) -> Iterator[str]:
     """Yield every word within a tree, without upper case."""
-    if isinstance(node, str):
-        yield from map(str.casefold, _WORD.findall(node))
-    elif isinstance(node, tuple | list):
-        for part in node:
-            yield from words(part)
-    elif is_dataclass(node) and not isinstance(node, type):
-        for part in fields(node):
-            if part.compare:  # neither comments nor positions
-                yield from words(getattr(node, part.name))
+    for part in walk(node):
+        if isinstance(part, str):
+            yield from map(str.casefold, _WORD.findall(part))

@@ -6,7 +6,7 @@ that a unit that needs a machine, or a library that is not there, stops no suite
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from fieldrig_devices.iec import tree
@@ -159,20 +159,15 @@ def calls_run(declaration: tree.Declaration) -> frozenset[str]:
     return frozenset(_runs(declaration))
 
 
-def _runs(node: object) -> Iterator[str]:
-    if isinstance(node, tree.Call):
-        called = node.called
-        name = called.text if isinstance(called, tree.Name) else getattr(called, "name", "")
-        owner = getattr(called, "of", None)
-        is_of_library = owner is None or (isinstance(owner, tree.Name) and owner.text.casefold() == "tcunit")
-        if name.casefold() in RUN and is_of_library:
-            yield name.casefold()
-    if isinstance(node, tuple | list):
-        for part in node:
-            yield from _runs(part)
-    elif is_dataclass(node) and not isinstance(node, type):
-        for field_ in fields(node):
-            yield from _runs(getattr(node, field_.name))
+def _runs(declaration: tree.Pou) -> Iterator[str]:
+    for node in tree.walk(declaration):
+        if isinstance(node, tree.Call):
+            called = node.called
+            name = called.text if isinstance(called, tree.Name) else getattr(called, "name", "")
+            owner = getattr(called, "of", None)
+            is_of_library = owner is None or (isinstance(owner, tree.Name) and owner.text.casefold() == "tcunit")
+            if name.casefold() in RUN and is_of_library:
+                yield name.casefold()
 
 
 def place_of(items: Sequence[Item], mistake: Mistake) -> Item | None:

@@ -295,19 +295,23 @@ def _plain(value: Expression) -> Expression:
 
 
 def _paths(node: tree.Expression) -> list[str]:
-    """Return the paths of the variables in an expression."""
-    match node:
-        case tree.Name(text=name):
-            return [name]
-        case tree.Member(of=of, name=name):
-            return [f"{path}.{name}" for path in _paths(of)]
-        case tree.Unary(operand=operand):
-            return _paths(operand)
-        case tree.Binary(left=left, right=right):
-            return [*_paths(left), *_paths(right)]
-        case tree.Call(arguments=arguments):
-            return [path for one in arguments if one.value is not None for path in _paths(one.value)]
-    return []
+    """Return the paths of the variables in an expression.  No recursion: expressions may be long."""
+    waiting: list[tuple[tree.Expression, str]] = [(node, "")]
+    found: list[str] = []
+    while waiting:
+        part, behind = waiting.pop()
+        match part:
+            case tree.Name(text=name):
+                found.append(f"{name}{behind}")
+            case tree.Member(of=of, name=name):
+                waiting.append((of, f".{name}{behind}"))
+            case tree.Unary(operand=operand):
+                waiting.append((operand, behind))
+            case tree.Binary(left=left, right=right):
+                waiting += [(right, behind), (left, behind)]
+            case tree.Call(arguments=arguments):
+                waiting += [(one.value, behind) for one in reversed(arguments) if one.value is not None]
+    return found
 
 
 _RULES: Final[Mapping[str, Callable[[_One], list[AnyStatement]]]] = {

@@ -5,7 +5,6 @@ tests are those that a suite gives to TEST and TEST_ORDERED as texts; tests with
 """
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,11 +18,10 @@ from fieldrig_devices.iec.tcunit.program import LeftOut, NothingToRunError, orig
 from fieldrig_devices.iec.tcunit.project import opened, projects_in
 from fieldrig_devices.iec.tcunit.reach import Item
 from fieldrig_devices.iec.tcunit.session import Failed, Suite, Test
-from fieldrig_devices.iec.testing.case import Case, Failure, Limits, Outcome, Verdict
+from fieldrig_devices.iec.testing.case import MISTAKE, Case, Failure, Limits, Outcome, Verdict
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.languages.source_file import decoded
 
-MISTAKE: Final = "mistake"
 COMPILES: Final = "the suite compiles"
 """The case of a suite that does not."""
 _MARK: Final = "fb_testsuite"
@@ -125,19 +123,14 @@ def _of_suite(path: str, block: str, items: dict[str, Item]) -> Iterator[Case]:
         item = items.get(above.casefold())
 
 
-def _named(node: object) -> Iterator[tuple[str, int]]:
-    """Yield the texts that a tree gives to TEST and TEST_ORDERED, with their lines."""
-    if isinstance(node, tree.Call) and node.arguments:
-        name = getattr(node.called, "text", "") or getattr(node.called, "name", "")
-        value = node.arguments[0].value
-        if name.casefold() in _NAMING and isinstance(value, tree.Literal) and isinstance(value.value, str):
-            yield value.value.strip(" "), node.called.position.line or node.position.line
-    if isinstance(node, tuple | list):
-        for part in node:
-            yield from _named(part)
-    elif is_dataclass(node) and not isinstance(node, type):
-        for part in fields(node):
-            yield from _named(getattr(node, part.name))
+def _named(declaration: tree.Declaration) -> Iterator[tuple[str, int]]:
+    """Yield the texts that a declaration gives to TEST and TEST_ORDERED, with their lines."""
+    for node in tree.walk(declaration):
+        if isinstance(node, tree.Call) and node.arguments:
+            name = getattr(node.called, "text", "") or getattr(node.called, "name", "")
+            value = node.arguments[0].value
+            if name.casefold() in _NAMING and isinstance(value, tree.Literal) and isinstance(value.value, str):
+                yield value.value.strip(" "), node.called.position.line or node.position.line
 
 
 # ---- outcomes

@@ -52,7 +52,7 @@ from fieldrig_devices.iec.tree.expressions import (
     Range,
     Unary,
 )
-from fieldrig_devices.iec.tree.nodes import NOWHERE, Node, Position, Statement
+from fieldrig_devices.iec.tree.nodes import NOWHERE, Node, Position, Statement, walk
 from fieldrig_devices.iec.tree.statements import (
     AnyStatement,
     Assign,
@@ -170,4 +170,5 @@ __all__ = [
     "Variable",
     "Variables",
     "While",
+    "walk",
 ]

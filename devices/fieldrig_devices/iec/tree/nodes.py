@@ -1,6 +1,7 @@
 """The common part of the tree: positions in the source text, and the comments around statements."""
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import NamedTuple
 
 
@@ -29,3 +30,18 @@ class Statement(Node):
     """True if an empty line precedes it."""
     after: tuple[str, ...] = field(default=(), compare=False, repr=False, kw_only=True)
     """Comments behind the last statement of a block, in lines of their own."""
+
+
+def walk(node: object) -> Iterator[object]:
+    """Yield everything within a tree, itself first, in the order of the source; neither comments nor positions.
+
+    The list of what waits is no recursion: expressions may be long.
+    """
+    waiting = [node]
+    while waiting:
+        part = waiting.pop()
+        yield part
+        if isinstance(part, tuple | list):
+            waiting.extend(reversed(part))
+        elif is_dataclass(part) and not isinstance(part, type):
+            waiting.extend(getattr(part, one.name) for one in reversed(fields(part)) if one.compare)

@@ -351,3 +351,8 @@ END_RESOURCE END_CONFIGURATION"""
     body = "VAR g_speed : REAL; END_VAR\nASSERT_STAYS(g_speed = 0.0, T#10ms);"
     written(tmp_path, main=controller, main_test=f"TEST 'a' RIG 'empty.yaml' {body} END_TEST")
     assert outcomes(tmp_path / "main_test.st")["a"].failures == ()
+
+
+def test_an_expression_may_be_long(tmp_path: Path) -> None:
+    """The words of a test are looked for in the code beside it, however deep its tree is."""
+    assert one(tmp_path, f"ASSERT_EQ({' + '.join(['1'] * 2_000)}, 2000);").verdict is Verdict.PASSED
