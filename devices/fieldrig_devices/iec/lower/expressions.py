@@ -273,21 +273,19 @@ class Expressions:
         emitter.lines.pop()
         if len(emitter.lines) == before + 3:  # neither can fail
             del emitter.lines[part:]
-            return self._applied(expression, [chooser, values[1], values[0]], emitter)
+            return self._applied(expression, [emitter.short(one) for one in (chooser, *reversed(values))], emitter)
         emitter.charge(intrinsics.implementation(expression.name).cost_ns)
         return of_type(name, self._stored(expression))
 
     def _intrinsic(self, expression: Intrinsic, emitter: Emitter) -> Value:
         if expression.name.partition(".")[0] == "SEL":
             return self._chosen(expression, emitter)
-        return self._applied(
-            expression, [emitter.short(self.value(one, emitter)) for one in expression.arguments], emitter
-        )
+        arguments = [emitter.short(self.value(argument, emitter)) for argument in expression.arguments]
+        return self._applied(expression, arguments, emitter)
 
-    def _applied(self, expression: Intrinsic, values: Sequence[Value], emitter: Emitter) -> Value:
-        """Return the value of a standard function of these values."""
+    def _applied(self, expression: Intrinsic, arguments: Sequence[Value], emitter: Emitter) -> Value:
+        """Return the value of a standard function of these values, whose texts are short."""
         implementation = intrinsics.implementation(expression.name)
-        arguments = [emitter.short(value) for value in values]
         emitter.charge(implementation.cost_ns)
         own = texts.OWN.get(expression.name)
         if own is not None and (value := own(arguments, emitter)) is not None:
