@@ -7,7 +7,7 @@ import typer
 
 from fieldrig.cli.common import AsJson, argument, duration_ns, echo_json
 from fieldrig.cli.message_words import OfRig
-from fieldrig.cli.trace_reading import During, From
+from fieldrig.cli.trace_reading import During, From, part_ns, report_oddities
 from fieldrig.system.exits import Exit
 from fieldrig_devices.named_logs.options import Eds, Registers, named_log
 
@@ -77,11 +77,11 @@ def diff(
     from fieldrig_devices.replay.log_names import LogNames
 
     odd, named = (Oddities(), Oddities()), named_log(rig, eds, registers)
-    begin_ns, during_ns = (None if word is None else duration_ns(word) for word in (begin, duration))
+    part = part_ns(begin, duration)
     untold = {left: odd[0], right: odd[1]}
     result = compare_logs(
-        lambda: read(left, begin_ns, during_ns, untold.pop(left, None)),  # a log is read again for what is around
-        lambda: read(right, begin_ns, during_ns, untold.pop(right, None)),
+        lambda: read(left, *part, untold.pop(left, None)),  # a log is read again for what is around
+        lambda: read(right, *part, untold.pop(right, None)),
         tolerance_ns=duration_ns(tolerance),
         horizon_ns=duration_ns(window),
         offset=None if offset is None else _signed_ns(offset),
@@ -89,8 +89,7 @@ def diff(
         names=(LogNames(named), LogNames(named)),
     )
     for path, oddities in zip((left, right), odd, strict=True):
-        for oddity in oddities:
-            typer.echo(f"{path}: {oddity}", err=True)
+        report_oddities(path, oddities)
     if as_json:
         echo_json(as_data(result))
     else:

@@ -8,7 +8,7 @@ import typer
 
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Overrides, argument, assignment, duration_ns, echo_json, writing
-from fieldrig.cli.trace_reading import During, From
+from fieldrig.cli.trace_reading import During, From, part_ns, report_oddities
 from fieldrig.system.exits import Exit
 
 if TYPE_CHECKING:
@@ -131,14 +131,8 @@ def replay(
     from fieldrig_devices.replay.tolerances import value_tolerances
 
     odd = Oddities()
-    log = read(
-        file,
-        None if begin is None else duration_ns(begin),
-        None if duration is None else duration_ns(duration),
-        odd,
-    )
     result = replay_log(
-        log,
+        read(file, *part_ns(begin, duration), odd),
         _config(rig, overrides or (), is_real=real or speed is not None),
         play=play or (),
         time_tolerance_ns=duration_ns(time_tolerance),
@@ -149,8 +143,7 @@ def replay(
         buses=dict(assignment(word, "vcan0=can1") for word in bus or ()),
         speed=(speed or 1.0) if real or speed is not None else None,
     )
-    for oddity in odd:
-        typer.echo(f"{file}: {oddity}", err=True)
+    report_oddities(file, odd)
     if junit is not None:
         with writing(junit):
             junit.write_text(to_junit(result, file.name, rig.name), encoding="utf-8")

@@ -13,6 +13,7 @@ from fieldrig.cli.message_words import bus_of
 from fieldrig.cli.names import unfit
 
 if TYPE_CHECKING:
+    from fieldrig.traces.oddities import Oddities
     from fieldrig.traces.trace import TraceEntry
 
 TraceFile = Annotated[Path, argument("FILE", "The trace file.")]
@@ -34,6 +35,17 @@ MOST_NAMES: Final = 10_000
 """Names of buses or wires that are remembered for a message about one that is not there."""
 
 
+def part_ns(begin: str | None, duration: str | None) -> tuple[int | None, int | None]:
+    """Return the part of a file that --from and --for ask for, as `trace_files.read` takes it."""
+    return None if begin is None else duration_ns(begin), None if duration is None else duration_ns(duration)
+
+
+def report_oddities(file: Path, odd: "Oddities") -> None:
+    """Say on the error output what was odd in a file, each kind once."""
+    for oddity in odd:
+        typer.echo(f"{file}: {oddity}", err=True)
+
+
 class Messages:
     """The messages of a file that a command asks for, each time that it is iterated.
 
@@ -51,8 +63,7 @@ class Messages:
         from fieldrig.traces.oddities import Oddities
 
         self._file, self._buses, self._wires = file, buses, wires
-        self._begin_ns = None if begin is None else duration_ns(begin)
-        self._duration_ns = None if duration is None else duration_ns(duration)
+        self._part_ns = part_ns(begin, duration)
         self.odd = Oddities()
         self.buses: dict[str, str] = {}
         """The family of each chosen bus."""
@@ -63,7 +74,7 @@ class Messages:
         from fieldrig.traces.trace_files import read
 
         found, named = dict[str, bool](), dict[str, bool]()
-        for entry in read(self._file, self._begin_ns, self._duration_ns, self.odd):
+        for entry in read(self._file, *self._part_ns, self.odd):
             is_chosen = found.get(entry.bus)
             if is_chosen is None:
                 is_chosen = _fits(entry.bus, self._buses)
@@ -78,9 +89,8 @@ class Messages:
 
     def report_oddities(self) -> None:
         """Say on the error output what was odd in the file, each kind once."""
-        for oddity in self.odd:
-            typer.echo(f"{self._file}: {oddity}", err=True)
-        if self.count == 0 and (self._begin_ns, self._duration_ns) != (None, None):
+        report_oddities(self._file, self.odd)
+        if self.count == 0 and self._part_ns != (None, None):
             typer.echo(f"{self._file}: no message is in this part of the time", err=True)
 
     def _is_on_wire(self, entry: "TraceEntry", named: dict[str, bool]) -> bool:
