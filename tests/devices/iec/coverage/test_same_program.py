@@ -50,7 +50,7 @@ NAMES = st.sampled_from(["a", "b", "c"])
 CONDITIONS = st.builds("{} {} {}".format, NAMES, st.sampled_from(["<", "=", ">"]), st.integers(-2, 4))
 SIMPLE = st.builds("{} := {} + {};".format, NAMES, NAMES, st.integers(-3, 3))
 COUNTED = st.just("n := n + 1; m := m MOD 3 + 1; IF n > 20 THEN RETURN; END_IF")
-"""The begin of every loop: `n` is never reset within a cycle, so no loop within another can let it run on without an end."""
+"""The begin of every loop: `n` is never reset within a cycle, so a loop within another ends too."""
 LEAVING = st.sampled_from(["IF a = b THEN EXIT; END_IF", "IF a > c THEN CONTINUE; END_IF", "EXIT;", "RETURN;"])
 
 
