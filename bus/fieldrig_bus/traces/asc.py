@@ -88,7 +88,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     odd = Oddities() if odd is None else odd
     lines, names, begin_ns, last_ns = LogLines(file, odd), BusNames(), 0, 0
     is_hex, is_relative, found, has_head = True, False, 0, False
-    wrong, new = "", tuple.__new__
+    new = tuple.__new__
     for line in lines:
         match = PLAIN(line) if is_hex and not is_relative else None
         if match is not None:
@@ -111,9 +111,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
             try:
                 parsed = parse(line, is_hex)
             except ValueError as cause:
-                if not lines.is_cut:
-                    wrong = wrong or f"line {odd.number} is not a frame of an ASC log: {cause}"
-                    odd.report("frames that cannot be read are left out", f": {cause}")
+                lines.leave_out("frames that cannot be read are left out", "is not a frame of an ASC log", cause)
                 continue
             if parsed.what:
                 odd.report(parsed.what)
@@ -121,10 +119,10 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
                 last_ns = (last_ns if is_relative else begin_ns) + parsed.offset_ns
                 found += 1
                 yield TraceEntry(last_ns, names[parsed.channel], "can", "", parsed.message)
-    if not found and not has_head and odd.number:
-        wrong = wrong or f"none of its lines is one of an ASC log, up to line {odd.number}"
-    if wrong and not found:
-        raise UsageError(wrong, REMEDY)
+    if not found:
+        lines.refuse(REMEDY)
+        if not has_head and odd.number:
+            raise UsageError(f"none of its lines is one of an ASC log, up to line {odd.number}", REMEDY)
 
 
 def _begin_ns(date: str, odd: Oddities) -> int:

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import BinaryIO, Final
 
 from fieldrig.clock import S
-from fieldrig.errors import UsageError
 from fieldrig.traces.log_lines import LogLines
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
@@ -66,7 +65,7 @@ def _flagged(fields: Fields) -> str:
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  A line that cannot be read is odd; UsageError, with the line, if none can."""
     odd = Oddities() if odd is None else odd
-    lines, found, wrong, new = LogLines(file, odd), 0, "", tuple.__new__
+    lines, found, new = LogLines(file, odd), 0, tuple.__new__
     for line in lines:
         if (plain := _plain(line)) is not None:
             found += 1
@@ -77,14 +76,12 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         try:
             entry = _entry(line)
         except ValueError as cause:
-            if not lines.is_cut:
-                wrong = wrong or f"line {odd.number} is no line of python-can's CSV: {cause}"
-                odd.report("lines that cannot be read are left out", f": {cause}")
+            lines.leave_out("lines that cannot be read are left out", "is no line of python-can's CSV", cause)
             continue
         found += 1
         yield entry
-    if wrong and not found:
-        raise UsageError(wrong, REMEDY)
+    if not found:
+        lines.refuse(REMEDY)
 
 
 def _plain(line: str) -> tuple[int, bytes] | None:

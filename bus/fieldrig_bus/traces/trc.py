@@ -75,7 +75,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  What is no CAN frame is odd; UsageError, with the line, if nothing is one."""
     odd = Oddities() if odd is None else odd
     lines, names, header = LogLines(file, odd), BusNames(), _Header(odd)
-    found, wrong, new = 0, "", tuple.__new__
+    found, new = 0, tuple.__new__
     is_plain, start_ns = False, 0
     for line in lines:
         if is_plain and (plain_line := plain(line)) is not None:
@@ -93,17 +93,15 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         try:
             offset_ns, channel, message = parse(line, header.columns)
         except (ValueError, LookupError) as cause:
-            if not lines.is_cut:
-                wrong = wrong or f"line {odd.number} is not a frame of a TRC log: {cause}"
-                odd.report("lines that cannot be read are left out", f": {cause}")
+            lines.leave_out("lines that cannot be read are left out", "is not a frame of a TRC log", cause)
             continue
         if message is None:
             odd.report("lines that are no CAN frames are left out")
             continue
         found += 1
         yield new(TraceEntry, (start_ns + offset_ns, names[channel], "can", "", message))
-    if wrong and not found:
-        raise UsageError(wrong, REMEDY)
+    if not found:
+        lines.refuse(REMEDY)
 
 
 class _Header:

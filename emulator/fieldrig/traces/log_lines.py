@@ -24,6 +24,7 @@ class LogLines:
     def __init__(self, file: BinaryIO, odd: Oddities, longest: int = LONGEST) -> None:
         self._file, self._odd, self._longest = file, odd, longest
         self.is_cut = False
+        self._wrong = ""
         odd.unit, odd.number = "line", 0
 
     def __iter__(self) -> Iterator[str]:
@@ -46,6 +47,20 @@ class LogLines:
             self.is_cut = True
             odd.report("the last line has no end, and may be cut off")
             yield rest if odd.number > 1 else rest.removeprefix(BYTE_ORDER_MARK)
+
+    def leave_out(self, what: str, is_none: str, cause: Exception) -> None:
+        """Report that the present line is left out, unless it is cut, which is reported already.
+
+        `what` is the kind of oddity, and `is_none` says what the line is not, such as `is not a frame of a TRC log`.
+        """
+        if not self.is_cut:
+            self._wrong = self._wrong or f"line {self._odd.number} {is_none}: {cause}"
+            self._odd.report(what, f": {cause}")
+
+    def refuse(self, remedy: str) -> None:
+        """Raise UsageError with the first line that was left out, if there is one: the file is no such log."""
+        if self._wrong:
+            raise UsageError(self._wrong, remedy)
 
 
 def text_of(latin: str) -> str:
