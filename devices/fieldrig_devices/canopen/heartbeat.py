@@ -42,7 +42,9 @@ class HeartbeatProducer(Service):
     def _on_time(self) -> None:
         self._due.stop()
         if self._period_ns > 0:
-            self._on_due()
+            # The answer to the SDO that wrote the time goes first: ros_canopen's master waits for it with a lock that
+            # its handler of heartbeats needs, so it hears no answer behind a heartbeat.
+            self._due.after(0, self._on_due)
 
     def _on_due(self) -> None:
         self._port.send(ERROR_CONTROL_ID + self._port.node_id, bytes((self._port.state,)))

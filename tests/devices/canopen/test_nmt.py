@@ -93,7 +93,7 @@ def test_boot_up_is_the_first_heartbeat() -> None:
 
 
 def test_heartbeat_time_holds_at_once(bench: CanopenBench) -> None:
-    assert bench.send("605#2b 17 10 00 32 00 00 00") == ["705#7f", "585#60 17 10 00 00 00 00 00"]
+    assert bench.send("605#2b 17 10 00 32 00 00 00") == ["585#60 17 10 00 00 00 00 00", "705#7f"]
     assert bench.after(100) == ["705#7f", "705#7f"]
     bench.write("2b 17 10 00 00 00 00 00")
     assert bench.after(1000) == []
