@@ -69,7 +69,7 @@ class Modem(Device):
         telephone: Link[TelephoneMessage],
     ) -> None:
         self._store = store
-        self._serial = SerialPlug(line)
+        self._serial = SerialPlug(line, clock)
         self._telephone = TelephonePlug(telephone)
         build = Build(
             settings.baud,
@@ -116,7 +116,7 @@ class Modem(Device):
         return FRONT
 
     def points(self) -> Mapping[str, Point]:
-        engine = self._engine
+        engine, plug = self._engine, self._serial
         side, call = engine.side, engine.call
 
         def own() -> ModemInputs:
@@ -136,5 +136,7 @@ class Modem(Device):
             "ri": Point(lambda: own().ri, about="output: it rings"),
             "dtr": Point(lambda: side.terminal.dtr, about="input: the terminal is ready"),
             "rts": Point(lambda: side.terminal.rts, about="input: the modem may send"),
+            "sd": Point(lambda: plug.is_receiving, about="data come from the terminal"),
+            "rd": Point(lambda: plug.is_sending, about="data go to the terminal"),
             "baud": Point(lambda: side.end.form.baud, unit="bit/s", about="of the serial line"),
         }

@@ -18,6 +18,8 @@ FRONT: Final = Front(
                 Led("TR", "dtr", "terminal ready (DTR)"),
                 Led("OH", "call", "off hook: it has the line", lit=_OFF_HOOK),
                 Led("CD", "dcd", "a carrier (DCD)"),
+                Led("SD", "sd", "the terminal sends data", colour="yellow"),
+                Led("RD", "rd", "the terminal receives data", colour="yellow"),
                 Led("RI", "ri", "it rings (RI)", colour="yellow"),
                 Led("RS", "rts", "the modem may send (RTS)"),
                 Led("CS", "cts", "the terminal may send (CTS)"),

@@ -3,10 +3,13 @@
 from collections.abc import Callable
 from typing import Final
 
+from fieldrig.clock import MS, Clock
 from fieldrig.link import Link
 from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
 from fieldrig_bus.telephone.message import Carrier, Hook, TelephoneMessage
 
+FLASH_NS: Final = 100 * MS
+"""How long the LEDs of data are lit after the last character: a character alone is too short to be seen."""
 ALL_OFF: Final = ControlLines(dtr=False, rts=False, ri=False, dcd=False)
 
 
@@ -16,8 +19,10 @@ class SerialPlug:
     While `is_miswired`, no data pass.
     """
 
-    def __init__(self, link: Link[SerialMessage]) -> None:
-        self._link = link
+    def __init__(self, link: Link[SerialMessage], clock: Clock) -> None:
+        self._link, self._clock = link, clock
+        self._sent_ns = self._received_ns = -FLASH_NS
+        """The instants of the last data to the terminal, and from it."""
         self._on_message: Callable[[SerialMessage], None] = lambda _message: None
         self._is_in = True
         self.is_miswired = False
@@ -31,7 +36,19 @@ class SerialPlug:
         elif isinstance(message, Format):
             self._form = message
         if self._passes(message):
+            if isinstance(message, bytes):
+                self._sent_ns = self._clock.now_ns()
             self._link.send(message)
+
+    @property
+    def is_sending(self) -> bool:
+        """True while data pass to the terminal, and shortly after."""
+        return self._clock.now_ns() - self._sent_ns < FLASH_NS
+
+    @property
+    def is_receiving(self) -> bool:
+        """True while data come from the terminal, and shortly after."""
+        return self._clock.now_ns() - self._received_ns < FLASH_NS
 
     def on_receive(self, handler: Callable[[SerialMessage], None], interest: object = None) -> None:
         self._on_message = handler
@@ -54,6 +71,8 @@ class SerialPlug:
         elif isinstance(message, Format):
             self._their_form = message
         if self._passes(message):
+            if isinstance(message, bytes):
+                self._received_ns = self._clock.now_ns()
             self._on_message(message)
 
     def _passes(self, message: SerialMessage) -> bool:

@@ -30,7 +30,7 @@ def front_of(settings: St1Settings) -> Front:
             motion(
                 position(_DECIMALS, parameters.phil1, parameters.phil2),
                 ("speed", parameters.ckv),
-                None,
+                ("torque", settings.motor.largest_torque_nm),
                 shaft("motor", 1.0, "the motor"),
             ),
             Group(

@@ -64,6 +64,10 @@ class OuterShaft:
     def acceleration_at(self, now_ns: int) -> float:
         return 0.0
 
+    def effort_at(self, now_ns: int) -> float:
+        """Return the torque that the loop asks for, as `Shaft` does."""
+        return self._torque.rate(self._volts / FULL_SCALE_V * self._motor.largest_torque_nm)
+
     def lag_at(self, now_ns: int) -> int:
         return self._set.motor_at(now_ns) - self.position_at(now_ns) if self._is_powered else 0
 

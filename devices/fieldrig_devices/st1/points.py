@@ -51,6 +51,7 @@ def _motion(node: Node) -> dict[str, Point]:
         "speed": Point(of_motor(shaft.speed_at), None, "turn/s", "of the motor"),
         "set_speed": Point(of_motor(setting.speed_at), None, "turn/s", "of the motor"),
         "lag": Point(of_motor(shaft.lag_at), None, "turn", "from the shaft to the set position"),
+        "torque": Point(lambda: servo.torque_nm, None, "N m", "of the motor, with which it moves, brakes or pushes"),
         "torque_limit": Point(lambda: servo.torque.limit * 100, None, "%", "of the largest torque, by a pipe"),
     }
 

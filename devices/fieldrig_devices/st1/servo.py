@@ -75,6 +75,11 @@ class Servo:
     def now_ns(self) -> int:
         return self._clock.now_ns()
 
+    @property
+    def torque_nm(self) -> float:
+        """The torque of the motor, in N m."""
+        return self.torque.of_rate(self.shaft.effort_at(self._clock.now_ns()))
+
     # ---- the PAM
 
     def forget(self) -> None:

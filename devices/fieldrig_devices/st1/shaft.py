@@ -62,6 +62,19 @@ class Shaft:
             return self._set.acceleration_at(now_ns)
         return self._rel.values_at((now_ns - self._since_ns) / S)[2]
 
+    def effort_at(self, now_ns: int) -> float:
+        """Return the torque of the motor, as the acceleration in RU/s2 that it would give without load and friction.
+
+        A motor that cannot move its load pushes with everything that it has.
+        """
+        if not self._is_powered:
+            return 0.0
+        if self.is_blocked or self.acceleration <= 0:
+            lag = self.lag_at(now_ns)
+            return copysign(self.acceleration + self.friction, lag) if lag else 0.0
+        speed, rate = self.speed_at(now_ns), self.acceleration_at(now_ns)
+        return rate + copysign(self.friction, speed or rate) if speed or rate else 0.0
+
     def lag_at(self, now_ns: int) -> int:
         """Return the distance from the shaft to the set position."""
         return self._set.motor_at(now_ns) - self.position_at(now_ns) if self._is_powered else 0

@@ -21,12 +21,17 @@ class Torque:
     @property
     def acceleration(self) -> float:
         """The acceleration in RU/s2 that the load leaves; below 0 the load brakes the motor."""
-        return self._rate(self.limit * self._motor.largest_torque_nm - self._braking_nm)
+        return self.rate(self.limit * self._motor.largest_torque_nm - self._braking_nm)
 
     @property
     def coasting(self) -> float:
         """Deceleration without power, in RU/s2."""
-        return self._rate(self._braking_nm)
+        return self.rate(self._braking_nm)
 
-    def _rate(self, torque_nm: float) -> float:
+    def rate(self, torque_nm: float) -> float:
+        """Return the acceleration in RU/s2 that a torque gives to a motor without load and friction."""
         return torque_nm / self._motor.inertia_kg_m2 / tau * TURN
+
+    def of_rate(self, rate: float) -> float:
+        """Return the torque in N m that gives this acceleration to a motor without load and friction."""
+        return rate / TURN * tau * self._motor.inertia_kg_m2

@@ -254,3 +254,34 @@ def test_lines_of_the_terminal_are_remembered_while_the_cable_is_out() -> None:
     bench.modem.clear_fault(number)
     assert bench.point("dtr") is False
     assert bench.point("rts") is True
+
+
+def test_the_leds_of_data_are_lit_while_data_pass_and_a_tenth_of_a_second_more() -> None:
+    bench = ModemBench().wait(1)
+
+    def leds() -> tuple[bool, bool]:
+        return bench.point("sd"), bench.point("rd")
+
+    assert leds() == (False, False)
+    bench.type("A")
+    assert leds() == (True, True)  # the modem echoes
+    bench.ask("TE0")
+    assert leds() == (False, False)
+    bench.type("A").wait(0.099)
+    assert leds() == (True, False)
+    bench.wait(0.001)
+    assert leds() == (False, False)
+    bench.type("T\r").wait(0.05)
+    assert leds() == (True, True)  # OK
+
+
+def test_the_leds_of_data_show_a_call_in_both_directions_and_no_plug_that_is_out() -> None:
+    bench = ModemBench().connected().wait(1)
+    bench.hear(b"hello").wait(0.01)
+    assert (bench.point("sd"), bench.point("rd")) == (False, True)
+    bench.wait(0.2).type("hello")
+    assert (bench.point("sd"), bench.point("rd")) == (True, False)
+    assert bench.wait(0.2).modem.injected is not None
+    bench.modem.injected.add_fault({"what": "serial_unplugged"})
+    bench.type("hello").hear(b"hello").wait(0.01)
+    assert (bench.point("sd"), bench.point("rd")) == (False, False)

@@ -15,6 +15,8 @@ from fieldrig_devices.pamring.frames import (
     Move,
     Read,
     SetOutput,
+    SetPoint,
+    SetPointMode,
 )
 from fieldrig_devices.pamring.registers import Parameter, Variable
 from fieldrig_devices.st1.device import St1
@@ -209,3 +211,37 @@ def test_the_time_until_the_ring_is_inactive_is_a_setting(inactive_ms: int, seen
     bench.run(200)
     assert bench.get("ring") == "inactive"
     assert device_of(bench.rig, "axis", St1).troubles()["ring"] == "inactive"
+
+
+def torques(bench: DeviceBench, *instants_ms: int) -> list[float]:
+    """Return the torque at these times after now."""
+    begin_ns = bench.rig.now_ns
+    found = []
+    for ms in instants_ms:
+        bench.rig.run_until(begin_ns + ms * MS)
+        found.append(float(bench.get("torque")))
+    return found
+
+
+def test_the_torque_accelerates_overcomes_friction_and_brakes(bench: DeviceBench) -> None:
+    """100 turns/s2 of 0.002 kg m2 are 1.257 N m; friction and load take 0.5 and 0.3 N m in each direction."""
+    bench.send(AxisOrder(1, Move.POWER_ON)).run(5)
+    bench.rig.set("axis", "load_torque", 0.3)
+    assert bench.get("torque") == 0
+    rate_nm = 0.002 * 100 * 6.283185307179586
+    bench.send(AxisOrder(2, Move.ABSOLUTE_MOVE, 3 * TURN, 10 * TURN, 100 * TURN, 100 * TURN))
+    assert torques(bench, 50, 200, 350, 600) == pytest.approx([rate_nm + 0.8, 0.8, 0.8 - rate_nm, 0.0])
+    bench.send(AxisOrder(3, Move.ABSOLUTE_MOVE, 0, 10 * TURN, 100 * TURN, 100 * TURN))
+    assert torques(bench, 50, 200, 350, 600) == pytest.approx([-rate_nm - 0.8, -0.8, rate_nm - 0.8, 0.0])
+
+
+def test_a_jammed_motor_pushes_with_all_of_its_torque_until_it_has_no_power() -> None:
+    bench = DeviceBench(lag_limit_turns=1000)
+    bench.send(AxisOrder(1, Move.POWER_ON)).run(5)
+    bench.rig.add_fault("axis", {"what": "jam"})
+    bench.send(AxisOrder(2, Move.ABSOLUTE_MOVE, -3 * TURN, 10 * TURN, 100 * TURN, 100 * TURN))
+    assert torques(bench, 50) == pytest.approx([-20.0])
+    bench.send(SetPoint(SetPointMode.TORQUE, 250))
+    assert torques(bench, 5) == pytest.approx([-5.0])
+    bench.rig.set("axis", "enable", False)
+    assert torques(bench, 5) == [0.0]

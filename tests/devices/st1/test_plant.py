@@ -80,3 +80,15 @@ def test_a_motor_without_power_is_where_its_load_takes_it(bench: DeviceBench) ->
     bench.rig.set("motor", "load_torque", 0.0)
     bench.send(AxisOrder(3, Move.POWER_ON)).run(2000)
     assert float(bench.get("position")) == pytest.approx(0.0, abs=5e-4)
+
+
+@pytest.mark.long
+def test_the_torque_is_what_the_loop_asks_of_a_motor_on_wires(bench: DeviceBench) -> None:
+    bench.send(move(2, 1)).run(2000)
+    bench.rig.set("motor", "load_torque", -6.0)
+    bench.run(1000)
+    assert float(bench.get("torque")) == pytest.approx(
+        -6.2, abs=0.1
+    )  # a positive load acts backwards
+    bench.rig.set("axis", "enable", False)
+    assert bench.run(5).get("torque") == 0
