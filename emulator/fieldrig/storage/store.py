@@ -260,15 +260,17 @@ class _Refusal(NamedTuple):
     """Number of bytes for which there was no room."""
 
 
-def replace_file(path: Path, data: bytes) -> None:
+def replace_file(path: Path, data: bytes, *, is_own: bool = False) -> None:
     """Replace the file at `path` by `data` in one step: a reader, or a kill, sees the old file or the new one.
 
-    OSError, with the old file unchanged, if that fails.
+    One that `is_own` is a file of a rig, for this user only (`system/own_files.py`).  OSError, with the old file
+    unchanged, if that fails.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     aside = path.with_name(path.name + ASIDE)
     try:
-        _write_through(aside, data)
+        with open_file(aside, "wb") if is_own else aside.open("wb") as file:
+            _put_through(file, data)
         aside.replace(path)
     except OSError:
         with suppress(OSError):
@@ -289,11 +291,6 @@ def _sync_folder(folder: Path) -> None:
             os.close(fd)
     except OSError as cause:
         log.warning("%s: its entries may not survive power-off: %s", folder, cause)
-
-
-def _write_through(path: Path, data: bytes) -> None:
-    with path.open("wb") as file:
-        _put_through(file, data)
 
 
 def _put_through(file: IO[bytes], data: bytes) -> None:

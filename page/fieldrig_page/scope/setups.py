@@ -6,7 +6,6 @@ ends, and a set-up is copied from one rig to another as a file.
 """
 
 import json
-import os
 import re
 from collections.abc import Collection
 from pathlib import Path
@@ -14,12 +13,13 @@ from typing import Final
 
 from fieldrig.errors import ControlError, RigError
 from fieldrig.outside.untrusted import LONGEST, MalformedError, read_json
+from fieldrig.storage.store import replace_file
 from fieldrig.system.own_files import open_file, part_of
 from fieldrig.text.nearest import closest
 from fieldrig_page.scope.setup import Setup, read_setup
 
 FOLDER: Final = "scope"
-NAME: Final = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9 _-]{0,62}[A-Za-z0-9_-])?")
+NAME: Final = re.compile(r"\w(?:[\w -]{0,62}[\w-])?")
 MOST_SETUPS: Final = 200
 PROGRAM: Final = "program:"
 """Begins the key of a variable of a program."""
@@ -42,13 +42,8 @@ class Setups:
         path = self._path(name)
         if name not in (names := self.names()) and len(names) >= MOST_SETUPS:
             raise ControlError(f"there are {MOST_SETUPS} set-ups already", "delete one of them")
-        aside = path.with_suffix(".new")
         try:
-            with open_file(aside, "w", encoding="utf-8") as file:
-                json.dump(setup.as_data(), file, indent=1)
-                file.flush()
-                os.fsync(file.fileno())
-            aside.replace(path)
+            replace_file(path, json.dumps(setup.as_data(), indent=1).encode(), is_own=True)
         except OSError as cause:
             raise ControlError(
                 f"{path} cannot be written: {cause.strerror}", "the set-up that was there stays"

@@ -103,6 +103,23 @@ async def test_set_ups_are_saved_in_the_run_folder_and_opened_again(tmp_path: Pa
         assert (await page.get("scope/setups")).json == ["first pulse"]
 
 
+@in_loop
+async def test_a_set_up_is_written_through_no_link_and_its_name_may_have_letters_of_any_language(
+    tmp_path: Path,
+) -> None:
+    async with pulses(tmp_path / "run") as page:
+        name = "scope/setups/F\u00fcllstand"
+        assert (await page.call("PUT", name, SHOT)).status == 200
+        assert (await page.get("scope/setups")).json == ["F\u00fcllstand"]
+        file, elsewhere = tmp_path / "run/scope/F\u00fcllstand.json", tmp_path / "elsewhere"
+        assert file.stat().st_mode & 0o777 == 0o600
+        file.with_name(f"{file.name}.new").symlink_to(elsewhere)
+        refusal = await page.call("PUT", name, {**SHOT, "window_ns": 300 * MS})
+        assert (refusal.status, refusal.json["remedy"]) == (409, "the set-up that was there stays")
+        assert (await page.get(name)).json["setup"]["window_ns"] == 400 * MS
+        assert not elsewhere.exists()
+
+
 @pytest.mark.parametrize("name", ["..%2Fx", "a%2Fb", "%00", ".hidden", "x" * 65, " x"])
 def test_a_name_that_is_none_is_refused(name: str, tmp_path: Path) -> None:
     @in_loop
