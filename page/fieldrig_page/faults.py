@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Final
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from fieldrig.control import notices
+from fieldrig.control import events, notices
 from fieldrig.control.fault_asking import Asking, about_faults
 from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError
@@ -104,9 +104,9 @@ class Faults:
         self._changed.set()
 
     def _on_event(self, _name: str, message: Any) -> None:
-        match message:
-            case {"what": str(what), "process": str(process), "text": str(text)}:
-                self._add(process, "event", "", f"{what}: {text}" if text else what, is_over=False)
+        event = events.taken(message)
+        if event is not None:
+            self._add(event.process, "event", "", events.in_words(event), is_over=False)
 
     def _add(self, part: str, kind: str, key: str, text: str, *, is_over: bool) -> None:
         line = {"part": part, "kind": kind, "key": key, "text": text, "is_over": is_over}

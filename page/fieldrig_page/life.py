@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
 
+from fieldrig.control import events
 from fieldrig.control.notices import FAULT, taken
 from fieldrig.control.notices import in_words as notice_in_words
 from fieldrig.errors import ControlError
@@ -162,9 +163,9 @@ class Life:
             self._put(name, NO_ANSWER._replace(why=(cause.what,)), None)
 
     def _on_event(self, _name: str, message: Any) -> None:
-        match message:
-            case {"what": str(what), "process": str(process), "text": str(text), "time_s": int() | float() as time_s}:
-                self._note(time_s, process, f"{what}: {text}" if text else what)
+        event = events.taken(message)
+        if event is not None:
+            self._note(event.time_s, event.process, events.in_words(event))
 
     def _on_notice(self, _name: str, message: Any) -> None:
         notice = taken(message)

@@ -11,11 +11,11 @@ from typing import Any, TextIO
 
 from fieldrig.cli.reach import as_typed, connections, short
 from fieldrig.config.rig_file import RigConfig
+from fieldrig.control.events import Event
 from fieldrig.control.messages import Control
 from fieldrig.control.notices import in_words, taken
 from fieldrig.outside.page_seat import PageRole
 from fieldrig.points.values import counted
-from fieldrig.real.roster import Event
 from fieldrig.system.steady_output import steady
 
 REFRESH_S = 1.0

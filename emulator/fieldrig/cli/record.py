@@ -12,6 +12,7 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.cli.common import Endpoint, argument, duration_ns, writing
 from fieldrig.cli.names import Parts, check_name, check_patterns
+from fieldrig.control import events
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 from fieldrig.points.values import counted
 
@@ -191,7 +192,8 @@ class _Recorder:
             self._ended.set()
 
     def _on_event(self, _: str, message: Any) -> None:
-        if isinstance(message, dict) and message.get("what") in ("stopping", "stopped") and not message.get("process"):
+        event = events.taken(message)
+        if event is not None and event.what in ("stopping", "stopped") and not event.process:
             typer.echo("-- the rig is being stopped", err=True)
             self._ended.set()
 

@@ -82,6 +82,7 @@ def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | N
 
 
 def _messages(client: "Client", patterns: list[str], rig: Path | None) -> Iterator[Line | None]:
+    from fieldrig.control import events
     from fieldrig.control.notices import in_words, taken
     from fieldrig.traces.trace import is_batch
 
@@ -96,13 +97,9 @@ def _messages(client: "Client", patterns: list[str], rig: Path | None) -> Iterat
         if published is None:
             yield None
         elif published[0] == "event":
-            event = published[1]
-            words = " ".join(filter(None, (event["process"], event["what"])))
-            text = event["text"].partition("\n")[0]
-            yield (
-                f"{_time_of_day(round(event['time_s'] * S))}  -- {words}{': ' if text else ''}{text}",
-                {"event": event},
-            )
+            if (event := events.taken(published[1])) is not None:
+                words = " ".join(filter(None, (event.process, events.in_words(event).partition("\n")[0])))
+                yield f"{_time_of_day(round(event.time_s * S))}  -- {words}", {"event": event._asdict()}
         elif (notice := taken(published[1])) is not None:
             yield f"{_time_of_day(time.time_ns())}  -- {notice.part}: {in_words(notice)}", {"notice": notice._asdict()}
         elif any(fnmatchcase(published[0], pattern) for pattern in patterns) and is_batch(published[1]):

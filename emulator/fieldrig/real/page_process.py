@@ -16,12 +16,13 @@ from typing import Any, Final
 
 from fieldrig.config import kinds
 from fieldrig.config.rig_file import RigConfig
+from fieldrig.control.events import event
 from fieldrig.errors import RigError
 from fieldrig.outside.page_seat import SEAT_VARIABLE, PageRole, Seat, take_seat
 from fieldrig.real.child import CAN_FORK, FIRST_KEPT, Child, how_it_ended
 from fieldrig.real.host import end_with_parent, name_process, start_log
 from fieldrig.real.patience import Patience
-from fieldrig.real.roster import Report, event
+from fieldrig.real.roster import Report
 from fieldrig.system.exits import KILL, Exit
 
 NICENESS: Final = 5

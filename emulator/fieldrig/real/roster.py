@@ -10,9 +10,10 @@ from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import Any
 
 from fieldrig.config.rig_file import RigConfig
+from fieldrig.control.events import Event, event
 from fieldrig.control.messages import Control
 from fieldrig.control.question_words import asked
 from fieldrig.control.rig_status import rig_status
@@ -38,23 +39,7 @@ ON_ITS_WAY = frozenset({ProcessState.STARTING, ProcessState.WAITING, ProcessStat
 GREETING_S = 5.0
 
 
-class Event(NamedTuple):
-    """Something that a user may want to know: ready, died, gone, failed, late, warning, stopping, stopped."""
-
-    what: str
-    process: str
-    text: str
-    time_s: float
-
-
 Report = Callable[[Event], None]
-
-
-def event(what: str, process: str = "", text: str = "") -> Event:
-    """Return an event of this moment."""
-    return Event(what, process, text, time.time())
-
-
 Verb = Callable[[Any], Awaitable[None]]
 
 

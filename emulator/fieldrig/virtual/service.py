@@ -15,6 +15,7 @@ from fieldrig.clock import NEVER_NS, S
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.bus_questions import answers_of_bus
 from fieldrig.control.device_questions import answers
+from fieldrig.control.events import event
 from fieldrig.control.messages import Control
 from fieldrig.control.notices import Watched, look_on
 from fieldrig.control.question_words import asked
@@ -22,7 +23,7 @@ from fieldrig.control.rig_status import rig_status
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.hub.bus_stream import BusStream, OnDelivery
-from fieldrig.real.roster import ProcessState, Report, event
+from fieldrig.real.roster import ProcessState, Report
 from fieldrig.recording.recorders import Recorders
 from fieldrig.system.exits import Exit
 from fieldrig.system.this_process import brief_facts, facts

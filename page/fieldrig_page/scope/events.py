@@ -9,6 +9,7 @@ from collections.abc import Callable
 from itertools import islice
 from typing import Any, Final, NamedTuple
 
+from fieldrig.control import events
 from fieldrig.control.notices import FAULT, span_of, taken
 
 MOST: Final = 500
@@ -44,9 +45,9 @@ class Events:
 
     def take_event(self, _name: str, message: Any) -> None:
         """Take what is published at `event`, such as the restart of a process."""
-        match message:
-            case {"what": str(what), "process": str(part)}:
-                self._add("event", part, what, None, is_over=False)
+        event = events.taken(message)
+        if event is not None:
+            self._add("event", event.process, events.in_words(event), None, is_over=False)
 
     def since(self, count: int) -> list[Event]:
         """The events after the first `count`, as far as they are kept."""

@@ -9,10 +9,11 @@ from typing import Any, cast
 import pytest
 
 from fieldrig.config.rig_file import from_dict
+from fieldrig.control.events import Event
 from fieldrig.control.messages import Control
 from fieldrig.errors import ControlError
 from fieldrig.real.placement import placement
-from fieldrig.real.roster import Event, ProcessState, Roster
+from fieldrig.real.roster import ProcessState, Roster
 
 HERE = Path(__file__).parents[1]
 

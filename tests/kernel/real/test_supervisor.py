@@ -12,11 +12,11 @@ import pytest
 from jumping_loop import run_jumping
 
 from fieldrig.config.rig_file import from_dict
+from fieldrig.control.events import Event
 from fieldrig.control.messages import Control
 from fieldrig.real.children import Children
 from fieldrig.real.patience import FIRST_PAUSE_S, LONGEST_LIMIT_S, LONGEST_PAUSE_S, SETTLED_S, Patience
 from fieldrig.real.placement import placement
-from fieldrig.real.roster import Event
 from fieldrig.real.supervisor import Supervisor
 from fieldrig.system.exits import Exit
 
