@@ -133,6 +133,8 @@ def main(names: Sequence[str]) -> None:
     for name in names or known:
         report = known[name].run()
         tables[report.title] = f"{report.markdown()}\n{measured()}"
+        if names:
+            PAGE.write_text("\n".join([INTRODUCTION, *tables.values()]))  # a later one may fail
     PAGE.write_text("\n".join([INTRODUCTION, *tables.values()]))
     print(f"written to {PAGE}")
 
