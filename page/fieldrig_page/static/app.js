@@ -1,19 +1,19 @@
 // The shell of the page: its head, the ways to its views, and the view that the address names.
 import { html, render } from 'htm/preact';
 import { useEffect, useLayoutEffect, useState } from 'preact/hooks';
-import { live, role, useLive, useModule, useWish } from './live.js';
+import { live, role, useAnswer, useLive, useModule, useWish } from './live.js';
 
 // Each view is a module with `export function View({rig, path, role})`; `path` is what follows its hash.  One that needs
-// a name, such as `#/device/NAME`, is hidden from the navigation.
+// a name, such as `#/device/NAME`, is hidden from the navigation.  `of` says what the name in its address is one of.
 const VIEWS = [
   { title: 'Picture', hash: 'picture', load: () => import('./picture.js') },
-  { title: 'Device', hash: 'device', isHidden: true, load: () => import('./device.js') },
-  { title: 'Values', hash: 'values', load: () => import('./values.js') },
-  { title: 'Traffic', hash: 'traffic', load: () => import('./traffic.js') },
+  { title: 'Device', hash: 'device', isHidden: true, of: ['devices'], load: () => import('./device.js') },
+  { title: 'Values', hash: 'values', of: ['devices'], load: () => import('./values.js') },
+  { title: 'Traffic', hash: 'traffic', of: ['buses'], load: () => import('./traffic.js') },
   { title: 'Scope', hash: 'scope', load: () => import('./scope/scope.js') },
-  { title: 'Bus', hash: 'bus', isHidden: true, load: () => import('./traffic.js') },
-  { title: 'Faults', hash: 'faults', load: () => import('./faults.js') },
-  { title: 'Programs', hash: 'programs', load: () => import('./programs.js') },
+  { title: 'Bus', hash: 'bus', isHidden: true, of: ['buses'], load: () => import('./traffic.js') },
+  { title: 'Faults', hash: 'faults', of: ['devices', 'buses'], load: () => import('./faults.js') },
+  { title: 'Programs', hash: 'programs', of: ['devices'], load: () => import('./programs.js') },
   { title: 'Time', hash: 'time', load: () => import('./time.js') },
 ];
 // What `#/` shows.
@@ -76,7 +76,21 @@ function duration(seconds) {
 function Loaded({ view, rig, path }) {
   const [module, trouble] = useModule(view.load);
   if (trouble) return html`<p class="refusal" role="alert">${view.title} cannot be shown: ${trouble}</p>`;
-  return module && html`<${module.View} rig=${rig} path=${path} role=${role} />`;
+  if (module === null) return null;
+  const shown = html`<${module.View} rig=${rig} path=${path} role=${role} />`;
+  return view.of && path ? html`<${Named} view=${view} name=${path}>${shown}<//>` : shown;
+}
+
+// What an address names, if the rig has it: a bookmark may be older than the rig file.
+function Named({ view, name, children }) {
+  const [rig] = useAnswer('rig');
+  if (rig === null) return html`<p class="quiet" role="status">asking ...</p>`;
+  const names = view.of.flatMap((sort) => Object.keys(rig[sort]));
+  if (names.includes(name)) return children;
+  const words = { devices: 'device', buses: 'bus' };
+  return html`<section><h2>${view.title}</h2>
+    <p class="refusal" role="alert">${rig.rig} has no ${view.of.map((sort) => words[sort]).join(' or ')} ${name}</p>
+    <p class="ways">${names.map((one) => html`<a key=${one} href=${`#/${view.hash}/${encodeURIComponent(one)}`}>${one}</a>`)}</p></section>`;
 }
 
 // The address after the hash: `#/device/tank` is ["device", "tank"].

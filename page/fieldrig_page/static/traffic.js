@@ -6,6 +6,7 @@ import { Rows } from './rows.js';
 
 const ROW = 26; // pixels
 const MOST_ROWS = 5000;
+const NARROW = '(max-width: 600px)';
 // The formats of downloads, with the families of buses whose messages they can hold; without any they hold all.
 const FORMATS = [
   { ending: 'pcapng', title: 'for Wireshark' },
@@ -34,6 +35,7 @@ function Traffic({ buses, first }) {
   useWish('traffic', { buses: chosen, ...filter });
   useEffect(() => live.on('traffic', (frame) => { take(state.current, frame, paused.current); setTick((tick) => tick + 1); }), []);
   const now = state.current;
+  const order = useNarrow() ? SHORT : WHOLE;
   const pause = () => {
     if (isPaused) append(now.rows, now.waiting.splice(0));
     setPaused(!isPaused);
@@ -59,8 +61,7 @@ function Traffic({ buses, first }) {
       ${chosen.map((name) => html`<span class="downloads">save ${name}: ${formatsOf(buses[name]).map(({ ending, title }) => html` <a href=${`/api/v1/traces/${encodeURIComponent(name)}.${ending}`} download title=${title}>${ending}</a>`)}</span>`)}
     </div>
     <${Rows} label="messages" count=${now.rows.length} height=${ROW} follows=${!isPaused}
-      columns=${[{ title: 'time', look: 'number' }, { title: 'since', look: 'number' }, { title: 'bus' }, { title: 'from' }, { title: 'node' }, { title: 'kind' }, { title: 'message', look: 'about' }, { title: 'as on the bus', look: 'bytes' }]}
-      row=${(index) => rowOf(now.rows[index])} />
+      columns=${order.map((at) => COLUMNS[at])} row=${(index) => rowOf(now.rows[index], order)} />
   </section>`;
 }
 
@@ -78,11 +79,26 @@ function append(rows, more) {
   if (rows.length > MOST_ROWS) rows.splice(0, rows.length - MOST_ROWS);
 }
 
-function rowOf([number, time, bus, sender, node, kind, text, raw, since]) {
+const COLUMNS = [{ title: 'time', look: 'number' }, { title: 'since', look: 'number' }, { title: 'bus' }, { title: 'from' }, { title: 'node' }, { title: 'kind' }, { title: 'message', look: 'about' }, { title: 'as on the bus', look: 'bytes' }];
+// The order of the columns; on a telephone, what a message says comes before where it is from.
+const WHOLE = [0, 1, 2, 3, 4, 5, 6, 7], SHORT = [4, 5, 6, 0, 1, 2, 3, 7];
+
+function useNarrow() {
+  const [isNarrow, setNarrow] = useState(matchMedia(NARROW).matches);
+  useEffect(() => {
+    const query = matchMedia(NARROW), look = () => setNarrow(query.matches);
+    query.addEventListener('change', look);
+    return () => query.removeEventListener('change', look);
+  }, []);
+  return isNarrow;
+}
+
+function rowOf([number, time, bus, sender, node, kind, text, raw, since], order) {
+  const cells = [instant(time), since === null ? '' : duration(since), bus, sender, node, kind, html`<span title=${text}>${text}</span>`, html`<code title=${raw}>${raw}</code>`];
   return {
     key: `${bus}/${number}`,
     look: kind.includes('abort') || kind.includes('exception') || kind === 'EMCY' ? 'wrong' : '',
-    cells: [instant(time), since === null ? '' : duration(since), bus, sender, node, kind, html`<span title=${text}>${text}</span>`, html`<code title=${raw}>${raw}</code>`],
+    cells: order.map((at) => cells[at]),
   };
 }
 

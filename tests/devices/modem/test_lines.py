@@ -281,7 +281,8 @@ def test_the_leds_of_data_show_a_call_in_both_directions_and_no_plug_that_is_out
     assert (bench.point("sd"), bench.point("rd")) == (False, True)
     bench.wait(0.2).type("hello")
     assert (bench.point("sd"), bench.point("rd")) == (True, False)
-    assert bench.wait(0.2).modem.injected is not None
-    bench.modem.injected.add_fault({"what": "serial_unplugged"})
+    faults = bench.wait(0.2).modem.injected
+    assert faults is not None
+    faults.add_fault({"what": "serial_unplugged"})
     bench.type("hello").hear(b"hello").wait(0.01)
     assert (bench.point("sd"), bench.point("rd")) == (False, False)

@@ -61,6 +61,27 @@ def test_a_view_that_was_opened_while_the_server_was_away_is_filled_when_it_is_b
         expect(devices).to_have_text(["tank", "io", "sensor", "drive"])
 
 
+def test_an_address_of_a_part_that_the_rig_does_not_have_says_so_and_what_it_has(
+    browser: Browser, lab: ServedRig
+) -> None:
+    with opened(browser, lab) as page:
+        expect(page.locator("main article")).to_have_count(4)
+        page.evaluate(NOTE_STATES)
+        for path, words, instead in (
+            ("device/tanc", "lab has no device tanc", "device/tank"),
+            ("values/tanc", "lab has no device tanc", "values/tank"),
+            ("programs/tanc", "lab has no device tanc", "programs/tank"),
+            ("bus/can7", "lab has no bus can7", "bus/can0"),
+            ("traffic/can7", "lab has no bus can7", "traffic/can0"),
+            ("faults/can7", "lab has no device or bus can7", "faults/can0"),
+        ):
+            page.goto(f"{page.url.partition('#')[0]}#/{path}")
+            expect(page.get_by_role("alert")).to_have_text(words)
+            page.locator(f'main a[href="#/{instead}"]').click()
+            expect(page.get_by_text(words)).to_have_count(0)
+        assert page.evaluate("states") == []  # the connection was never lost
+
+
 def test_the_token_leaves_the_address_and_a_reload_in_the_middle_needs_none(browser: Browser, lab: ServedRig) -> None:
     with opened(browser, lab, "look", path="/time") as page:
         expect(page.locator("main section").first).to_be_visible()

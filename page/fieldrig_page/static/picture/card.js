@@ -8,7 +8,7 @@ const shortKind = kind => kind.replace(/^.*:/, '');
 
 export function Card({ device, part, keys, samples, ports, buses, place, ring, isChosen, isPartner, onChoose }) {
   const now = samples[samples.length - 1] || [];
-  const drawn = keys.findIndex((_, at) => typeof now[at] === 'number');
+  const drawn = [...keys.keys()].find((at) => typeof now[at] === 'number') ?? keys.findIndex((_, at) => typeof now[at] === 'boolean');
   const level = part.level || 'unknown';
   const classes = ['card', level, isChosen && 'chosen', isPartner && 'partner'].filter(Boolean).join(' ');
   const onClick = event => { if (!event.target.closest('a, button')) onChoose(); };  // the button in it is for the keyboard

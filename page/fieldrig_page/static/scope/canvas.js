@@ -63,7 +63,7 @@ export function draw(g, width, height, picture, look) {
   const plot = { x: GUTTER, width: Math.max(width - GUTTER, 1), bottom: height - AXIS };
   const span = Math.max(buckets.endNs - buckets.firstNs, 1);
   const xOf = (instantNs) => plot.x + ((instantNs - buckets.firstNs) / span) * plot.width;
-  drawTime(g, plot, picture, look, xOf);
+  if (picture.columns.some((column) => column.is_there)) drawTime(g, plot, picture, look, xOf); // else no instant is known
   if (picture.trigger) drawBefore(g, plot, picture, look, xOf);
   picture.columns.forEach((column, row) => {
     const lane = picture.lanes[row];
