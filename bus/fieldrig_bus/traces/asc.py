@@ -9,6 +9,7 @@ microseconds; the date is in local time, as in Vector's files.  An injected faul
 import re
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from typing import BinaryIO, Final
 
 from fieldrig.clock import MS, S
@@ -16,15 +17,16 @@ from fieldrig.errors import UsageError
 from fieldrig.traces.log_lines import LogLines, text_of
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
-from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
+from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_bus.can.codec import decode
-from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK
+from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS
 from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.can.notices import BusState, CanError
 from fieldrig_bus.traces.asc_lines import PLAIN, STATES, base_of, date_of, parse, unix_ns
-from fieldrig_bus.traces.can_fields import Fields, fields_of, plain_message
+from fieldrig_bus.traces.can_fields import Fields, fields_of
 from fieldrig_bus.traces.channels import BusNames, Channels
 from fieldrig_bus.traces.error_capture import code_of
+from fieldrig_bus.traces.plain_heads import HEAD_BYTES, HeadsOfTexts, PlainHeads
 
 SUFFIXES = (".asc",)
 FAMILIES = frozenset({"can"})
@@ -64,20 +66,37 @@ def line_clock(head: bytes) -> Callable[[str], int | None] | None:
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
-    written, begin_ns, channels = 0, None, Channels()
-    for entry in entries:
-        text = _text(entry.data) if entry.family == "can" else None
-        if text is None:
+    odd = Oddities() if odd is None else odd
+    written, begin_ns, channels, heads = 0, None, Channels(), PlainHeads(_head_of)
+    second, second_ns = "   0.", 0
+    for time_ns, bus, family, _, message in entries:
+        if family != "can":
             continue
-        time_ns = start_unix_ns + entry.time_ns
-        if begin_ns is None or time_ns < begin_ns:
-            file.write((_head(time_ns) if begin_ns is None else "End TriggerBlock\n").encode())
-            begin_ns = time_ns - time_ns % MS
+        head, form = heads[message[:HEAD_BYTES]], ""
+        if head is not None and message[4] == len(message) - HEAD_BYTES:
+            text = f"{head}{message[HEAD_BYTES:].hex(' ').upper()}" if message[4] else head[:-1]
+        elif (special := _text(message)) is not None:
+            form = special
+        else:
+            continue
+        now_ns = start_unix_ns + time_ns
+        if begin_ns is None or now_ns < begin_ns:
+            file.write((_head(now_ns) if begin_ns is None else "End TriggerBlock\n").encode())
+            begin_ns = now_ns - now_ns % MS
+            second, second_ns = "   0.", begin_ns
+            if not 0 <= begin_ns < _LAST_S * S:
+                odd.report("dates that no calendar has become the nearest one that it has")
             file.write(f"Begin Triggerblock {_date(begin_ns)}\n   0.000000 Start of measurement\n".encode())
-        if channels.get(entry.bus) is None:
-            file.write(f"// {channels.add(entry.bus)}\n".encode())
-        seconds, microseconds = divmod((time_ns - begin_ns) // 1000, 1_000_000)
-        file.write(f"{seconds:4}.{microseconds:06} {text.format(channel=channels[entry.bus])}\n".encode())
+        channel = channels.get(bus)
+        if channel is None:
+            file.write(f"// {channels.add(bus)}\n".encode())
+            channel = channels[bus]
+        part_ns = now_ns - second_ns
+        if not 0 <= part_ns < S:
+            seconds, part_ns = divmod(now_ns - begin_ns, S)
+            second, second_ns = f"{seconds:4}.", begin_ns + seconds * S
+        line = form.format(channel=channel) if form else f"{channel}  {text}"
+        file.write(f"{second}{part_ns // 1000:06} {line}\n".encode())
         written += 1
     file.write((_head(0) if begin_ns is None else "End TriggerBlock\n").encode())
     return written
@@ -89,16 +108,19 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     lines, names, begin_ns, last_ns = LogLines(file, odd), BusNames(), 0, 0
     is_hex, is_relative, found, has_head = True, False, 0, False
     new = tuple.__new__
+    standard, extended = HeadsOfTexts(lambda text: False), HeadsOfTexts(lambda text: True)
     for line in lines:
         match = PLAIN(line) if is_hex and not is_relative else None
         if match is not None:
-            seconds, fraction, channel, digits, extended, length, data = match.groups()
-            word = int(digits, 16)
-            if len(data) == 3 * int(length) and word <= (EXTENDED_MASK if extended else STANDARD_MASK):
+            seconds, fraction, channel, digits, flag, length, text = match.groups()
+            try:
+                head, data = (extended if flag else standard)[digits], bytes.fromhex(text)
+            except ValueError:  # half a byte, as the line below says
+                head, data = (), b""
+            if head and len(data) == int(length):
                 offset_ns = int(seconds) * S + int(fraction) * 10 ** (9 - len(fraction))
-                message = plain_message(word | EXTENDED if extended else word, bytes.fromhex(data))
                 found += 1
-                yield new(TraceEntry, (begin_ns + offset_ns, names[int(channel)], "can", "", message))
+                yield new(TraceEntry, (begin_ns + offset_ns, names[int(channel)], "can", "", head[len(data)] + data))
                 continue
         if (date := date_of(line)) is not None:
             begin_ns, has_head = _begin_ns(text_of(date), odd), True
@@ -137,12 +159,34 @@ def _head(time_ns: int) -> str:
     return f"date {_date(time_ns)}\nbase hex  timestamps absolute\ninternal events logged\n"
 
 
+_LAST_S: Final = 253_402_214_400
+"""The last day of the year 9999, beyond which a date has no four digits for its year."""
+
+
+def _day(seconds: int) -> time.struct_time:
+    """Return the local day and time; a time of no calendar is the first or the last that it has.
+
+    Windows raises for any before 1970 and after 3000.
+    """
+    for known in (seconds, min(max(seconds, 0), _LAST_S)):
+        with suppress(ValueError, OverflowError, OSError):
+            day = time.localtime(known)
+            if 1 <= day.tm_year <= 9999:
+                return day
+    return time.gmtime(0)
+
+
 def _date(time_ns: int) -> str:
     """Return a date in English, whatever the language of the system is."""
     seconds, rest_ns = divmod(time_ns, S)
-    day = time.localtime(seconds)
+    day = _day(seconds)
     clock = f"{day.tm_hour:02}:{day.tm_min:02}:{day.tm_sec:02}.{rest_ns // MS:03}"
-    return f"{_DAYS[day.tm_wday]} {_MONTHS[day.tm_mon - 1]} {day.tm_mday:02} {clock} {day.tm_year}"
+    return f"{_DAYS[day.tm_wday]} {_MONTHS[day.tm_mon - 1]} {day.tm_mday:02} {clock} {day.tm_year:04}"
+
+
+def _head_of(identifier: int, is_extended: bool, length: int) -> str:
+    digits = f"{identifier:X}{'x' if is_extended else ''}"
+    return f"{digits:<15} Rx   d {length:x} "
 
 
 def _text(message: bytes) -> str | None:
@@ -150,15 +194,13 @@ def _text(message: bytes) -> str | None:
     fields = fields_of(message)
     if fields is None:
         return None
-    word, data, length, is_fd, _ = fields
+    word, _, length, is_fd, _ = fields
     if word & ERROR:
         return _notice(message)
     identifier = f"{word & EXTENDED_MASK:X}{'x' if word & EXTENDED else ''}"
     if is_fd:
         return _fd(fields, identifier)
-    if word & REMOTE:
-        return f"{{channel}}  {identifier:<15} Rx   r {length:x}"
-    return f"{{channel}}  {identifier:<15} Rx   d {length:x} {data.hex(' ').upper()}".rstrip()
+    return f"{{channel}}  {identifier:<15} Rx   r {length:x}"  # plain data frames have their text already
 
 
 def _fd(fields: Fields, identifier: str) -> str:

@@ -26,11 +26,10 @@ from fieldrig_bus.traces.can_fields import message_of
 from fieldrig_bus.traces.error_capture import error_of, unknown_error
 
 PLAIN: Final = re.compile(
-    r"\s*(\d{1,12})\.(\d{1,9})\s+(\d{1,3})\s+([0-9A-Fa-f]{1,8})(x?)\s+(?:Rx|Tx)\s+d\s+([0-8])((?:\s[0-9A-Fa-f]{2})*)"
-    r"(?:\s*|\s+Length\b.*)",
+    r" *(\d{1,12})\.(\d{1,9}) +(\d{1,3}) +([0-9A-Fa-f]{1,8})(x?) +[RT]x +d ([0-8])([0-9A-Fa-f ]*)(?:\r|Length\b.*)?",
     re.ASCII,
 ).fullmatch
-"""A classical data frame with hexadecimal numbers, as nearly all lines are."""
+"""A classical data frame with hexadecimal numbers, as nearly all lines are, if its digits are in pairs."""
 
 _TIME: Final = r"\s*(?P<seconds>\d{1,12})\.(?P<fraction>\d{1,9})\s+"
 _FRAME: Final = re.compile(

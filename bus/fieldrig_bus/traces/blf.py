@@ -37,6 +37,7 @@ from fieldrig_bus.traces.blf_objects import (
 from fieldrig_bus.traces.can_fields import Fields, fields_of, message_of, plain_message
 from fieldrig_bus.traces.channels import BusNames, Channels
 from fieldrig_bus.traces.error_capture import error_of, unknown_error
+from fieldrig_bus.traces.plain_heads import HEAD_BYTES, PlainHeads
 
 SUFFIXES = (".blf",)
 FAMILIES = frozenset({"can"})
@@ -47,6 +48,8 @@ LEVEL: Final = 1
 
 _HEADS: Final = struct.Struct("<4sHHLLLHHQ")  # OBJ_HEADER_BASE and OBJ_HEADER_V1 of python-can
 _CLASSICAL: Final = struct.Struct("<4sHHLLLHHQHBBL8s")  # and CAN_MSG behind them
+_PLAIN: Final = struct.Struct("<24sQH6s8s")
+"""The same for a plain data frame: what is equal in all of them, instant, channel, what `_head_of` gives, data."""
 _APP_TEXT, _APP_TEXT_STRUCT = 65, struct.Struct("<LLLL")  # source, reserved, length of the text, reserved
 _CAN_ERROR: Final = 2
 _CHANNEL: Final = struct.Struct("<H")
@@ -214,10 +217,13 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
     first, rest = beginning(entry for entry in entries if entry.family == "can")
     start_ns = start_unix_ns + min((entry.time_ns for entry in first), default=-start_unix_ns)
     writer = _Writer(file, start_ns - start_ns % MS, Oddities() if odd is None else odd)
-    for entry in chain(first, rest):
-        fields = fields_of(entry.data)
-        if fields is not None:
-            writer.add(start_unix_ns + entry.time_ns, entry.bus, fields)
+    heads = PlainHeads(_head_of)
+    for time_ns, bus, _, _, message in chain(first, rest):
+        head = heads[message[:HEAD_BYTES]]
+        if head is not None and message[4] == len(message) - HEAD_BYTES:
+            writer.add_plain(start_unix_ns + time_ns, bus, head, message[HEAD_BYTES:])
+        elif (fields := fields_of(message)) is not None:
+            writer.add(start_unix_ns + time_ns, bus, fields)
     writer.close()
     return writer.written
 
@@ -235,27 +241,36 @@ class _Writer:
         self.written = 0
         file.write(file_head(HEAD_SIZE, HEAD_SIZE, 0, 0, 0))
 
+    def add_plain(self, time_ns: int, bus: str, head: bytes, data: bytes) -> None:
+        ticks = time_ns - self._start_ns
+        channel = self._channels.get(bus)
+        if channel is None or ticks < 0:
+            ticks, channel = self._place(time_ns, bus)
+        self._waiting.append(_PLAIN.pack(_PLAIN_HEAD, ticks, channel, head, data))
+        self._size += _CLASSICAL.size
+        self.written += 1
+        if time_ns > self._stop_ns:
+            self._stop_ns = time_ns
+        if self._size >= CONTAINER_SIZE:
+            self._flush()
+
     def add(self, time_ns: int, bus: str, fields: Fields) -> None:
+        """Add a message that is no plain data frame."""
+        ticks, channel = self._place(time_ns, bus)
+        self.written += 1
+        self._stop_ns = max(self._stop_ns, time_ns)
+        self._put(*_special(channel, fields, ticks))
+
+    def _place(self, time_ns: int, bus: str) -> tuple[int, int]:
+        """Return the instant in the file and the channel."""
         ticks = time_ns - self._start_ns
         if ticks < 0:
             self._odd.report("messages earlier than the first one get its time, as the format has no earlier")
             ticks = 0
-        if time_ns > self._stop_ns:
-            self._stop_ns = time_ns
-        channel = self._channels.get(bus)
-        if channel is None:
+        if self._channels.get(bus) is None:
             text = self._channels.add(bus).encode()
             self._put(_APP_TEXT, ticks, _APP_TEXT_STRUCT.pack(0, 0, len(text), 0) + text)
-            channel = self._channels[bus]
-        self.written += 1
-        word, data, length, is_fd, _ = fields
-        if is_fd or word & ERROR:
-            self._put(*_special(channel, fields, ticks))
-            return
-        flags = layout.REMOTE_FLAG if word & REMOTE else 0
-        plain = word & EXTENDED_MASK | (word & EXTENDED)
-        head = (SIGNATURE, _HEADS.size, 1, _CLASSICAL.size, layout.CAN_MESSAGE, layout.TIME_ONE_NANS, 0, 0, ticks)
-        self._append(_CLASSICAL.pack(*head, channel, flags, length, plain, data))
+        return ticks, self._channels[bus]
 
     def _put(self, kind: int, ticks: int, body: bytes) -> None:
         size = _HEADS.size + len(body)
@@ -265,12 +280,12 @@ class _Writer:
     def _append(self, data: bytes) -> None:
         self._waiting.append(data)
         self._size += len(data)
-        self._objects += 1
         if self._size >= CONTAINER_SIZE:
             self._flush()
 
     def _flush(self) -> None:
         data = b"".join(self._waiting)
+        self._objects += len(self._waiting)
         self._waiting.clear()
         packed = container(data, LEVEL)
         self._size = 0
@@ -286,13 +301,25 @@ class _Writer:
         self._file.write(file_head(self._written_bytes, self._inflated, self._objects, *times))
 
 
+_PLAIN_HEAD: Final = _HEADS.pack(
+    SIGNATURE, _HEADS.size, 1, _CLASSICAL.size, layout.CAN_MESSAGE, layout.TIME_ONE_NANS, 0, 0, 0
+)[:24]
+
+
+def _head_of(identifier: int, is_extended: bool, length: int) -> bytes:
+    """Flags, length and identifier of a plain data frame."""
+    return struct.pack("<BBL", 0, length, identifier | is_extended * EXTENDED)
+
+
 def _special(channel: int, fields: Fields, ticks: int) -> tuple[int, int, bytes]:
-    """Kind, instant and body of an FD frame or an error frame."""
-    word, data, length, _, is_switched = fields
+    """Kind, instant and body of a remote frame, an FD frame or an error frame."""
+    word, data, length, is_fd, is_switched = fields
     plain = word & EXTENDED_MASK | (word & EXTENDED)
     if word & ERROR:
         body = layout.CAN_ERROR_EXT_STRUCT.pack(channel, 0, 0, 0, 0, length, 0, plain, 0, data)
         return layout.CAN_ERROR_EXT, ticks, body
+    if not is_fd:
+        return layout.CAN_MESSAGE, ticks, layout.CAN_MSG_STRUCT.pack(channel, layout.REMOTE_FLAG, length, plain, data)
     fd_flags = layout.EDL | (layout.BRS if is_switched else 0)
     code = FD_LENGTHS.index(length)
     return (

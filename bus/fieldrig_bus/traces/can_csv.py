@@ -7,22 +7,23 @@ at a line that it does not understand.  What such a row cannot say is in `rows`,
 import re
 from base64 import b64decode
 from binascii import a2b_base64, b2a_base64
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import BinaryIO, Final
 
 from fieldrig.clock import S
 from fieldrig.traces.log_lines import LogLines
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
-from fieldrig_bus.can.acceptance import EXTENDED
-from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
-from fieldrig_bus.traces.can_fields import Fields, plain_message
+from fieldrig_bus.traces.can_fields import Fields
+from fieldrig_bus.traces.plain_heads import HEAD_BYTES, HeadsOfTexts, PlainHeads
 from fieldrig_bus.traces.rows import BUS, Columns, Row, message_of_row, row_of
 
 SUFFIXES = (".csv",)
 FAMILIES = frozenset({"can"})
 HEAD: Final = "timestamp,arbitration_id,extended,remote,error,dlc,data"
 REMEDY: Final = "expected the CSV of python-can or `fieldrig trace`"
+_NO_SECOND_NS: Final = 1 << 100
+"""The beginning of no second, after which each time is written anew."""
 _TIME: Final = re.compile(r"(-?)(\d{1,12})(?:\.(\d{1,12}))?", re.ASCII)
 _NUMBER: Final = re.compile(r"\d{1,3}", re.ASCII)
 
@@ -41,33 +42,47 @@ def line_clock(head: bytes) -> Callable[[str], int | None]:
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
-    columns, written = Columns(Oddities() if odd is None else odd), 0
+    columns, heads, written = Columns(Oddities() if odd is None else odd), PlainHeads(_head), 0
+    second, second_ns = "0.", 0
     file.write(f"{HEAD}\n".encode())
     for entry in entries:
-        fields = columns.fields(entry)
-        if fields is None:
-            continue
-        word, data, length, _, _ = fields
-        clock = f"{start_unix_ns + entry[0]:010}"
-        text = b2a_base64(data, newline=False).decode()
-        frame = f"0x{word:x},0,0,0" if word <= STANDARD_MASK else _flagged(fields)
-        file.write(f"{clock[:-9]}.{clock[-9:]},{frame},{length},{text}\n".encode())
+        time_ns, bus, family, _, message = entry
+        head = heads[message[:HEAD_BYTES]] if family == "can" and bus == columns.bus else None
+        if head is not None and message[4] == len(message) - HEAD_BYTES:
+            frame = f"{head}{b2a_base64(message[HEAD_BYTES:], newline=False).decode()}"
+        else:
+            fields = columns.fields(entry)
+            if fields is None:
+                continue
+            frame = _frame(fields)
+        now_ns = start_unix_ns + time_ns
+        part_ns = now_ns - second_ns
+        if not 0 <= part_ns < S:
+            seconds, part_ns = divmod(abs(now_ns), S)
+            second, second_ns = (f"{seconds}.", seconds * S) if now_ns >= 0 else (f"-{seconds}.", _NO_SECOND_NS)
+        file.write(f"{second}{part_ns:09},{frame}\n".encode())
         written += 1
     return written
 
 
-def _flagged(fields: Fields) -> str:
-    """Return identifier and flags of a frame that is not a standard one."""
+def _head(identifier: int, is_extended: bool, length: int) -> str:
+    return f"0x{identifier:x},{is_extended:d},0,0,{length},"
+
+
+def _frame(fields: Fields) -> str:
     row = row_of(fields)
-    return f"0x{row.identifier:x},{row.is_extended:d},{row.is_remote:d},{row.is_error:d}"
+    flags = f"{row.is_extended:d},{row.is_remote:d},{row.is_error:d}"
+    return f"0x{row.identifier:x},{flags},{row.length},{b2a_base64(row.data, newline=False).decode()}"
 
 
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  A line that cannot be read is odd; UsageError, with the line, if none can."""
     odd = Oddities() if odd is None else odd
     lines, found, new = LogLines(file, odd), 0, tuple.__new__
+    standard, extended = HeadsOfTexts(lambda text: False), HeadsOfTexts(lambda text: True)
+    heads = {"0": standard, "1": extended}
     for line in lines:
-        if (plain := _plain(line)) is not None:
+        if (plain := _plain(line, heads)) is not None:
             found += 1
             yield new(TraceEntry, (plain[0], BUS, "can", "", plain[1]))
             continue
@@ -84,17 +99,18 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         lines.refuse(REMEDY)
 
 
-def _plain(line: str) -> tuple[int, bytes] | None:
+def _plain(line: str, heads: Mapping[str, HeadsOfTexts]) -> tuple[int, bytes] | None:
     """Return the instant and the message of a classical data frame, as nearly all lines are; None for any other."""
     try:
-        clock, digits, extended, remote, error, _, text = line.split(",")
+        clock, digits, extended, remote, error, length, text = line.split(",")
         if remote != "0" or error != "0" or clock[-10] != ".":  # nanoseconds, as they are written here
             return None
-        word, data = int(digits, 16), a2b_base64(text.rstrip(), strict_mode=True)
-        if len(data) > 8 or not 0 <= word <= (STANDARD_MASK if extended == "0" else EXTENDED_MASK):
+        data = a2b_base64(text.rstrip(), strict_mode=True)
+        size = int(length)
+        if len(data) != size:
             return None
-        return int(clock[:-10] + clock[-9:]), plain_message(word if extended == "0" else word | EXTENDED, data)
-    except (ValueError, IndexError):
+        return int(clock[:-10] + clock[-9:]), heads[extended][digits][size] + data
+    except (ValueError, LookupError):
         return None
 
 

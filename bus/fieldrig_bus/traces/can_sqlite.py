@@ -18,6 +18,7 @@ from fieldrig_bus.can.acceptance import EXTENDED
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
 from fieldrig_bus.traces.can_fields import plain_message
 from fieldrig_bus.traces.named_file import path_to_read, path_to_write
+from fieldrig_bus.traces.plain_heads import HEAD_BYTES, PlainHeads
 from fieldrig_bus.traces.rows import BUS, Columns, Row, message_of_row, row_of
 
 SUFFIXES = (".db", ".sqlite")
@@ -42,6 +43,7 @@ def recognises(head: bytes) -> bool:
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
     columns = Columns(Oddities() if odd is None else odd)
+    heads = PlainHeads(lambda identifier, is_extended, length: (identifier, is_extended, False, False, length))
     with path_to_write(file) as path, closing(sqlite3.connect(path)) as database:
         database.executescript(
             "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF"
@@ -49,9 +51,12 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
         database.execute(_TABLE)
         batch, written = [], 0
         for entry in entries:
-            fields = columns.fields(entry)
-            if fields is not None:
-                batch.append(((start_unix_ns + entry.time_ns) / S, *row_of(fields)))
+            time_ns, bus, family, _, message = entry
+            head = heads[message[:HEAD_BYTES]] if family == "can" and bus == columns.bus else None
+            if head is not None and message[4] == len(message) - HEAD_BYTES:
+                batch.append(((start_unix_ns + time_ns) / S, *head, message[HEAD_BYTES:]))
+            elif (fields := columns.fields(entry)) is not None:
+                batch.append(((start_unix_ns + time_ns) / S, *row_of(fields)))
             if len(batch) >= _BATCH:
                 written += database.executemany(_INSERT, batch).rowcount
                 batch.clear()

@@ -18,8 +18,9 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
-from fieldrig_bus.traces.can_fields import fields_of, plain_message
+from fieldrig_bus.traces.can_fields import fields_of
 from fieldrig_bus.traces.candump_lines import STANDARD_DIGITS, is_like_one, parse, says_nothing
+from fieldrig_bus.traces.plain_heads import HEAD_BYTES, HeadsOfTexts, PlainHeads
 
 SUFFIXES = (".log", ".candump")
 FAMILIES = frozenset({"can"})
@@ -27,9 +28,9 @@ REMEDY: Final = "write logs with `candump -L` or `fieldrig trace`, or take the l
 MOST_BUSES: Final = 1_000
 """Interfaces whose names are remembered."""
 PLAIN: Final = re.compile(
-    r"\((\d{1,12})\.(\d{6})\) (\S+) ([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#((?:[0-9A-Fa-f]{2}){0,8})\r?", re.ASCII
+    r"\((\d{1,12})\.(\d{6})\) (\S+) ([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#([0-9A-Fa-f]{0,16})\r?", re.ASCII
 ).fullmatch
-"""A line of `candump -L` with a plain data frame, as nearly all are."""
+"""A line of `candump -L` with a plain data frame, as nearly all are, if its digits are in pairs."""
 
 
 def recognises(head: bytes) -> bool:
@@ -53,15 +54,36 @@ def line_clock(head: bytes) -> Callable[[str], int | None]:
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of lines."""
-    written = 0
-    for entry in entries:
-        time_ns, bus, family, _, message = entry
-        body = _body(message) if family == "can" else None
-        if body is not None:
-            clock = f"{(start_unix_ns + time_ns) // 1000:07}"
-            file.write(f"({clock[:-6]}.{clock[-6:]}) {bus} {body}\n".encode())
-            written += 1
+    odd = Oddities() if odd is None else odd
+    heads, written = PlainHeads(_head), 0
+    second, second_ns = "(0.", 0
+    for time_ns, bus, family, _, message in entries:
+        if family != "can":
+            continue
+        head = heads[message[:HEAD_BYTES]]
+        if head is not None and message[4] == len(message) - HEAD_BYTES:
+            body: str | None = head + message[HEAD_BYTES:].hex().upper()
+        else:
+            body = _body(message)
+            if body is None:
+                continue
+        part_ns = start_unix_ns + time_ns - second_ns
+        if not 0 <= part_ns < S:
+            seconds, part_ns = divmod(_positive(start_unix_ns + time_ns, odd), S)
+            second, second_ns = f"({seconds}.", seconds * S
+        file.write(f"{second}{part_ns // 1000:06}) {bus} {body}\n".encode())
+        written += 1
     return written
+
+
+def _positive(time_ns: int, odd: Oddities) -> int:
+    if time_ns < 0:
+        odd.report("messages before 1970 get its first instant, as the format has no earlier")
+    return max(time_ns, 0)
+
+
+def _head(identifier: int, is_extended: bool, length: int) -> str:
+    return f"{identifier:08X}#" if is_extended else f"{identifier:03X}#"
 
 
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
@@ -69,16 +91,16 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     odd = Oddities() if odd is None else odd
     lines, time_ns, buses = LogLines(file, odd), 0, dict[str, str]()
     second, second_ns, new = "", 0, tuple.__new__
+    heads, decoded = HeadsOfTexts(lambda text: len(text) != STANDARD_DIGITS), bytes.fromhex
     for line in lines:
         if match := PLAIN(line):
             seconds, microseconds, bus, identifier, digits = match.groups()
-            word = int(identifier, 16)
-            is_standard = len(identifier) == STANDARD_DIGITS
-            if word <= (STANDARD_MASK if is_standard else EXTENDED_MASK):
+            head = heads[identifier]
+            if head and not len(digits) % 2:
                 if seconds != second:
                     second, second_ns = seconds, int(seconds) * S
                 time_ns = second_ns + int(microseconds) * 1000
-                message = plain_message(word if is_standard else word | EXTENDED, bytes.fromhex(digits))
+                message = head[len(digits) // 2] + decoded(digits)
                 yield new(TraceEntry, (time_ns, buses.get(bus) or _bus(bus, buses, odd), "can", "", message))
                 continue
         if says_nothing(line):
@@ -115,8 +137,6 @@ def _body(message: bytes) -> str | None:
     if fields is None:
         return None
     word, data, length, is_fd, is_switched = fields
-    if word <= STANDARD_MASK and not is_fd:  # as most frames are
-        return f"{word:03X}#{data.hex().upper()}"
     identifier = f"{word:03X}" if word <= STANDARD_MASK else _flagged(word)
     if word & REMOTE:
         return f"{identifier}#R{length or ''}"

@@ -34,7 +34,8 @@ class Columns:
 
     def __init__(self, odd: Oddities) -> None:
         self._odd = odd
-        self._bus: str | None = None
+        self.bus: str | None = None
+        """The first bus; None before the first message."""
 
     def fields(self, entry: TraceEntry) -> Fields | None:
         """Return the fields of an entry; None for one that has no row."""
@@ -42,10 +43,10 @@ class Columns:
         fields = fields_of(message) if family == "can" else None
         if fields is None:
             return None
-        if bus != self._bus:
-            if self._bus is not None:
+        if bus != self.bus:
+            if self.bus is not None:
                 self._odd.report("the format has no buses, so their frames are mixed")
-            self._bus = self._bus or bus
+            self.bus = self.bus or bus
         if fields[3]:
             self._report_fd(fields, fields.is_switched)
         return fields

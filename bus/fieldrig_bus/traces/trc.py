@@ -16,10 +16,11 @@ from fieldrig.traces.log_lines import LogLines
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
-from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK
+from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS
 from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.traces.can_fields import fields_of
 from fieldrig_bus.traces.channels import BusNames, Channels
+from fieldrig_bus.traces.plain_heads import HEAD_BYTES, HeadsOfTexts, PlainHeads
 from fieldrig_bus.traces.trc_lines import DAY_NS, EPOCH_DAY, PLAIN_COLUMNS, VERSIONS, columns_of, parse, plain, start_ns
 
 SUFFIXES = (".trc",)
@@ -50,35 +51,51 @@ def recognises(head: bytes) -> bool:
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
-    written, begin_ns, channels = 0, None, Channels()
-    for entry in entries:
-        text = _text(entry.data) if entry.family == "can" else None
-        if text is None:
+    written, begin_ns, channels, heads = 0, None, Channels(), PlainHeads(_head_of)
+    for time_ns, bus, family, _, message in entries:
+        if family != "can":
             continue
-        time_ns = start_unix_ns + entry.time_ns
+        kind, head = "DT", heads[message[:HEAD_BYTES]]
+        if head is not None and message[4] == len(message) - HEAD_BYTES:
+            rest = head + message[HEAD_BYTES:].hex(" ").upper()
+        else:
+            text = _text(message)
+            if text is None:
+                continue
+            kind, rest = text
+        now_ns = start_unix_ns + time_ns
         if begin_ns is None:
-            begin_ns = time_ns - time_ns % MS
+            begin_ns = now_ns - now_ns % MS
             file.write(_head(begin_ns))
-        if channels.get(entry.bus) is None:
-            file.write(f";   {channels.add(entry.bus)}\r\n".encode())
+        channel = channels.get(bus)
+        if channel is None:
+            file.write(f";   {channels.add(bus)}\r\n".encode())
+            channel = channels[bus]
         written += 1
-        kind, rest = text
-        ms, us = divmod(abs(time_ns - begin_ns) // US, 1000)
-        ms_text = f"-{ms}" if time_ns < begin_ns else ms
-        file.write(f"{written:>7} {ms_text:>9}.{us:03} {kind} {channels[entry.bus]:<2} {rest}\r\n".encode())
+        offset_ns = now_ns - begin_ns
+        if offset_ns >= 0:
+            ms = f"{offset_ns // MS:>9}"
+        else:
+            ms, offset_ns = f"{f'-{-offset_ns // MS}':>9}", -offset_ns
+        file.write(f"{written:>7} {ms}.{offset_ns % MS // US:03} {kind} {channel:<2} {rest}\r\n".encode())
     if begin_ns is None:
         file.write(_head(0))
     return written
+
+
+def _head_of(identifier: int, is_extended: bool, length: int) -> str:
+    digits = f"{identifier:08X}" if is_extended else f"{identifier:04X}"
+    return f"{digits:>8} Rx -  {length:<4} "
 
 
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  What is no CAN frame is odd; UsageError, with the line, if nothing is one."""
     odd = Oddities() if odd is None else odd
     lines, names, header = LogLines(file, odd), BusNames(), _Header(odd)
-    found, new = 0, tuple.__new__
+    found, new, heads = 0, tuple.__new__, HeadsOfTexts(lambda digits: len(digits) > 4)
     is_plain, start_ns = False, 0
     for line in lines:
-        if is_plain and (plain_line := plain(line)) is not None:
+        if is_plain and (plain_line := plain(line, heads)) is not None:
             offset_ns, channel, frame = plain_line
             found += 1
             yield new(TraceEntry, (start_ns + offset_ns, names[channel], "can", "", frame))
@@ -160,17 +177,15 @@ def _head(begin_ns: int) -> bytes:
 
 
 def _text(message: bytes) -> tuple[str, str] | None:
-    """Type of a message and the rest of its line; None for one that has no line."""
+    """Type of a message that is no plain data frame, and the rest of its line; None for one that has no line."""
     fields = fields_of(message)
     if fields is None or fields.word & ERROR:
         return None
     word, data, length, is_fd, is_switched = fields
-    if word <= STANDARD_MASK and not is_fd:  # as most frames are
-        return "DT", f"    {word:04X} Rx -  {length:<4} {data.hex(' ').upper()}"
     digits = f"{word & EXTENDED_MASK:08X}" if word & EXTENDED else f"{word & EXTENDED_MASK:04X}"
     if word & REMOTE:
         return "RR", f"{digits:>8} Rx -  {length}"
     if is_fd:
         kind = "FB" if is_switched else "FD"
         return kind, f"{digits:>8} Rx -  {FD_LENGTHS.index(length):<4} {data.hex(' ').upper()}".rstrip()
-    return "DT", f"{digits:>8} Rx -  {length:<4} {data.hex(' ').upper()}".rstrip()
+    return None  # plain data frames have their text already

@@ -20,10 +20,11 @@ from typing import Final, NamedTuple
 from fieldrig.clock import MS, US
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.codec import encode
-from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK
+from fieldrig_bus.can.frame import FD_LENGTHS
 from fieldrig_bus.can.notices import BusState, CanError, CanState, ErrorKind
 from fieldrig_bus.can.socketcan_errors import place_of
-from fieldrig_bus.traces.can_fields import message_of, plain_message
+from fieldrig_bus.traces.can_fields import message_of
+from fieldrig_bus.traces.plain_heads import HeadsOfTexts
 
 VERSIONS: Final = ("1.0", "1.1", "1.2", "1.3", "2.0", "2.1")
 COLUMNS: Final = {"1.0": "NOILD", "1.1": "NOTILD", "1.2": "NOBTILD", "1.3": "NOBTIRLD"}
@@ -75,17 +76,16 @@ def _refuse(days: str) -> int:
     raise ValueError(f"{days.strip()!r:.40} is not a number of days")
 
 
-def plain(line: str) -> tuple[int, int, bytes] | None:
+def plain(line: str, heads: HeadsOfTexts) -> tuple[int, int, bytes] | None:
     """Return what a line of version 2.1 says that is a classical data frame; None for any other line."""
     try:
         _, clock, kind, channel, digits, _, _, length, text = line.split(None, 8)
         if kind != "DT" or clock[-4] != ".":
             return None
-        word, data = int(digits, 16), bytes.fromhex(text)
-        if len(data) != int(length) or not 0 <= word <= (EXTENDED_MASK if len(digits) > 4 else STANDARD_MASK):
+        data = bytes.fromhex(text)
+        if len(data) != int(length):
             return None
-        message = plain_message(word | EXTENDED if len(digits) > 4 else word, data)
-        return int(clock[:-4] + clock[-3:]) * US, int(channel), message
+        return int(clock[:-4] + clock[-3:]) * US, int(channel), heads[digits][len(data)] + data
     except (ValueError, IndexError):
         return None
 
