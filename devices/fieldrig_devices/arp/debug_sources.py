@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Final
 
 from fieldrig.loop.background import Report
+from fieldrig.text.source_text import decoded
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.language.files import encode, system_of
 from fieldrig_devices.arp.language.loading import NS_PER_OCTET, Unusable
 from fieldrig_devices.arp.language.printer import argument_text
 from fieldrig_devices.languages.mistakes import CompileError
-from fieldrig_devices.languages.source_file import decoded
 
 _HEAD: Final = re.compile(rb"ARP OBJECT \d+ SYSTEM (\d\d) NAME ([A-Za-z0-9_-]+)")
 

@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from fieldrig.config.yaml_source import read
-from fieldrig_devices.languages.source_file import decoded
+from fieldrig.text.source_text import decoded
 from fieldrig_devices.pam.application_files import CAM_SUFFIX
 
 SUFFIX = ".yaml"

@@ -7,11 +7,11 @@ loaded).  All mistakes of all files are reported at once.
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 
+from fieldrig.coverage import collecting
 from fieldrig_devices.iec import layout
 from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.check.extension import Extension
 from fieldrig_devices.iec.costs import Costs
-from fieldrig_devices.iec.coverage import collecting
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction
 from fieldrig_devices.iec.imports import read_sources
@@ -187,7 +187,7 @@ def build(
     is_covered = _covered(files, uncovered) if collecting.is_on() else _nothing_is_covered
     lowered = lower(program, natives, costs, lambda done, total: on_progress("lower", done, total), is_covered)
     paths = {file.name: str(file.path or file.name) for file in files}
-    lowered.marked.places = [(n, one._replace(file=paths[one.file])) for n, one in lowered.marked.places]
+    lowered.marked.locate(paths.__getitem__)
     survey = surveyed(lowered.callees_first)
     missing = list(open_inputs(survey.mentioned, {name for library in host.libraries for name in library.required}))
     if missing:

@@ -15,13 +15,14 @@ from dataclasses import replace
 from typing import Any, Final, Protocol
 from weakref import WeakSet
 
+from fieldrig.coverage import collecting
+from fieldrig.coverage.marks import HIT
 from fieldrig_devices.iec.carrying import Carrier
 from fieldrig_devices.iec.compiler import Compiled
-from fieldrig_devices.iec.coverage import collecting
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, INSIDE, STACK_SIZE, Images, Layout, storage
 from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
-from fieldrig_devices.iec.lower.names import HIT, rules_of
+from fieldrig_devices.iec.lower.names import rules_of
 from fieldrig_devices.iec.memory import Memory
 from fieldrig_devices.iec.natives import Natives
 from fieldrig_devices.iec.program import Link, Located, Pou, Variable
@@ -85,8 +86,8 @@ class Runtime:
         }
         marked = lowered.marked
         if marked.hits:
-            names[HIT] = marked.hits
             collecting.use(marked)
+            names[HIT] = marked.hits
         faults = _WRONG_KIND if lowered.keeps_stack_addresses else ()
         self.code = Code(
             lowered.routines,

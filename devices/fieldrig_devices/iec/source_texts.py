@@ -18,8 +18,8 @@ def files_in(path: Path) -> Iterator[Path]:
 
 def read_text(path: Path) -> str:
     """Return the text of a file.  UsageError if it cannot be read."""
+    from fieldrig.text.source_text import decoded
     from fieldrig_devices.iec.imports.project_files import CHECKED, is_no_text, said_of
-    from fieldrig_devices.languages.source_file import decoded
 
     with reading(path):
         data = path.read_bytes()

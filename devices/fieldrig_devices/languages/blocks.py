@@ -12,7 +12,7 @@ from typing import Final
 
 from fieldrig_devices.languages.instructions import Branch, Call, Do, Hold, Instruction, Jump, Pause, Switch
 
-LONGEST = 32  # instructions in a block, and so the most by which a slice may exceed its budget
+LONGEST = 32  # instructions in a block, and so the most by which a slice may exceed its budget; marks don't count
 DEEPEST_CHOICE = 12  # CPython's parser allows 100 levels of indentation
 
 
@@ -50,12 +50,12 @@ def blocks(instructions: Sequence[Instruction], inlined: Mapping[int, int] = Map
     leader behind them.
     """
     leaders = _hard_leaders([one if pc not in inlined else _NOTHING for pc, one in enumerate(instructions)])
-    ends = _ends(instructions, inlined)
+    ends, lengths = _ends(instructions, inlined), _ends(instructions, {})
     while True:
         firm = sorted(leaders)
         made = []
         for first, end in zip(firm, [*firm[1:], len(instructions)], strict=True):
-            made += list(_divided(first, end, _Reader(instructions).read(first, end, 0), ends))
+            made += list(_divided(first, end, _Reader(instructions, lengths).read(first, end, 0), ends))
         wanted = {target for block in made for target in _outside(instructions, block.nodes, block)}
         if wanted <= leaders:
             return made
@@ -81,8 +81,11 @@ def _hard_leaders(instructions: Sequence[Instruction]) -> set[int]:
 class _Reader:
     """Reads a run of instructions without a leader in between as nodes."""
 
-    def __init__(self, instructions: Sequence[Instruction]) -> None:
-        self._instructions = instructions
+    def __init__(self, instructions: Sequence[Instruction], lengths: Sequence[int]) -> None:
+        self._instructions, self._lengths = instructions, lengths
+
+    def _is_near(self, pc: int, target: int) -> bool:
+        return self._lengths[target] - self._lengths[pc] <= LONGEST
 
     def read(self, first: int, end: int, depth: int) -> list[Node]:
         nodes: list[Node] = []
@@ -99,20 +102,26 @@ class _Reader:
             return None
         target = branch.target
         last = self._instructions[target - 1]
-        if isinstance(last, Jump) and target - 1 > pc and target < last.target <= min(end, pc + LONGEST):
+        has_other = isinstance(last, Jump) and target - 1 > pc and target < last.target <= end
+        if isinstance(last, Jump) and has_other and self._is_near(pc, last.target):
             through = self.read(pc + 1, target - 1, depth + 1)
             # An arm that is one choice again becomes `elif`, which is not nested more deeply.
             is_chain = isinstance(self._instructions[target], Branch)
             jumped = self.read(target, last.target, depth + (not is_chain))
             return Choice(pc, through, jumped, last.target, target - 1)
-        if target > pc + LONGEST:
+        if not self._is_near(pc, target):
             return None
         return Choice(pc, self.read(pc + 1, target, depth + 1), [], target)
 
 
 def _ends(instructions: Sequence[Instruction], inlined: Mapping[int, int]) -> list[int]:
     """Return how many instructions are in front of each one, and of the end, with those that replace calls."""
-    return [0, *accumulate(1 + inlined.get(pc, 0) for pc in range(len(instructions)))]
+    return [0, *accumulate(length_of(one) + inlined.get(pc, 0) for pc, one in enumerate(instructions))]
+
+
+def length_of(instruction: Instruction) -> int:
+    """Return 1, or 0 for a mark of coverage: a program with marks has the blocks that it has without them."""
+    return int(not isinstance(instruction, Do) or instruction.cost > 0)
 
 
 def _divided(first: int, end: int, nodes: list[Node], ends: Sequence[int]) -> Iterator[Block]:

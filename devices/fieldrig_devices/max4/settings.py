@@ -8,11 +8,12 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from fieldrig.clock import MS
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings, WrongKey, refuse_all
+from fieldrig.text.source_text import decoded
 from fieldrig_devices.canopen.described import DescribedNode
 from fieldrig_devices.canopen.master_settings import CanMasterSettings
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.dialect import DIALECTS
-from fieldrig_devices.languages.source_file import SourceFile, decoded
+from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.max4.can.objects import EDS
 from fieldrig_devices.max4.can.settings import CanFaceSettings
 from fieldrig_devices.max4.configuration.files import Configuration, DriveSettings, Symbol, symbol_of

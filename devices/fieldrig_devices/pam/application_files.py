@@ -4,7 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from fieldrig_devices.languages.source_file import decoded, found_beside
+from fieldrig.text.source_text import decoded
+from fieldrig_devices.languages.source_file import found_beside
 from fieldrig_devices.pam.pipes.cam import Shape
 from fieldrig_devices.pam.pipes.shapes import shape_of
 
@@ -23,6 +24,15 @@ def reader_beside(source: Path) -> Callable[[str], str | None]:
         return None if path is None else decoded(_content(path))
 
     return read
+
+
+def paths_beside(source: Path) -> Callable[[str], str]:
+    """Return what gives the path of a file that messages name as an include does; another name stays as it is."""
+
+    def path_of(name: str) -> str:
+        return str(found_beside(source.parent, name) or name)
+
+    return path_of
 
 
 def shapes_beside(source: Path) -> Callable[[str], Shape]:

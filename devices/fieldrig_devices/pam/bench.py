@@ -21,9 +21,9 @@ def takes(path: Path) -> bool:
 
 def load(paths: list[Path], options: Mapping[str, Any]) -> "PamBench":
     """Load an application with what it includes.  ConfigError with every mistake."""
+    from fieldrig.text.source_text import decoded
     from fieldrig_devices.languages.mistakes import CompileError
-    from fieldrig_devices.languages.source_file import decoded
-    from fieldrig_devices.pam.application_files import reader_beside
+    from fieldrig_devices.pam.application_files import paths_beside, reader_beside
     from fieldrig_devices.pam.runtime.compiler import compile_application
 
     check_options(options, ("ignores_case",))
@@ -34,6 +34,7 @@ def load(paths: list[Path], options: Mapping[str, Any]) -> "PamBench":
         text = decoded(file.read_bytes())
         ignores_case = bool(options.get("ignores_case", False))
         program = compile_application(text, str(file), reader_beside(file), ignores_case=ignores_case)
+        program.code.marked.locate(paths_beside(file))
     except CompileError as wrong:
         raise ConfigError(
             [Mistake(one.file or str(file), one.line, "", one.what, one.expected) for one in wrong.mistakes]

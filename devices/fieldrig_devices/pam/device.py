@@ -19,6 +19,7 @@ from fieldrig.front import Front
 from fieldrig.link import Link, words_behind
 from fieldrig.loop.background import Background
 from fieldrig.points.checks import truth_in
+from fieldrig.text.source_text import decoded
 from fieldrig_bus.dualport.message import Words
 from fieldrig_bus.modbus.message import ModbusMessage
 from fieldrig_bus.ring.pam.message import RingMessage
@@ -28,9 +29,8 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.languages.debugging.service import DebugService
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.refusal import refused
-from fieldrig_devices.languages.source_file import decoded
 from fieldrig_devices.modbus.tools import word_lines
-from fieldrig_devices.pam.application_files import reader_beside, shapes_beside
+from fieldrig_devices.pam.application_files import paths_beside, reader_beside, shapes_beside
 from fieldrig_devices.pam.faults import MODELS, PowerOff
 from fieldrig_devices.pam.front import front_of
 from fieldrig_devices.pam.panel.catalogue import text_of
@@ -304,7 +304,9 @@ def _compiled(settings: PamSettings) -> Compiled:
     try:
         ignores_case = settings.programs.ignores_case
         text = decoded(path.read_bytes())
-        return compile_application(text, path.name, reader_beside(path), ignores_case=ignores_case)
+        compiled = compile_application(text, path.name, reader_beside(path), ignores_case=ignores_case)
+        compiled.code.marked.locate(paths_beside(path))
+        return compiled
     except CompileError as wrong:
         raise refused(wrong, {path.name: str(path)}) from wrong
 

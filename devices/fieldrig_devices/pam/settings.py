@@ -9,7 +9,7 @@ from pydantic import Field
 
 from fieldrig.clock import MS
 from fieldrig.settings import MASTER, Claim, ConfigFile, Settings
-from fieldrig_devices.languages.source_file import LONGEST, decoded
+from fieldrig.text.source_text import LONGEST, decoded
 from fieldrig_devices.line_names.described import LineReader
 from fieldrig_devices.pam.application_files import reader_beside
 from fieldrig_devices.pam.declared_nodes import described_nodes

@@ -26,6 +26,7 @@ from fieldrig.control import endpoint
 from fieldrig.control.device_questions import RealPoints, answers
 from fieldrig.control.messages import Control, NoAnswerError
 from fieldrig.control.notices import Watched, look_on
+from fieldrig.coverage import collecting
 from fieldrig.errors import ConfigError, RigError
 from fieldrig.hub.bus_stream import BusStream
 from fieldrig.loop.real_clock import RealClock
@@ -96,6 +97,7 @@ class Host:
                 self._looking.cancel()
             if self._recorders is not None:
                 self._recorders.close()
+            collecting.flush()
             await process.close()
             for stream in self._streams:
                 stream.flush()
@@ -149,11 +151,18 @@ class Host:
         gc.freeze()  # what is there now stays: later collections needn't look at it
         gc.set_threshold(*COLLECTION)
         self._watch_lateness(process)
+        self._keep_coverage()
         self._state = "ready"
         step("ready")
         finish()
         control.publish(f"ready/{name}", {"pid": os.getpid()})
         log.info("ready: %s", ", ".join((*self._plan.buses, *self._plan.devices)))
+
+    def _keep_coverage(self) -> None:
+        """Note now and then what the programs have run, as this process may be killed."""
+        if collecting.is_on():
+            collecting.flush()
+            asyncio.get_running_loop().call_later(collecting.FLUSH_S, self._keep_coverage)
 
     def _watch_lateness(self, process: DeviceProcess) -> None:
         """Judge from now on, window by window, whether the host is late; its start is slow on any host."""

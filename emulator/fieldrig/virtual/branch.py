@@ -19,6 +19,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Concatenate, Final, NamedTuple, ParamSpec, Protocol, Self, TypeVar, overload
 
 from fieldrig.config.rig_file import RigConfig
+from fieldrig.coverage import collecting
 from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, RigError
 from fieldrig.outside.untrusted import shown
@@ -359,6 +360,7 @@ def _reply(rig: Branchable, pipe: "Connection[Any, Any]", work: Callable[[], Any
     except Exception as fault:  # noqa: BLE001  it is raised where the question came from
         answer = ("failed", *_portable(fault), rig.now_ns)
     sys.stdout.flush()
+    collecting.flush()  # before the answer, as a branch is killed when it is not needed any more
     try:
         data = reduction.ForkingPickler.dumps(answer)
     except (pickle.PicklingError, AttributeError, TypeError) as cause:

@@ -11,6 +11,7 @@ from typing import Any
 
 from fieldrig.bus import Bus
 from fieldrig.config.entries import DeviceEntry
+from fieldrig.coverage import collecting
 from fieldrig.device import Value
 from fieldrig.errors import RigError
 from fieldrig.points.watched_points import Change
@@ -175,7 +176,9 @@ def _serve(pipe: Connection, entry: DeviceEntry, seed: int, store: Store, buses:
         if verb == "step":
             step(*arguments)
             pipe.send(("done", finish()))
+            collecting.flush_now_and_then()
             continue
+        collecting.flush()  # before the rig knows that it is done
         try:
             pipe.send(("done", verbs[verb](*arguments)))
         except RigError as fault:

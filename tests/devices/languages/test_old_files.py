@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_devices.languages.code_page import DOS, WINDOWS, likely_code_page
-from fieldrig_devices.languages.source_file import decoded, found_beside
+from fieldrig.text.code_page import DOS, WINDOWS, likely_code_page
+from fieldrig.text.source_text import decoded
+from fieldrig_devices.languages.source_file import found_beside
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldrig_devices.languages import source_file
-from fieldrig_devices.languages.source_file import decoded
+from fieldrig.text import source_text
+from fieldrig.text.source_text import decoded
 
 
 @pytest.mark.parametrize(
@@ -45,7 +45,7 @@ def test_no_bytes_are_refused(data: bytes) -> None:
 
 
 def test_a_file_that_is_too_long_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(source_file, "LONGEST", 4)
+    monkeypatch.setattr(source_text, "LONGEST", 4)
     assert decoded(b"abcd") == "abcd"
     with pytest.raises(ValueError, match="5 bytes are too long for a source file: expected at most 4"):
         decoded(b"abcde")

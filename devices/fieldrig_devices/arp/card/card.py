@@ -83,7 +83,9 @@ class ArpCard(Device):
         )
         self.injected = self._faults = ArpFaults(clock)
         self.parts.memory.answers = lambda: self._faults.has_memory
-        self.operation = Operation(self.parts, settings.parameters, program, background)
+        source = of_file(settings.program)
+        file = settings.program if source is not None else None
+        self.operation = Operation(self.parts, settings.parameters, program, file, background)
         self.access = Access(self.parts, self.operation)
         self._face: CanFace | None = None
         if shared is not None:
@@ -91,7 +93,6 @@ class ArpCard(Device):
             self._face = CanFace(clock, name, shared.share(), self.access, section, settings.exchange)
         self._user_port = UserPort(clock, user, self.access, settings.user_port) if user is not None else None
         self._background = background
-        source = of_file(settings.program)
         self._first = (program, source) if program is not None and source is not None else None
         self._debuggee: ArpDebuggee | None = None
         self._due_ns = 0

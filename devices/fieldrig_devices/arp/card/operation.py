@@ -11,6 +11,7 @@ import json
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Final
 
 from fieldrig.loop.background import Background, Coarse, Failure, Job
@@ -29,7 +30,7 @@ from fieldrig_devices.arp.language.files import ArpObject, ObjectError, decode, 
 from fieldrig_devices.arp.language.loading import NS_PER_OCTET, Loaded, Unusable
 from fieldrig_devices.arp.language.loading import load as load_object
 from fieldrig_devices.arp.parameters import PARAMETERS, ParameterValues
-from fieldrig_devices.arp.runtime.program import ArpProgram, ProgramState
+from fieldrig_devices.arp.runtime.program import ArpProgram, Executable, ProgramState
 
 log = logging.getLogger(__name__)
 
@@ -40,11 +41,20 @@ KEYS: Final = slice(225, 257)
 
 class Operation:
     def __init__(
-        self, parts: Parts, first_parameters: ParameterSettings, program: bytes | None, background: Background
+        self,
+        parts: Parts,
+        first_parameters: ParameterSettings,
+        program: bytes | None,
+        source: Path | None,
+        background: Background,
     ) -> None:
-        """`program` is the object file that the rig file names; `background` compiles downloaded programs."""
+        """`program` is the object file that the rig file names, `source` the file it is made of, if that is a source.
+
+        `background` compiles downloaded programs.
+        """
         self._background = background
         self._parts, self._first_parameters, self._first_program = parts, first_parameters, program
+        self._source = source
         self._states = States(self._on_change)
         self._side = ProgramSide(parts)
         self._is_enabled: bool | None = None
@@ -120,8 +130,13 @@ class Operation:
             log.warning("the program in memory cannot be run: %s", cause)
             return
         # Before the card runs, the time that this takes does not matter.
-        self.program, self.program_name = ArpProgram(decoded.compiled, self._side), decoded.name
+        self.program, self.program_name = self._program(decoded.compiled, decoded.name, text.encode()), decoded.name
         self.program_object = encode(decoded.compiled, decoded.name, decoded.system)
+
+    def _program(self, compiled: Executable, name: str, data: bytes) -> ArpProgram:
+        """Return a program that can run; the source of the one in the rig file is known."""
+        is_first = self._source is not None and data == self._first_program
+        return ArpProgram(compiled, self._side, str(self._source) if is_first else name)
 
     # ---- events
 
@@ -305,7 +320,7 @@ class Operation:
         if not self._write():
             content.program = before
             return RefusedError("the memory cannot be written: E03")
-        self.program, self.program_name = ArpProgram(outcome, self._side), outcome.name
+        self.program, self.program_name = self._program(outcome, outcome.name, data), outcome.name
         self.program_object = bytes(outcome.text.data)
         return None
 

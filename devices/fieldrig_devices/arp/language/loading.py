@@ -4,9 +4,11 @@ An object is compiled again by the card that gets it (`files`), which takes long
 that, and returns only what the card needs to run, debug, show and upload the program.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
+from fieldrig.coverage.marks import HIT
+from fieldrig.coverage.places import Marked
 from fieldrig.loop.background import Bulk, Report
 from fieldrig_devices.arp.language.files import ObjectError, decode, encode
 from fieldrig_devices.arp.language.lower import NAMES
@@ -23,6 +25,7 @@ class Prepared:
 
     routines: dict[str, Routine]
     texts: list[str]
+    marked: Marked = field(default_factory=Marked)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +58,6 @@ def load(argument: tuple[bytes, int], report: Report) -> Loaded | Unusable:
     compiled = decoded.compiled
     lowered = compiled.lowered
     routines = {name: Routine(instructions) for name, instructions in lowered.routines.items()}
-    prepare(routines, NAMES, on_progress=lambda done, steps: report("building", done, steps), is_debugged=True)
+    prepare(routines, NAMES | {HIT}, on_progress=lambda done, steps: report("building", done, steps), is_debugged=True)
     text = Bulk(encode(compiled, decoded.name, number))
-    return Loaded(decoded.name, text, compiled.main, Prepared(routines, lowered.texts))
+    return Loaded(decoded.name, text, compiled.main, Prepared(routines, lowered.texts, lowered.marked))

@@ -8,6 +8,9 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import Final
 
+from fieldrig.coverage import collecting
+from fieldrig.coverage.marks import HIT, SuiteMarks, hit
+from fieldrig.coverage.places import Kind, Marked, Place
 from fieldrig_devices.arp.language import instructions, tree
 from fieldrig_devices.arp.language.emit import FUNCTIONS as _FUNCTIONS
 from fieldrig_devices.arp.language.emit import INDENT, READERS, SHIFTS, Emitter, inside
@@ -49,19 +52,22 @@ class Lowered:
     routines: dict[str, list[Instruction]] = field(default_factory=dict)
     texts: list[str] = field(default_factory=list)
     """Texts of the MSG instructions, by number."""
+    marked: Marked = field(default_factory=Marked)
+    """The marks in the code; empty unless coverage is wanted."""
 
 
 def lower(program: tree.Program) -> Lowered:
     lowered = Lowered()
     numbers = {routine.name: number for number, routine in enumerate(program.routines)}
     for routine in program.routines:
-        lowered.routines[routine.name] = _RoutineLowerer(routine, numbers, lowered.texts).instructions
+        lowered.routines[routine.name] = _RoutineLowerer(routine, numbers, lowered).instructions
     return lowered
 
 
 class _RoutineLowerer:
-    def __init__(self, routine: tree.Routine, numbers: dict[str, int], texts: list[str]) -> None:
-        self._numbers, self._texts = numbers, texts
+    def __init__(self, routine: tree.Routine, numbers: dict[str, int], lowered: Lowered) -> None:
+        self._name, self._numbers, self._texts, self._marked = routine.name, numbers, lowered.texts, lowered.marked
+        self._marks = SuiteMarks(self._mark, is_on=collecting.is_on())
         self.instructions: list[Instruction] = []
         self._labels: dict[str, int] = {}
         self._waiting: dict[int, str] = {}
@@ -71,11 +77,46 @@ class _RoutineLowerer:
             self._line = line.number
             if line.label is not None:
                 self._labels[line.label] = len(self.instructions)
+                self._marks.leave()
             if line.content is not None and not isinstance(line.content, tree.Equ):
-                self._statement(line.content)
+                self._count(Kind.STATEMENT)
+                self._whole_statement(line.content)
         self.instructions.append(End(routine.end_number))
         for pc, label in self._waiting.items():
             self._set_target(pc, self._labels[label])
+        self._marked.places += self._marks.places
+
+    # ---- marks of coverage
+
+    def _mark(self) -> int:
+        """Add a mark, which costs the program no time; return its number."""
+        number = self._marked.new()
+        self.instructions.append(Do(self._line, (hit(number),), 0))
+        return number
+
+    def _place(self, kind: Kind, what: str = "") -> Place:
+        return Place("", self._name, kind, self._line, 0, self._line if kind is Kind.BRANCH else 0, what)
+
+    def _count(self, kind: Kind) -> None:
+        self._marks.add(self._place(kind))
+
+    def _arms(self, condition: str) -> tuple[str, ...]:
+        """Count both ways out of an IF, and return the lines that mark the one that is taken."""
+        if not self._marks.is_on:
+            return ()
+        taken, other = self._marked.new(), self._marked.new()
+        self._marks.alone(taken, self._place(Kind.BRANCH, "IF"))
+        self._marks.alone(other, self._place(Kind.BRANCH, "no IF"))
+        return (f"{HIT}[{taken} if {condition} else {other}] = 1",)
+
+    def _whole_statement(self, statement: tree.Statement) -> None:
+        """Add a statement; the next one has a mark of its own if it may not run, or run later."""
+        before = len(self.instructions)
+        self._statement(statement)
+        if any(not isinstance(one, Do) for one in self.instructions[before:]):
+            self._marks.leave()
+
+    # ---- instructions
 
     def _set_target(self, pc: int, target: int) -> None:
         jump = self.instructions[pc]
@@ -104,6 +145,7 @@ class _RoutineLowerer:
     def _if(self, statement: tree.If) -> None:
         emitter = Emitter()
         condition = emitter.condition(statement.left, statement.relation, statement.right)
+        emitter.lines += self._arms(condition)
         own = len(self.instructions)
         if isinstance(statement.then, tree.Goto):
             self._waiting[own] = statement.then.label

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from fieldrig.errors import ConfigError
 from fieldrig.errors import Mistake as Wrong
+from fieldrig.text.source_text import decoded
 from fieldrig_devices.arp.language.compiler import compile_text
 from fieldrig_devices.arp.language.files import ObjectError, decode, encode, system_of
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
-from fieldrig_devices.languages.source_file import decoded
 
 _OBJECT = b"ARP OBJECT "
 _BINARY_OBJECT = b"ARPO"

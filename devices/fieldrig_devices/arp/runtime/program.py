@@ -11,6 +11,9 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Final, Protocol
 
+from fieldrig.coverage import collecting
+from fieldrig.coverage.marks import HIT
+from fieldrig.coverage.places import Marked
 from fieldrig_devices.arp.language.check import DEEPEST_CALL
 from fieldrig_devices.arp.runtime.card import Card
 from fieldrig_devices.arp.runtime.events import Events
@@ -54,6 +57,8 @@ class Lowering(Protocol):
     def routines(self) -> Mapping[str, Sequence[Instruction] | Routine]: ...
     @property
     def texts(self) -> Sequence[str]: ...
+    @property
+    def marked(self) -> Marked: ...
 
 
 class Executable(Protocol):
@@ -68,11 +73,16 @@ class Executable(Protocol):
 class ArpProgram:
     """A compiled program, bound to the tables and instructions of one card."""
 
-    def __init__(self, compiled: Executable, card: Card) -> None:
+    def __init__(self, compiled: Executable, card: Card, source: str = "program") -> None:
+        """`source` is the file of the program in reports of coverage."""
         self.compiled, self._card = compiled, card
         self._timers, self._events = Timers(card), Events(card)
         instructions = Instructions(card, self._timers, self._events, compiled.lowered.texts, self._start_wait)
-        self.code = Code(compiled.lowered.routines, instructions.names(), DEEPEST_CALL + 1)
+        marked = compiled.lowered.marked
+        marked.locate(lambda _: source)
+        collecting.use(marked)
+        names = {**instructions.names(), HIT: marked.hits}
+        self.code = Code(compiled.lowered.routines, names, DEEPEST_CALL + 1)
         self.code.compile()
         self._routine_names = list(compiled.lowered.routines)
         self._main, self._interrupt = _Thread(self.code), _Thread(self.code)

@@ -4,12 +4,12 @@ from bisect import bisect_left
 from collections.abc import Iterator
 from pathlib import Path
 
+from fieldrig.text.source_text import decoded
 from fieldrig_devices.arp.language import files
 from fieldrig_devices.arp.language.compiler import Compiled, compile_text
 from fieldrig_devices.arp.language.printer import argument_text, routine_lines
 from fieldrig_devices.arp.user_port import quantities
 from fieldrig_devices.arp.user_port.messages import Quantity
-from fieldrig_devices.languages.source_file import decoded
 
 
 class Listing:

@@ -7,6 +7,7 @@ from fieldrig.clock import Clock
 from fieldrig.errors import ConfigError, Mistake
 from fieldrig.loop.background import Coarse
 from fieldrig.real import progress
+from fieldrig.text.source_text import decoded
 from fieldrig_devices.hmiscu.plc.library import Instances, MakeBlock
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
 from fieldrig_devices.iec.compiler import Compiled
@@ -16,7 +17,7 @@ from fieldrig_devices.iec.loaded import LoadedProgram
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.refusal import refused
-from fieldrig_devices.languages.source_file import SourceFile, decoded
+from fieldrig_devices.languages.source_file import SourceFile
 
 
 class Compiler:

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fieldrig.cli import covering
 from fieldrig.cli.common import AsJson, argument, echo_json, writing
 from fieldrig.errors import UsageError
 from fieldrig.system.exits import Exit
-from fieldrig_devices.iec.commands.covering import Covering
 from fieldrig_devices.iec.commands.sources import DialectOption, dialect_named
 
 if TYPE_CHECKING:
@@ -39,33 +39,12 @@ def run_tests(
         Path | None,
         typer.Option("--junit", metavar="FILE", help="Write a report for CI in JUnit's form.", show_default=False),
     ] = None,
-    is_covered: Annotated[
-        bool, typer.Option("--coverage", help="Show which statements and branches of the program the tests run.")
-    ] = False,
-    lcov: Annotated[
-        Path | None, typer.Option("--lcov", metavar="FILE", help="Write coverage as LCOV.", show_default=False)
-    ] = None,
-    cobertura: Annotated[
-        Path | None,
-        typer.Option("--cobertura", metavar="FILE", help="Write coverage as Cobertura.", show_default=False),
-    ] = None,
-    folder: Annotated[
-        Path | None,
-        typer.Option(
-            "--coverage-html", metavar="FOLDER", help="Write coverage as a page with the source.", show_default=False
-        ),
-    ] = None,
-    least: Annotated[
-        float | None,
-        typer.Option(
-            "--fail-under",
-            metavar="PERCENT",
-            min=0.0,
-            max=100.0,
-            help="Exit with 1 if coverage is less.",
-            show_default=False,
-        ),
-    ] = None,
+    is_covered: covering.Shown = False,
+    data: covering.Data = None,
+    lcov: covering.Lcov = None,
+    cobertura: covering.Cobertura = None,
+    folder: covering.Page = None,
+    least: covering.Least = None,
     is_list: Annotated[bool, typer.Option("--list", help="List the tests, and run none.")] = False,
     is_watching: Annotated[
         bool, typer.Option("--watch", help="Run the tests that a change touches, until Ctrl-C.")
@@ -90,12 +69,12 @@ def run_tests(
     if is_list:
         run.show()
         return
-    covering = Covering(is_covered, lcov, cobertura, folder, least)
-    with covering.collecting():
+    reports = covering.Reports(is_covered, data, lcov, cobertura, folder, least)
+    with covering.Covering(reports) as covered:
         outcomes = run.all()
+        is_enough = covered.report(is_quiet=as_json)
     if junit is not None:
         run.write(junit, outcomes)
-    is_enough = covering.report(outcomes, is_quiet=as_json)
     if is_watching:
         run.watch(junit)
     code = run.code(outcomes)

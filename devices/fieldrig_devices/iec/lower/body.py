@@ -5,13 +5,13 @@ What is here knows no calls: the expressions that it stores are free of them (`h
 
 from collections.abc import Callable
 
+from fieldrig.coverage.marks import HIT
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.layout import CALL_SIZE, Images, storage
 from fieldrig_devices.iec.lower.assembler import Assembler
 from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.expressions import Expressions
 from fieldrig_devices.iec.lower.marks import Marks
-from fieldrig_devices.iec.lower.names import HIT
 from fieldrig_devices.iec.lower.places import Places
 from fieldrig_devices.iec.lower.values import constant
 from fieldrig_devices.iec.program import Cell, Expression, Load, Parameter, Place, Pou, Space, Variable

@@ -1,16 +1,12 @@
-"""Marks in one body that show what of it has run.
-
-There is one at the head of each suite of statements, and one where a suite may have been left in between; a mark stands
-for all statements up to the next one.  A statement behind one that faults counts as run if they share a mark.
-"""
+"""Marks in the body of one POU: its statements, and the arms of its choices, loops and charts."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import Final, NamedTuple
 
+from fieldrig.coverage.marks import SuiteMarks
+from fieldrig.coverage.places import Kind, Place
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.texts import text
-from fieldrig_devices.iec.coverage.places import Kind, Place
 from fieldrig_devices.iec.program import (
     AnyStatement,
     Case,
@@ -42,69 +38,58 @@ BODY: Final = Arm("body")
 SKIPPED: Final = Arm("body skipped")
 
 
-class Marks:
-    """The marks of one body; none if it is not covered."""
+class Marks(SuiteMarks):
+    """The marks of the body of one POU."""
 
     def __init__(self, pou: Pou, mark: Callable[[], int], *, is_on: bool) -> None:
-        """`mark` adds one to the code, and returns its number."""
-        self._pou, self._mark, self._is_on = pou, mark, is_on
-        self.places: list[tuple[int, Place]] = []
-        self._present: int | None = None
-        """The mark that stands for the next statement; None if that needs a new one."""
+        super().__init__(mark, is_on=is_on)
+        self._pou = pou
 
     # ---- suites and statements
-
-    @contextmanager
-    def suite(self) -> Iterator[None]:
-        before, self._present = self._present, None
-        yield
-        self._present = before
 
     def statement(self, statement: Statement) -> None:
         """Begin a statement."""
         if not self.is_counted(statement) or isinstance(statement, Label):
             return
         if not isinstance(statement.origin, tree.Step | tree.Transition):
-            self._add(statement, Kind.STATEMENT, "")
+            self._place(statement, Kind.STATEMENT, "")
 
     def after(self, statement: AnyStatement) -> None:
-        if self._is_on and _may_leave(statement):
-            self._present = None
+        if self.is_on and _may_leave(statement):
+            self.leave()
 
     def branch(self, statement: Statement, arm: Arm) -> None:
         """Begin an arm of a choice, a chart or a loop."""
-        if not self._is_on:
+        if not self.is_on:
             return
         match statement.origin:
             case tree.Step(name=name):
-                self._add(statement, Kind.STEP, name)
+                self._place(statement, Kind.STEP, name)
             case tree.Transition():
-                self._add(statement, Kind.TRANSITION, arm.what)
+                self._place(statement, Kind.TRANSITION, arm.what)
             case _:
-                self._add(statement, Kind.BRANCH, arm.what, arm.line)
+                self._place(statement, Kind.BRANCH, arm.what, arm.line)
 
-    def _add(self, statement: Statement, kind: Kind, what: str, line: int = 0) -> None:
-        if self._present is None:
-            self._present = self._mark()
+    def _place(self, statement: Statement, kind: Kind, what: str, line: int = 0) -> None:
         position = statement.origin.position if statement.origin is not None else tree.NOWHERE
         of = (position.line or statement.line) if kind is Kind.BRANCH else 0
         line = line or position.line or statement.line
         place = Place(self._pou.file, self._pou.name, kind, line, position.column, of, what)
-        self.places.append((self._present, place))
+        self.add(place)
 
     # ---- the arms of choices
 
     def is_counted(self, statement: Statement) -> bool:
         """True for a statement of the source in a body that is covered."""
-        return self._is_on and statement.origin is not None
+        return self.is_on and statement.origin is not None
 
     def has_arms(self, statement: Statement) -> bool:
         """True for a choice or a loop of the source."""
-        return self._is_on and isinstance(statement.origin, tree.If | tree.Case | tree.For | tree.While)
+        return self.is_on and isinstance(statement.origin, tree.If | tree.Case | tree.For | tree.While)
 
     def arms_of_if(self, statement: If) -> Iterator[Arm]:
         """Yield the arms of an IF behind its conditions, or what a chart does in a step or when a transition fires."""
-        match statement.origin if self._is_on else None:
+        match statement.origin if self.is_on else None:
             case tree.Step(name=name):
                 yield Arm(name)
             case tree.Transition(sources=sources, targets=targets, name=name):
@@ -114,13 +99,13 @@ class Marks:
                     yield Arm(f"ELSIF {number}" if number else "IF", branch.position.line)
 
     def arms_of_case(self, statement: Case) -> Iterator[Arm]:
-        if self._is_on and isinstance(statement.origin, tree.Case):
+        if self.is_on and isinstance(statement.origin, tree.Case):
             for branch in statement.origin.branches:
                 yield Arm(f"CASE {', '.join(map(_label, branch.labels))}", branch.position.line)
 
     def last_arm(self, statement: If | Case) -> Arm | None:
         """Return the arm of ELSE, also of one that is missing."""
-        if not self._is_on or not isinstance(statement.origin, tree.If | tree.Case):
+        if not self.is_on or not isinstance(statement.origin, tree.If | tree.Case):
             return None
         return Arm("no ELSE" if statement.origin.otherwise is None else "ELSE")
 

@@ -6,6 +6,7 @@ stored in it is read back as a REAL, exactly as IEEE 754 prescribes, with infini
 
 from typing import Final
 
+from fieldrig.coverage.marks import HIT
 from fieldrig.sandbox import Values
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
@@ -21,8 +22,6 @@ POINTERS: Final = frozenset({"allocate", "free", "peek", "poke", "peek_cells", "
 AREAS: Final = frozenset({"fetch", "put", "on_output"})
 PARAMETERS: Final = frozenset({"parameter", "set_parameter", "begin_read", "begin_write"})
 WAITING: Final = frozenset({"is_waiting", "taken", "finish"})
-HIT: Final = "hit"
-"""The marks of a program whose coverage is wanted: 1 for each that has run."""
 NATIVE: Final = "native_{}"
 BEGIN: Final = "begin_{}"
 

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from fieldrig.coverage.places import Marked
 from fieldrig_devices.iec.costs import CODE_PER_NS, CODE_PER_ROUTINE, Costs
-from fieldrig_devices.iec.coverage.places import Marked
 from fieldrig_devices.iec.host import NativeBlock, NativeFunction
 from fieldrig_devices.iec.layout import STACK_SIZE
 from fieldrig_devices.iec.lower.body import Body, Context

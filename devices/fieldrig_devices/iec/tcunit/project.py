@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Final
 
 from fieldrig.errors import UsageError
+from fieldrig.text.source_text import decoded
 from fieldrig_devices.iec.imports.plcproj import SOURCES, SUFFIX, PlcProject, read_plcproj
 from fieldrig_devices.iec.imports.report import Report
-from fieldrig_devices.languages.source_file import SourceFile, decoded
+from fieldrig_devices.languages.source_file import SourceFile
 
 LEVELS_UP: Final = 6
 """How far above a project its libraries are looked for."""

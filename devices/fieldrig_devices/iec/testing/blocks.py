@@ -111,9 +111,7 @@ def _with_diagram(runner: Runner, case: Case, block: CaseBlock, limits: Limits) 
     if not outcome.failures or any(failure.kind == TIMEOUT for failure in outcome.failures):
         return outcome
     again = runner.run(case, block, limits, is_recorded=True)
-    outcome = outcome._replace(reached=(*outcome.reached, *again.reached))
-    is_same = again.verdict is outcome.verdict
-    return again._replace(wall_s=outcome.wall_s, reached=outcome.reached) if is_same else outcome
+    return again._replace(wall_s=outcome.wall_s) if again.verdict is outcome.verdict else outcome
 
 
 def _not_begun(case: Case, wrong: RigError) -> Outcome:

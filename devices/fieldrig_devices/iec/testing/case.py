@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Final, NamedTuple, Protocol, runtime_checkable
 
 from fieldrig.clock import S
-from fieldrig_devices.iec.coverage.collecting import News
 
 MISTAKE: Final = "mistake"
 """The kind of a failure that is a mistake of the test file, or of the rig that it names."""
@@ -82,8 +81,6 @@ class Outcome(NamedTuple):
     """Lines that the test wrote."""
     reason: str = ""
     """Why it was skipped; empty for other verdicts."""
-    reached: News = ()
-    """The places that this process has run and not reported before, if coverage is wanted."""
 
 
 @dataclass(frozen=True, slots=True)

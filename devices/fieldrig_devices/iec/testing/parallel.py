@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import nullcontext
 from multiprocessing import get_context
 from typing import Final
 
-from fieldrig_devices.iec.coverage import collecting
+from fieldrig.coverage import collecting
 from fieldrig_devices.iec.testing.case import Case, Limits, Outcome, Source
 
 Work = tuple[Source, Sequence[Case]]
@@ -22,7 +21,7 @@ def run(work: Sequence[Work], limits: Limits, workers: int) -> Iterator[Outcome]
         return
     parts = [part for source, cases in work for part in _parts(source, cases, workers)]
     with ProcessPoolExecutor(min(workers, len(parts) or 1), mp_context=get_context("spawn")) as pool:
-        for outcomes in pool.map(_run, [(source, cases, limits, collecting.is_on()) for source, cases in parts]):
+        for outcomes in pool.map(_run, [(source, cases, limits) for source, cases in parts]):
             yield from outcomes
 
 
@@ -32,7 +31,8 @@ def _parts(source: Source, cases: Sequence[Case], workers: int) -> Iterator[Work
         yield source, cases[first : first + size]
 
 
-def _run(work: tuple[Source, Sequence[Case], Limits, bool]) -> list[Outcome]:
-    source, cases, limits, is_covered = work
-    with collecting.collecting() if is_covered else nullcontext():
-        return list(source.run(cases, limits))
+def _run(work: tuple[Source, Sequence[Case], Limits]) -> list[Outcome]:
+    source, cases, limits = work
+    outcomes = list(source.run(cases, limits))
+    collecting.flush()
+    return outcomes

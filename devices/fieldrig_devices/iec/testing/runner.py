@@ -6,7 +6,6 @@ from typing import Final, Protocol
 
 from fieldrig.errors import RigError
 from fieldrig.system.stopwatch import Stopwatch
-from fieldrig_devices.iec.coverage import collecting
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.testing.alone import TaskFaultError
@@ -88,10 +87,7 @@ class Runner:
             verdict = Verdict.ERROR if are_errors else Verdict.FAILED
         duration_ns = place.now_ns - begin_ns
         output = tuple(judge.output)
-        reached = collecting.news()
-        return Outcome(
-            case, verdict, tuple(failures), judge.asserts, duration_ns, watch.seconds, output, reached=reached
-        )
+        return Outcome(case, verdict, tuple(failures), judge.asserts, duration_ns, watch.seconds, output)
 
     def _played(self, thread: Thread, is_pressed: Callable[[], None]) -> list[Failure]:
         """Run a thread to its end."""

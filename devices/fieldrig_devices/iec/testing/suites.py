@@ -10,8 +10,8 @@ from typing import Any, Final
 
 from fieldrig.errors import UsageError
 from fieldrig.system.stopwatch import Stopwatch
+from fieldrig.text.source_text import decoded
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.coverage import collecting
 from fieldrig_devices.iec.imports.plcproj import SOURCES, SUFFIX
 from fieldrig_devices.iec.tcunit.bench import Bench
 from fieldrig_devices.iec.tcunit.program import LeftOut, NothingToRunError, origins
@@ -20,7 +20,6 @@ from fieldrig_devices.iec.tcunit.reach import Item
 from fieldrig_devices.iec.tcunit.session import Failed, Suite, Test
 from fieldrig_devices.iec.testing.case import MISTAKE, Case, Failure, Limits, Outcome, Verdict
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
-from fieldrig_devices.languages.source_file import decoded
 
 COMPILES: Final = "the suite compiles"
 """The case of a suite that does not."""
@@ -87,10 +86,7 @@ class SuiteSource:
         listed = {(case.suite, case.name): case for case in _cases(bench)}
         longest_s = limits.timeout_s * max(1, len(listed))
         bench.run(limits.longest_ns, lambda: watch.seconds > longest_s)
-        reached = collecting.news()
-        for outcome in _outcomes(bench, listed, chosen, watch.seconds):
-            yield outcome._replace(reached=reached)
-            reached = ()
+        yield from _outcomes(bench, listed, chosen, watch.seconds)
         for one in bench.program.left_out:
             case = _left_out_case(one)
             if one.is_suite and case in chosen:

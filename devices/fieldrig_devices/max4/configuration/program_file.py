@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Final, Self
 
 from fieldrig.outside.untrusted import MalformedError, field, items, read_json, typed
-from fieldrig_devices.languages.source_file import SourceFile, decoded
+from fieldrig.text.source_text import decoded
+from fieldrig_devices.languages.source_file import SourceFile
 
 PROGRAM_FILE: Final = "\\DEFAULT.PRG"
 FORMAT: Final = "IEC sources"

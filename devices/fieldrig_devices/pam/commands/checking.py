@@ -21,7 +21,7 @@ IgnoresCase = Annotated[
 
 def read_text(path: Path) -> str:
     """Return the text of a source file."""
-    from fieldrig_devices.languages.source_file import decoded
+    from fieldrig.text.source_text import decoded
 
     with reading(path):
         return decoded(path.read_bytes())

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from fieldrig.coverage.marks import HIT
 from fieldrig.sandbox import Values
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 from fieldrig_devices.languages.resumable import prepare
@@ -90,11 +91,15 @@ class Compiled:
     def names(self) -> frozenset[str]:
         """All names that generated code may use, apart from its own variables."""
         formulas = {formula.function for formula in self.code.formulas.table}
-        return TABLES | FUNCTIONS | self.code.uses.table.keys() | formulas
+        return self._tables | FUNCTIONS | self.code.uses.table.keys() | formulas
 
     @property
     def rules(self) -> Values:
-        return Values(TABLES)
+        return Values(self._tables)
+
+    @property
+    def _tables(self) -> frozenset[str]:
+        return TABLES | ({HIT} if self.code.marked.hits else set())
 
 
 def compile_application(

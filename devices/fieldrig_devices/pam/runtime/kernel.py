@@ -49,6 +49,9 @@ class ProgramKernel(Protocol):
     def run(self, program: Program) -> None:
         """Run a program until it waits, ends or gives way."""
 
+    def cover(self, mark: int) -> None:
+        """Pass a mark of coverage that generated code does not pass itself."""
+
     def run_routines(self) -> None:
         """Run the connected routines that wait (PAML-274)."""
 

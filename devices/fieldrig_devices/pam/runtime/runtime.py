@@ -8,6 +8,8 @@ time, but a cycle has room for a number of statements.  What does not fit goes o
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
+from fieldrig.coverage import collecting
+from fieldrig.coverage.marks import HIT
 from fieldrig.sandbox import bind, compiled
 from fieldrig_devices.languages.resumable import Code
 from fieldrig_devices.languages.task import Task
@@ -155,6 +157,9 @@ class Runtime:
             items |= part.items
         numbers = arithmetic.functions(self.readings)
         scope = self.scope = {"M": self.cells, "W": self._flags, **numbers, **self.services.functions()}
+        if code.marked.hits:
+            collecting.use(code.marked)
+            scope[HIT] = code.marked.hits
         scope |= Binding(self, items, self.watches.functions).of(code.uses.table)
         formulas = compiled(code.formulas.source, self.program.names, self.program.rules, "<formulas>")
         functions = bind(formulas, scope)
@@ -168,6 +173,9 @@ class Runtime:
         self.watch = Watch(self, self.program, items, scope)
         """Computes expressions for a debugger."""
         self._begin()
+
+    def cover(self, mark: int) -> None:
+        self.program.code.marked.hits[mark] = 1
 
     def _frame(self) -> int:
         """Return where the formal parameters of another program begin."""

@@ -287,4 +287,17 @@ class TaskItem(Unit):
 
     def chosen(self, site: CaseSite) -> str | None:
         """Return the sequence of the first condition that is true."""
-        return next((sequence for formula, sequence in site.branches if self.value(formula)), None)
+        for number, (formula, sequence) in enumerate(site.branches):
+            if self.value(formula):
+                self._cover(site, number)
+                return sequence
+        return None
+
+    def late(self, site: CaseSite) -> str | None:
+        """Return the sequence of the time-out, which has come."""
+        self._cover(site, -1)
+        return site.on_timeout
+
+    def _cover(self, site: CaseSite, branch: int) -> None:
+        if site.marks:
+            self._kernel.cover(site.marks[branch])

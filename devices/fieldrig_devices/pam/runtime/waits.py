@@ -44,6 +44,9 @@ class Waiting(Protocol):
     def chosen(self, site: CaseSite) -> str | None:
         """Return the sequence of the first condition that is true."""
 
+    def late(self, site: CaseSite) -> str | None:
+        """Return the sequence of the time-out, which has come."""
+
 
 class Wait(Protocol):
     def begin(self) -> None:
@@ -153,7 +156,7 @@ class CaseWait(_Timed):
             self._poll()
         if self.is_late:
             self.task.timed_out = True
-            self.task.next_sequence = self._site.on_timeout
+            self.task.next_sequence = self.task.late(self._site)
             return True
         return False
 

@@ -6,10 +6,10 @@ import arp_listings
 import pytest
 
 from fieldrig.errors import ConfigError
+from fieldrig.text import source_text
 from fieldrig_devices.arp import debug_sources
 from fieldrig_devices.arp.language.program_file import read_program
 from fieldrig_devices.arp.user_port import listing
-from fieldrig_devices.languages import source_file
 
 PLAIN = f"{arp_listings.EXEMPLE1}; Höhe über Null\n"
 OLD = [
@@ -44,7 +44,7 @@ def test_an_object_has_the_end_of_a_text_of_dos_behind_it(tmp_path: Path) -> Non
 
 
 def test_a_source_that_is_too_long_is_refused_with_its_length(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(source_file, "LONGEST", 10)
+    monkeypatch.setattr(source_text, "LONGEST", 10)
     path = tmp_path / "EXEMPLE1.I07"
     path.write_text(PLAIN)
     with pytest.raises(ConfigError, match="too long for a source file"):

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from st_tests import LAMP_RIG, iec_test, written
 
-from fieldrig_devices.iec.coverage.collecting import collecting
-from fieldrig_devices.iec.coverage.summary import Coverage
+from fieldrig.coverage.collecting import collecting
+from fieldrig.coverage.summary import Coverage
 from fieldrig_devices.iec.testing.case import Limits
 from fieldrig_devices.iec.testing.suites import sources_in
 
@@ -71,11 +71,10 @@ def test_a_program_on_its_device_in_a_rig_is_covered_by_the_branches(tmp_path: P
 
 def test_a_suite_of_tcunit_covers_the_code_and_not_itself(tmp_path: Path) -> None:
     written(tmp_path, step=STEP, suite=SUITE)
-    coverage = Coverage()
-    with collecting():
+    with collecting() as collected:
         (source,) = sources_in(tmp_path)
         for outcome in source.run(source.cases(), Limits()):
             assert outcome.verdict == "passed"
-            coverage.add(outcome.reached)
+        coverage = Coverage(collected.news())
     assert {place.pou for place, _ in coverage.total.places} == {"Step"}
     assert coverage.total.count() == (3, 5)

@@ -1,38 +1,27 @@
 """The coverage of small programs, worked out by hand for each kind of statement."""
 
 import pytest
+from covered import coverage, missed
 from iec_program import IecBench
 
-from fieldrig_devices.iec.coverage.collecting import collecting, news
-from fieldrig_devices.iec.coverage.places import Kind
-from fieldrig_devices.iec.coverage.summary import Coverage, Part
+from fieldrig.coverage.places import Kind
+from fieldrig.coverage.summary import Part
 from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, Dialect
 
 
 def covered(text: str, cycles: int = 1, dialect: Dialect = EDITION_3) -> Part:
     """Run the program PLC_PRG, whose clock goes on by 100 ms in each cycle; return all places."""
-    coverage = Coverage()
-    with collecting():
+    with coverage() as seen:
         bench = IecBench(text, dialect)
         for number in range(cycles):
             bench.host.ms = 100 * number
             bench.cycle()
-        coverage.add(news())
-    return coverage.total
+        return seen()
 
 
 def body(statements: str) -> str:
     """Return a program whose statements begin in line 2."""
     return f"PROGRAM PLC_PRG VAR a, b, i : INT; x : BOOL; e : (Red, Green, Blue); END_VAR\n{statements}\nEND_PROGRAM"
-
-
-def missed(part: Part) -> list[tuple[int, str]]:
-    """Return the lines of the statements, and the branches, that have not run."""
-    return sorted(
-        (place.line, place.what)
-        for place, has_run in part.places
-        if not has_run and place.kind in (Kind.STATEMENT, Kind.BRANCH)
-    )
 
 
 HAND = [

@@ -7,7 +7,7 @@ from xml.etree import ElementTree as Xml
 import pytest
 from st_tests import iec_test, written
 
-from fieldrig_devices.iec.coverage.summary import ranges
+from fieldrig.coverage.summary import ranges
 
 PUMP = """\
 FUNCTION_BLOCK Pump
@@ -148,7 +148,7 @@ def test_tests_without_any_code_are_too_little_coverage(folder: Path) -> None:
     written(folder, own_test="TEST 'own' ASSERT_TRUE(TRUE); END_TEST\n")
     assert iec_test("own_test.st", "--coverage").exit_code == 0
     done = iec_test("own_test.st", "--fail-under", "1")
-    assert (done.exit_code, done.stderr) == (1, "coverage: the tests need no code in IEC 61131-3\n")
+    assert (done.exit_code, done.stderr) == (1, "coverage: the tests need no code of a program\n")
 
 
 def test_json_has_no_table_beside_it(folder: Path) -> None:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from iec_program import IecBench
 
-from fieldrig_devices.iec.coverage.collecting import collecting, news
+from fieldrig.coverage.collecting import collecting
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.types import Value
 from fieldrig_devices.languages.writer import Build
@@ -33,7 +33,6 @@ def played(text: str, dialect: str, cycles: int, *, is_covered: bool) -> tuple[d
         for number in range(cycles):
             bench.host.ms = number * 20
             used += bench.cycle()
-        assert is_covered or not news()
     return bench.values(), str(bench.thread.fault), used, bench.compiled.code_size
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from pam_programs import HEADER, MACHINE, mistakes_of
 
-from fieldrig_devices.languages.source_file import decoded
+from fieldrig.text.source_text import decoded
 from fieldrig_devices.pam.application_files import reader_beside
 from fieldrig_devices.pam.language.compiler import checked
 from fieldrig_devices.pam.language.items import Declaration

@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pam_bench import PamBench
 
+from fieldrig.coverage.collecting import collecting
 from fieldrig.testing import plain_forms
 from fieldrig_devices.pam.runtime.lower.formulas import CHANGES as ON_CHANGES
 from fieldrig_devices.pam.runtime.sequence import SequenceState
@@ -100,3 +101,15 @@ def test_a_program_that_is_served_on_changes_does_what_one_does_that_is_served_a
     with plain_forms(ON_CHANGES.name):
         plain = trace(program, changes)
     assert trace(program, changes) == plain
+
+
+@pytest.mark.long
+@settings(max_examples=25, deadline=None)
+@given(cycles=st.integers(1, 3), before=SOME, after=SOME, changes=CHANGES)
+def test_a_program_with_marks_of_coverage_does_what_one_without_does(
+    cycles: int, before: str, after: str, changes: list[str]
+) -> None:
+    program = PROGRAM.format(cycles=cycles, before=before, after=after) + EQUATIONS
+    plain = trace(program, changes)
+    with collecting():
+        assert trace(program, changes) == plain

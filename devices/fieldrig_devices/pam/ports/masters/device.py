@@ -18,10 +18,10 @@ from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig.points.checks import number_in, truth_in, whole_in
 from fieldrig.settings import Claim, ConfigFile, Settings
+from fieldrig.text.source_text import decoded
 from fieldrig_bus.modbus.message import ModbusEvent
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.refusal import refused
-from fieldrig_devices.languages.source_file import decoded
 from fieldrig_devices.modbus.port import UnitId
 from fieldrig_devices.pam.application_files import reader_beside
 from fieldrig_devices.pam.language.compiler import checked

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+from fieldrig.coverage.places import Marked
 from fieldrig_devices.languages.instructions import Routine
 from fieldrig_devices.pam.language.functions import Type
 from fieldrig_devices.pam.language.tree import Place
@@ -24,6 +25,8 @@ class CaseSite:
 
     branches: tuple[tuple[Formula, str], ...]
     on_timeout: str | None
+    marks: tuple[int, ...] = ()
+    """The marks of the branches, and of the time-out; empty unless coverage is wanted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +159,8 @@ class Lowered:
     equations: list[EquationCode] = field(default_factory=list)
     order: list[str] = field(default_factory=list)
     """The names of actions and tasks in the order of their declarations (G-16)."""
+    marked: Marked = field(default_factory=Marked)
+    """The marks in the code; empty unless coverage is wanted."""
     stack_size: int = 0
     """The most cells that formal parameters need at a time."""
 

@@ -98,8 +98,9 @@ class _Lowerer:
 
     def _add(self, key: str, title: str, body: Sequence[tree.Statement], place: tree.Place, at: Surroundings) -> None:
         body_class = SequenceBody if at.asks is Verb.LATER else Body
-        lowerer = body_class(self._expressions, self.code, self._watched, at, self._on_call)
+        lowerer = body_class(self._expressions, self.code, self._watched, at, self._on_call, title)
         instructions = lowerer.lower(body, _end(body, place))
+        self.code.marked.places += lowerer.marks.places
         self.code.routines[key] = Routine(instructions, lowerer.frame_size, frozenset(_registers(instructions)))
         self.code.titles[key] = title
 

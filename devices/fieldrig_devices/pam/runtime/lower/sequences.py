@@ -6,7 +6,8 @@ A statement that waits calls a function of the run time (`runtime.services`), wh
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from fieldrig_devices.languages.instructions import End, Instruction, Pause
+from fieldrig.coverage.marks import hit
+from fieldrig_devices.languages.instructions import Do, End, Instruction, Pause
 from fieldrig_devices.pam.language import tree
 from fieldrig_devices.pam.language.functions import Type
 from fieldrig_devices.pam.language.tree import Expression, Inquiry, Node, Reduction, Reference, Statement
@@ -14,7 +15,7 @@ from fieldrig_devices.pam.runtime.lower import lowered
 from fieldrig_devices.pam.runtime.lower.expressions import Expressions, Surroundings, base_of
 from fieldrig_devices.pam.runtime.lower.formulas import Formula
 from fieldrig_devices.pam.runtime.lower.lowered import Lowered
-from fieldrig_devices.pam.runtime.lower.operands import Emitter
+from fieldrig_devices.pam.runtime.lower.operands import INDENT, Emitter
 from fieldrig_devices.pam.runtime.lower.statements import Body
 from fieldrig_devices.pam.runtime.lower.uses import PENDING, Use, Verb
 from fieldrig_devices.pam.runtime.walk import nodes
@@ -33,8 +34,9 @@ class SequenceBody(Body):
         watched: frozenset[str],
         at: Surroundings,
         on_call: Callable[[str, tuple[Type, ...]], None],
+        title: str,
     ) -> None:
-        super().__init__(expressions, code, watched, at, on_call)
+        super().__init__(expressions, code, watched, at, on_call, title)
         self._loop_pause = GIVE_WAY
         self._entries: dict[str, int] = {}
         self._waiting_for_entries: list[tuple[int, str]] = []
@@ -104,10 +106,14 @@ class SequenceBody(Body):
         match statement:
             case tree.Condition(condition=condition, timeout=timeout):
                 self._timed("condition", self._site(lowered.ConditionSite(self._formula(condition))), timeout)
+                if timeout is not None:
+                    self._count_timeout(statement)
             case tree.Case(branches=branches, timeout=timeout):
                 cases = tuple((self._formula(branch.condition), branch.sequence.name) for branch in branches)
                 late = None if timeout is None else timeout.sequence.name
-                site = self._site(lowered.CaseSite(cases, late))
+                arms = [(f"CASE {number}", branch.place) for number, branch in enumerate(branches, 1)]
+                arms += [] if timeout is None else [("TIMEOUT", timeout.place)]
+                site = self._site(lowered.CaseSite(cases, late, self._alternatives(statement, arms)))
                 self._timed("choose", site, None if timeout is None else timeout.condition)
             case tree.Wait(duration=duration):
                 self._ask_before(duration)
@@ -128,6 +134,14 @@ class SequenceBody(Body):
                 self._do(Emitter())
             case tree.RemoveException():
                 self._do(Emitter(), "disarm()")
+
+    def _count_timeout(self, statement: Statement) -> None:
+        """Count how a CONDITION with a time-out ends."""
+        marks = self._alternatives(statement, [("TIMEOUT", statement.place), ("no TIMEOUT", statement.place)])
+        if marks:
+            late, met = marks
+            python = "if timed_out():", f"{INDENT}{hit(late)}", "else:", f"{INDENT}{hit(met)}"
+            self.instructions.append(Do(self._line, python, 0))
 
     def _arm(self, statement: tree.ArmException) -> None:
         action: lowered.ExceptionAction

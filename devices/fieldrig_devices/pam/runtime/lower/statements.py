@@ -6,6 +6,9 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from fieldrig.coverage import collecting
+from fieldrig.coverage.marks import SuiteMarks, hit
+from fieldrig.coverage.places import Kind, Place
 from fieldrig_devices.languages import instructions as resumable
 from fieldrig_devices.languages.instructions import Branch, Do, End, Instruction, Jump, Pause
 from fieldrig_devices.pam.language import tree
@@ -34,7 +37,9 @@ class Body:
         watched: frozenset[str],
         at: Surroundings,
         on_call: Callable[[str, tuple[Type, ...]], None],
+        title: str,
     ) -> None:
+        self._title = title
         self._expressions, self._code, self._watched, self._at, self._on_call = (
             expressions,
             code,
@@ -49,9 +54,11 @@ class Body:
         self._loop_pause = ""
         """The condition under which the end of a loop gives way."""
         self._has_exceptions = False
+        self.marks = SuiteMarks(self._mark, is_on=collecting.is_on())
 
     def lower(self, statements: Sequence[Statement], end: tree.Place) -> list[Instruction]:
-        self._statements(statements)
+        with self.marks.suite():
+            self._statements(statements)
         self.instructions.append(End(self._code.line(end)))
         return self.instructions
 
@@ -61,7 +68,47 @@ class Body:
         for statement in statements:
             self._line = self._code.line(statement.place)
             self._at.answers.clear()
+            is_entry = isinstance(statement, tree.ExceptionEntry)
+            if not is_entry:
+                self._count(statement)
+            before = len(self.instructions)
             self._statement(statement)
+            if is_entry:  # an exception leads to its own instruction, so the mark is behind that
+                self.marks.leave()
+                self._count(statement)
+            if any(isinstance(one, Pause | End) for one in self.instructions[before:]):
+                self.marks.leave()
+
+    def _mark(self) -> int:
+        """Add a mark to the code, which costs the program no time; return its number."""
+        number = self._code.marked.new()
+        self.instructions.append(Do(self._line, (hit(number),), 0))
+        return number
+
+    def _count(self, statement: Statement, branch: str = "") -> None:
+        """Count a statement, or a branch of it."""
+        self.marks.add(self._place(statement, branch))
+
+    def _place(self, statement: Statement, branch: str = "", at: tree.Place | None = None) -> Place:
+        """Return the place of a statement, or of a branch of it, which may be on a line of its own."""
+        kind, of = (Kind.BRANCH, statement.place.line) if branch else (Kind.STATEMENT, 0)
+        line, column = (at or statement.place).line, statement.place.column
+        return Place(statement.place.file, self._title, kind, line, column, of, branch)
+
+    def _alternatives(self, statement: Statement, branches: Sequence[tuple[str, tree.Place]]) -> tuple[int, ...]:
+        """Count branches whose marks are not in the code of their own; return the marks, or nothing without marks."""
+        if not self.marks.is_on:
+            return ()
+        marks = [self._code.marked.new() for _ in branches]
+        for mark, (name, at) in zip(marks, branches, strict=True):
+            self.marks.alone(mark, self._place(statement, name, at))
+        return tuple(marks)
+
+    def _branch(self, statement: tree.If, branch: str, statements: Sequence[Statement]) -> None:
+        """Add the statements of a branch."""
+        with self.marks.suite():
+            self._count(statement, branch)
+            self._statements(statements)
 
     def _do(self, emitter: Emitter, *lines: str, is_event: bool = False) -> None:
         """Add an instruction; one that may cause an event of the sequence's own exception can end the slice."""
@@ -120,12 +167,12 @@ class Body:
         branch = len(self.instructions)
         line = self._line
         self.instructions.append(Branch(line, tuple(emitter.lines), f"not {condition}", -1))
-        self._statements(statement.then)
-        if statement.otherwise:
+        self._branch(statement, "IF", statement.then)
+        if statement.otherwise or self.marks.is_on:
             jump = len(self.instructions)
             self.instructions.append(Jump(line, -1, 0))
             self._target(branch)
-            self._statements(statement.otherwise)
+            self._branch(statement, "ELSE" if statement.otherwise else "no ELSE", statement.otherwise)
             self._target(jump)
         else:
             self._target(branch)

@@ -5,11 +5,10 @@ from html import escape
 from pathlib import Path
 from typing import Final
 
-from fieldrig.errors import UsageError
-from fieldrig_devices.iec.coverage.places import Kind
-from fieldrig_devices.iec.coverage.reports.table import per_cent
-from fieldrig_devices.iec.coverage.summary import Count, Coverage, Part, pous
-from fieldrig_devices.iec.source_texts import read_text
+from fieldrig.coverage.places import Kind
+from fieldrig.coverage.reports.table import per_cent
+from fieldrig.coverage.summary import Count, Coverage, Part, pous
+from fieldrig.text.source_text import decoded
 
 _STYLE: Final = """
 :root { color-scheme: light dark; --run: light-dark(#1a7f37, #3fb950);
@@ -88,6 +87,6 @@ def _source(file: Part) -> Iterator[str]:
 def _text(file: str) -> str:
     """Return the source; it may have gone since the tests ran."""
     try:
-        return read_text(Path(file))
-    except UsageError:
+        return decoded(Path(file).read_bytes())
+    except (OSError, ValueError):
         return ""

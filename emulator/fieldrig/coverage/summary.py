@@ -1,4 +1,4 @@
-"""The sum of what all tests have run of a program: by POU, by file and by line."""
+"""The sum of what has run of programs: by POU, by file and by line."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
@@ -7,8 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
-from fieldrig_devices.iec.coverage.collecting import News
-from fieldrig_devices.iec.coverage.places import Kind, Place
+from fieldrig.coverage.places import Kind, News, Place
 
 
 class Count(NamedTuple):
@@ -76,13 +75,14 @@ class Part:
 
 
 class Coverage:
-    """The sum over all tests."""
+    """The sum over all programs, processes and runs that were added."""
 
-    def __init__(self) -> None:
+    def __init__(self, news: News = ()) -> None:
         self._places: dict[object, Place] = {}
         self._has_run: dict[object, bool] = {}
         self._paths: dict[str, str] = {}
         """The whole paths of files, as a rig and a test may name the same one differently."""
+        self.add(news)
 
     def add(self, news: News) -> None:
         for place, has_run in news:
@@ -93,8 +93,13 @@ class Coverage:
             self._has_run[place.key] = self._has_run.get(place.key, False) or has_run
 
     @property
+    def news(self) -> News:
+        """All places, and whether they have run."""
+        return tuple((place, self._has_run[key]) for key, place in self._places.items())
+
+    @property
     def total(self) -> Part:
-        return Part("total", [(place, self._has_run[key]) for key, place in self._places.items()])
+        return Part("total", list(self.news))
 
     def files(self) -> list[Part]:
         """Return the files, with their paths from the working folder, in the order of these."""

@@ -6,8 +6,8 @@ Source: coverage-04.dtd of Cobertura 1.9.  A class is a POU; its lines are those
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
-from fieldrig_devices.iec.coverage.places import Kind
-from fieldrig_devices.iec.coverage.summary import Count, Coverage, Part, pous
+from fieldrig.coverage.places import Kind
+from fieldrig.coverage.summary import Count, Coverage, Part, pous
 
 _HEAD = (
     b'<?xml version="1.0" encoding="utf-8"?>\n'

@@ -1,8 +1,9 @@
 """The places of a program that coverage counts, and the marks that show which of them have run."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Kind(StrEnum):
@@ -33,6 +34,12 @@ class Place(NamedTuple):
     what: str = ""
     """The name of a branch, such as `ELSE` or `CASE 2`, of a step, or of a transition."""
 
+    @classmethod
+    def read(cls, fields: Sequence[Any]) -> "Place":
+        """Return the place of these fields, as JSON has them.  ValueError or TypeError for anything else."""
+        place = cls(*fields)
+        return place._replace(kind=Kind(place.kind))
+
     @property
     def key(self) -> tuple[str, Kind, int, int, int, str]:
         return self.file, self.kind, self.line, self.column, self.of, self.what
@@ -44,5 +51,19 @@ class Marked:
 
     places: list[tuple[int, Place]] = field(default_factory=list)
     """Each place with the number of its mark.  Several share one if none of them runs without the others."""
-    hits: bytearray = field(default_factory=bytearray)
-    """1 for each mark that has been passed since the program was compiled, by number."""
+    hits: list[int] = field(default_factory=list)
+    """1 for each mark that has been passed since the program was loaded, by number; Python writes to no other kind of
+    table as fast."""
+
+    def new(self) -> int:
+        """Return the number of one more mark."""
+        self.hits.append(0)
+        return len(self.hits) - 1
+
+    def locate(self, path_of: Callable[[str], str]) -> None:
+        """Replace the names of the files by their paths."""
+        self.places = [(mark, place._replace(file=path_of(place.file))) for mark, place in self.places]
+
+
+News = tuple[tuple[Place, bool], ...]
+"""Places, and whether they have run."""

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from typing import Final
 
-from fieldrig_devices.iec.coverage.places import Kind
-from fieldrig_devices.iec.coverage.summary import Count, Coverage, Part, pous, ranges
+from fieldrig.coverage.places import Kind
+from fieldrig.coverage.summary import Count, Coverage, Part, pous, ranges
 
 _WIDEST_NAME: Final = 40
-NOTHING: Final = "coverage: the tests need no code in IEC 61131-3"
+NOTHING: Final = "coverage: the tests need no code of a program"
 
 
 def table(coverage: Coverage) -> Iterator[str]:

@@ -5,7 +5,7 @@ Source: the man page geninfo(1), section TRACEFILE FORMAT.  A number of executio
 
 from collections.abc import Iterator
 
-from fieldrig_devices.iec.coverage.summary import Coverage, Part, pous
+from fieldrig.coverage.summary import Coverage, Part, pous
 
 
 def lcov(coverage: Coverage) -> bytes:

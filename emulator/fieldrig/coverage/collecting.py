@@ -1,0 +1,133 @@
+"""A switch for marks in the programs that are compiled, and a folder in which all processes note what they have run.
+
+It is one for a whole process and those that it starts, as the compilers and run times of all devices of a rig have to
+see it, and a rig's file says nothing of it.  Each program has a file with its places, and each process that runs it one
+with its marks beside it, which `flush` writes.  So a process that is killed loses only what it has run since then.
+"""
+
+import json
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+from fieldrig.coverage.places import Marked, News, Place
+
+FOLDER_VARIABLE: Final = "FIELDRIG_COVERAGE_FOLDER"
+"""The environment variable with the folder, for the processes that this one starts."""
+FLUSH_S: Final = 0.5
+"""The longest time for which a process of a rig keeps what it has run to itself, in seconds."""
+_PLACES: Final = ".places"
+
+
+class _Noted:
+    """One program with the file of its places."""
+
+    def __init__(self, marked: Marked, file: Path) -> None:
+        self.marked, self._file = marked, file
+        self._written = bytes(len(marked.hits))
+        file.with_suffix(".new").write_text(json.dumps(marked.places), encoding="utf-8")
+        file.with_suffix(".new").replace(file)
+
+    def flush(self) -> None:
+        """Write the marks of this process if they have changed.
+
+        A process that was forked begins with those of its parent, and has a file of its own; another process may have
+        had its number before.
+        """
+        hits = self.marked.hits
+        if bytes(hits) == self._written:
+            return
+        file = self._file.with_suffix(f".{os.getpid()}.hits")
+        with suppress(OSError):
+            for mark, is_hit in enumerate(file.read_bytes()):
+                hits[mark] |= is_hit
+        self._written = bytes(hits)
+        file.write_bytes(self._written)
+
+
+class Collector:
+    """What this process and those that it starts run of the programs that they compile meanwhile."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._known: list[_Noted] = []
+        self.flushed_s = 0.0
+        """The instant of the last flush, by the clock of the host."""
+
+    def use(self, marked: Marked) -> None:
+        if marked.hits and not any(marked is known.marked for known in self._known):
+            marked.hits = [0] * len(marked.hits)
+            self._known.append(_Noted(marked, self._new_file()))
+
+    def _new_file(self) -> Path:
+        number = len(self._known)
+        while (file := self._folder / f"{os.getpid()}-{number}{_PLACES}").exists():
+            number += 1
+        return file
+
+    def flush(self) -> None:
+        """Write what this process has run so far."""
+        self.flushed_s = time.monotonic()
+        for known in self._known:
+            with suppress(OSError):  # a full disk, or a folder that is gone, is no fault of the program
+                known.flush()
+
+    def news(self) -> News:
+        """Return the places of all programs so far, and whether they have run."""
+        self.flush()
+        return tuple(_noted_in(self._folder))
+
+
+def _noted_in(folder: Path) -> Iterator[tuple[Place, bool]]:
+    for file in sorted(folder.glob(f"*{_PLACES}")):
+        places = [(mark, Place.read(fields)) for mark, fields in json.loads(file.read_text(encoding="utf-8"))]
+        hits = [one.read_bytes() for one in folder.glob(f"{file.stem}.*.hits")]
+        reached = {mark for one in hits for mark, is_hit in enumerate(one) if is_hit}
+        yield from ((place, mark in reached) for mark, place in places)
+
+
+_present: list[Collector] = []
+if FOLDER_VARIABLE in os.environ:
+    _present.append(Collector(Path(os.environ[FOLDER_VARIABLE])))
+
+
+@contextmanager
+def collecting() -> Iterator[Collector]:
+    """Compile programs with marks meanwhile, here and in processes that are started, and note what runs of them."""
+    before = os.environ.get(FOLDER_VARIABLE)
+    with TemporaryDirectory(prefix="fieldrig-coverage-") as folder:
+        os.environ[FOLDER_VARIABLE] = folder
+        _present.append(Collector(Path(folder)))
+        try:
+            yield _present[-1]
+        finally:
+            _present.pop()
+            os.environ.pop(FOLDER_VARIABLE)
+            if before is not None:
+                os.environ[FOLDER_VARIABLE] = before
+
+
+def is_on() -> bool:
+    return bool(_present)
+
+
+def use(marked: Marked) -> None:
+    """Take note of a program that is loaded, before its code is bound to its marks: they are new ones."""
+    if _present:
+        _present[-1].use(marked)
+
+
+def flush_now_and_then() -> None:
+    """Note it if it is `FLUSH_S` since the last time; a process without a clock of its own calls it after each step."""
+    if _present and time.monotonic() >= _present[-1].flushed_s + FLUSH_S:
+        _present[-1].flush()
+
+
+def flush() -> None:
+    """Note what this process has run so far; it has to do so before it ends."""
+    if _present:
+        _present[-1].flush()
