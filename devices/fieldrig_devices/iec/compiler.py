@@ -21,6 +21,7 @@ from fieldrig_devices.iec.library.sources import parsed, sources
 from fieldrig_devices.iec.limits import MAX_4, MOST_CHARACTERS, MOST_STATEMENTS, Limits
 from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.iec.lower.routines import Lowered, lower
+from fieldrig_devices.iec.mutation.switch import changed
 from fieldrig_devices.iec.open_inputs import open_inputs
 from fieldrig_devices.iec.program import Pou, Program, Task
 from fieldrig_devices.iec.symbols import Symbols
@@ -111,6 +112,7 @@ def _compiled(
             mistakes.append(_nothing_in(file))
     on_progress("parse", len(files), len(files))
     libraries = needed(libraries, units, (file.text for file in files))
+    units = list(changed(units))
     if extension is not None:
         units = list(extension.units(units))
     program, of_program = _checked(libraries, units, host, dialect, limits, resource, extension, on_progress)
@@ -131,10 +133,10 @@ def compile_units(
     """Compile units that have been read already, with those parts of the libraries that are needed.
 
     CompileError with all mistakes if there are any.  Coverage leaves out the POUs whose names in small letters are
-    `uncovered`.
+    `uncovered`, and so do changes of programs.
     """
     with collection.paused():
-        program, mistakes = _checked(libraries, units, host, dialect, limits)
+        program, mistakes = _checked(libraries, changed(units, uncovered), host, dialect, limits)
         if any(not mistake.is_note for mistake in mistakes):
             raise CompileError(mistakes)
         files = tuple(SourceFile(unit.file, "") for unit in units)

@@ -4,6 +4,7 @@ from fieldrig.cli.common import command_group
 from fieldrig_devices.iec.commands.checking import check
 from fieldrig_devices.iec.commands.downloading import download
 from fieldrig_devices.iec.commands.formatting import fmt
+from fieldrig_devices.iec.commands.mutating import mutate
 from fieldrig_devices.iec.commands.running import run
 from fieldrig_devices.iec.commands.symbols import symbols
 from fieldrig_devices.iec.commands.testing import run_tests
@@ -22,6 +23,7 @@ def iec() -> None:
         fieldrig iec check conveyor.st
         fieldrig iec run traffic-light.st
         fieldrig iec test project/
+        fieldrig iec mutate project/
         fieldrig iec fmt *.st
         fieldrig iec download controller conveyor.st
     `fieldrig debug` is the debugger.
@@ -34,3 +36,4 @@ app.command()(run)
 app.command()(download)
 app.command()(symbols)
 app.command("test")(run_tests)
+app.command()(mutate)

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli import covering
-from fieldrig.cli.common import AsJson, argument, echo_json, writing
-from fieldrig.errors import UsageError
+from fieldrig.cli.common import AsJson, echo_json, writing
 from fieldrig.system.exits import Exit
+from fieldrig_devices.iec.commands.choosing import Keywords, Paths, Timeout, Workers, chosen_work
 from fieldrig_devices.iec.commands.sources import DialectOption, dialect_named
 
 if TYPE_CHECKING:
@@ -18,23 +18,13 @@ if TYPE_CHECKING:
     from fieldrig_devices.iec.testing.case import Limits, Outcome
     from fieldrig_devices.iec.testing.parallel import Work
 
-Paths = Annotated[
-    list[str],
-    argument("PATH...", "Test files, or folders with some; PATH::NAME chooses one test."),
-]
-
 
 def run_tests(
     paths: Paths,
-    patterns: Annotated[
-        list[str] | None,
-        typer.Option("--keyword", "-k", metavar="TEXT", help="Run only tests with this in FILE::NAME; * and ? work."),
-    ] = None,
+    patterns: Keywords = None,
     dialect: DialectOption = "epas-4",
-    timeout: Annotated[
-        float, typer.Option("--timeout", metavar="SECONDS", min=0.001, help="End a test after this time.")
-    ] = 30.0,
-    workers: Annotated[int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Run N processes at a time.")] = 1,
+    timeout: Timeout = 30.0,
+    workers: Workers = 1,
     junit: Annotated[
         Path | None,
         typer.Option("--junit", metavar="FILE", help="Write a report for CI in JUnit's form.", show_default=False),
@@ -97,31 +87,11 @@ class _Run:
         *,
         as_json: bool,
     ) -> None:
-        from fieldrig_devices.iec.testing.chosen import split
-
-        self._names, self._patterns = [split(path) for path in paths], patterns
+        self._paths, self._patterns = paths, patterns
         self._dialect, self._limits, self._workers, self._as_json = dialect, limits, workers, as_json
 
     def _work(self) -> "list[Work]":
-        """Return the chosen tests of each source.  UsageError if there are none."""
-        from fieldrig_devices.iec.testing.chosen import is_chosen, sources_of
-
-        for path, _ in self._names:
-            if not path.exists():
-                raise UsageError(f"there is no {path}", "expected a test file or a folder with some")
-        sources = sources_of([path for path, _ in self._names], self._dialect)
-        known = [(source, source.cases()) for source in sources]
-        if not any(cases for _, cases in known):
-            shown = ", ".join(str(path) for path, _ in self._names)
-            raise UsageError(f"there are no tests in {shown}", "expected TEST 'name' ... END_TEST in a source file")
-        work: list[Work] = [
-            (source, [case for case in cases if is_chosen(case, self._names, self._patterns)])
-            for source, cases in known
-        ]
-        work = [(source, cases) for source, cases in work if cases]
-        if not work:
-            raise UsageError("no test has such a name", "`fieldrig iec test PATH --list` shows all names")
-        return work
+        return chosen_work(self._paths, self._patterns, self._dialect)
 
     def show(self) -> None:
         """List the tests."""

@@ -1,0 +1,45 @@
+"""The tests that a command is given by paths, names and patterns."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fieldrig.cli.common import argument
+from fieldrig.errors import UsageError
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.dialect import Dialect
+    from fieldrig_devices.iec.testing.parallel import Work
+
+Paths = Annotated[
+    list[str],
+    argument("PATH...", "Test files, or folders with some; PATH::NAME chooses one test."),
+]
+Keywords = Annotated[
+    list[str] | None,
+    typer.Option("--keyword", "-k", metavar="TEXT", help="Run only tests with this in FILE::NAME; * and ? work."),
+]
+Timeout = Annotated[float, typer.Option("--timeout", metavar="SECONDS", min=0.001, help="End a test after this time.")]
+Workers = Annotated[int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Run N processes at a time.")]
+
+
+def chosen_work(paths: Sequence[str], patterns: Sequence[str], dialect: "Dialect") -> "list[Work]":
+    """Return the chosen tests of each source.  UsageError if there are none."""
+    from fieldrig_devices.iec.testing.chosen import is_chosen, sources_of, split
+
+    names = [split(path) for path in paths]
+    for path, _ in names:
+        if not path.exists():
+            raise UsageError(f"there is no {path}", "expected a test file or a folder with some")
+    known = [(source, source.cases()) for source in sources_of([path for path, _ in names], dialect)]
+    if not any(cases for _, cases in known):
+        shown = ", ".join(str(path) for path, _ in names)
+        raise UsageError(f"there are no tests in {shown}", "expected TEST 'name' ... END_TEST in a source file")
+    work: list[Work] = [
+        (source, [case for case in cases if is_chosen(case, names, patterns)]) for source, cases in known
+    ]
+    work = [(source, cases) for source, cases in work if cases]
+    if not work:
+        raise UsageError("no test has such a name", "`fieldrig iec test PATH --list` shows all names")
+    return work
