@@ -202,6 +202,8 @@ class VirtualClock:
     def next_ns(self) -> int | None:
         """Return the instant of the next timer or watchdog; None without one."""
         next_ns = self._timers.next_ns()
+        if not self._watchdogs:
+            return next_ns
         due_ns = min((watchdog.due_ns for watchdog in self._watchdogs), default=NEVER_NS)
         return next_ns if due_ns >= NEVER_NS else due_ns if next_ns is None else min(next_ns, due_ns)
 

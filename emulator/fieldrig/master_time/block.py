@@ -1,6 +1,7 @@
 """The block in which a master is in virtual time."""
 
 import asyncio
+import gc
 import logging
 import os
 import queue
@@ -49,8 +50,9 @@ def virtual_time(
         raise VirtualTimeError("this process is in virtual time already")
     scheduler, swaps, network = Scheduler(rig, limit_s, jitter, seed), Swaps(), Network()
     watchdog, doors = Watchdog(scheduler, patience_s), None
+    is_frozen = _freeze()
     try:
-        doors = scheduler.doors = RigDoors(scheduler, network.has_connections)
+        doors = scheduler.doors = RigDoors(scheduler, network)
         _swap(swaps, network, doors.terminals)
         activate(scheduler)
         network.rig_addresses = addresses_of(rig)
@@ -65,10 +67,24 @@ def virtual_time(
             watchdog.close()
             activate(None)
             swaps.undo()
+            if is_frozen:
+                gc.unfreeze()
     if scheduler.failure is not None:  # it was swallowed
         raise scheduler.failure
     if scheduler.left:
         raise VirtualTimeError(f"these threads did not end with the block: {', '.join(scheduler.left)}")
+
+
+def _freeze() -> bool:
+    """Let the collector of garbage leave alone what is older than the block; return true if that has to be undone.
+
+    What an earlier test has left behind, such as a bus that closes when it is collected, would end at some instant of
+    this block.  It is faster, too: a look at all objects of a process takes 0.2 s, and a homing of a minute had two.
+    """
+    if gc.get_freeze_count() > 0:
+        return False
+    gc.freeze()
+    return True
 
 
 def _swap(swaps: Swaps, network: Network, terminals: Terminals) -> None:

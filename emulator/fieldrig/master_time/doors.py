@@ -19,6 +19,7 @@ from fieldrig.device import WayIn
 from fieldrig.link import Link
 from fieldrig.loop.pace import Pace
 from fieldrig.master_time.errors import VirtualTimeError
+from fieldrig.master_time.network import Network
 from fieldrig.master_time.scheduler import Scheduler
 from fieldrig.master_time.terminals import Terminal, Terminals
 from fieldrig.system.own_files import part_of
@@ -130,9 +131,8 @@ class DoorClock:
 class RigDoors:
     """All ports of a rig."""
 
-    def __init__(self, scheduler: Scheduler, has_connections: Callable[[], bool]) -> None:
-        """`has_connections` tells whether a socket of a port is connected."""
-        self.rig, self._scheduler, self._has_connections = scheduler.rig, scheduler, has_connections
+    def __init__(self, scheduler: Scheduler, network: Network) -> None:
+        self.rig, self._scheduler, self._network = scheduler.rig, scheduler, network
         self.clock = DoorClock(self.rig)
         self.arrived: deque[tuple[Callable[[Any], None], Any]] = deque()
         """The messages that have arrived at ports, with their handlers."""
@@ -142,6 +142,8 @@ class RigDoors:
         self._loop.set_default_executor(_AtOnce(1))
         self._wake_ns: int | None = None
         self._has_work = True
+        self._is_terminal_used = False
+        """True once a program has opened a serial port."""
         self.terminals = Terminals(self._call, self._line)
         self._ports: list[Port] = []
         self._fault: BaseException | None = None
@@ -152,11 +154,13 @@ class RigDoors:
 
     @property
     def have_clients(self) -> bool:
-        return self._has_connections() or self.terminals.are_open
+        return self._network.has_connections() or self.terminals.are_open
 
     def next_ns(self) -> int | None:
-        known = [instant_ns for instant_ns in (self.clock.timers.next_ns(), self._wake_ns) if instant_ns is not None]
-        return min(known) if known else None
+        timer_ns, wake_ns = self.clock.timers.next_ns(), self._wake_ns
+        if timer_ns is None or wake_ns is None:
+            return wake_ns if timer_ns is None else timer_ns
+        return min(timer_ns, wake_ns)
 
     def open(self) -> None:
         """Open the ports of all buses.  BusError if one is not available."""
@@ -195,6 +199,7 @@ class RigDoors:
         raise VirtualTimeError("the ports of the rig and their clients answer each other without time passing")
 
     def _call(self, function: Callable[[Any], None], argument: Any) -> None:
+        self._is_terminal_used = True
         self.arrived.append((function, argument))
 
     def _line(self, url: str) -> Terminal | None:
@@ -218,7 +223,10 @@ class RigDoors:
         if self._has_work or self.arrived:
             return True
         next_ns = self.next_ns()
-        return (next_ns is not None and next_ns <= self.rig.now_ns) or self._selector.has_events()
+        if next_ns is not None and next_ns <= self.rig.now_ns:
+            return True
+        # Without a client, which is the usual case for a bus of python-can in this process, the system is not asked.
+        return (self._network.is_used or self._is_terminal_used) and self._selector.has_events()
 
     def _run(self) -> None:
         """Run the loop until it would wait."""

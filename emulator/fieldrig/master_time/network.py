@@ -95,6 +95,8 @@ class Network:
         """The own address of each socket, and that of its peer."""
         self._of_ports: WeakSet[socket.socket] = WeakSet()
         """The sockets of ports of the rig that have been connected."""
+        self.is_used = False
+        """True once a member has connected."""
         self._free = itertools.cycle(range(FIRST_FREE, LAST_FREE + 1))
         self._known: set[Address] = set()
         """The addresses at which a server listens, or has listened."""
@@ -126,7 +128,7 @@ class Network:
             raise self.outside(scheduler, f"{host}:{port}")
         if not listening.accepts:
             raise ConnectionRefusedError(errno.ECONNREFUSED, os.strerror(errno.ECONNREFUSED))
-        own = next(self._free)
+        self.is_used, own = True, next(self._free)
         listening.add(self.pairs, self.pairs.connect(sock), own)
         near = "::1" if sock.family == socket.AF_INET6 else "127.0.0.1"
         self._addresses[sock] = (_full(sock, near, own), _full(sock, host, port))

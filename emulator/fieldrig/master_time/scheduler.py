@@ -289,6 +289,8 @@ class Scheduler:
     def _look(self) -> None:
         """Let the ports handle what was sent to them, and wake the members whose descriptors are ready."""
         self.serve()
+        if not self._polled:
+            return
         self.place = Place.RIG
         for member in list(self._polled):
             if member.ready is not None and member.ready():
@@ -306,14 +308,15 @@ class Scheduler:
 
     def _pass_time(self) -> None:
         rig, wake_ns, doors_ns = self.rig, self._wake_ns(), self.doors.next_ns() if self.doors is not None else None
-        known = [instant_ns for instant_ns in (wake_ns, doors_ns) if instant_ns is not None]
-        until_ns = max(min(known), rig.now_ns) if known else self._forever_ns()
+        if wake_ns is None or (doors_ns is not None and doors_ns < wake_ns):
+            wake_ns = doors_ns
+        until_ns = self._forever_ns() if wake_ns is None else max(wake_ns, rig.now_ns)
         self.place = Place.RIG
         try:
             is_reached = rig.run_until(min(until_ns, self.limit_ns), self._has_news)
         finally:
             self.place = Place.MEMBER
-        if is_reached and (not known or until_ns > self.limit_ns):
+        if is_reached and (wake_ns is None or until_ns > self.limit_ns):
             if self._has_news():
                 return
             raise self._standstill(f"the limit of {rig.now_ns / S:g} s of virtual time is reached")

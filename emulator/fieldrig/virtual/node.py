@@ -109,6 +109,10 @@ class Outbox:
         self.notes: list[tuple[str, int, FaultNote]] = []
         """The faults of devices for the traces of their buses, with their instants."""
 
+    @property
+    def is_empty(self) -> bool:
+        return not (self.sent or self.listens or self.notes)
+
 
 class NodeLink:
     """An end of a bus under virtual time that keeps what is sent until the step is over."""

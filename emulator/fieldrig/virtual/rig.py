@@ -165,9 +165,15 @@ class Rig:
         until_ns, is_reached = self._instant(until_ns), True
         if stop is not None and not callable(stop):
             raise ArgumentError(f"run_until cannot call {shown(stop)}", "expected a function without arguments")
-        while is_reached and (next_ns := self.next_ns()) is not None and next_ns <= until_ns:
+        while is_reached:
+            self._check_open()
+            self._take_from_outside()
+            arrival_ns = self._arrival_ns()
+            next_ns = max(min(self._earliest_ns, arrival_ns), self.now_ns)
+            if next_ns > until_ns or next_ns == NEVER_NS:
+                break
             self._park(next_ns)
-            if not self._run_alone(min(until_ns, self._park_ns)):
+            if self._earliest_ns >= arrival_ns or not self._run_alone(min(until_ns, self._park_ns, arrival_ns - 1)):
                 self._run_instant(next_ns)
                 is_reached = stop is None or not stop()
         if is_reached:
@@ -736,13 +742,13 @@ class Rig:
     def _run_alone(self, until_ns: int) -> bool:
         """Let the only member that acts next go on until it sends something, or others have something to do.
 
-        Return false if it is not the only one.  Nothing differs from a `_run_instant` for each of its instants, which
+        Nothing arrives up to `until_ns`.  Return false if it is not the only one.  Nothing differs from a `_run_instant` for each of its instants, which
         would look at all members and buses each time.  A member from outside is no such member, as it has an outbox of
         its own; but it may be there, because nothing arrives at it meanwhile.
         """
         if not self._may_run_alone or self._instant_calls:
             return False
-        name, next_ns, limit_ns = "", NEVER_NS, min(self._arrival_ns(), until_ns + 1)
+        name, next_ns, limit_ns = "", NEVER_NS, until_ns + 1
         for member, at_ns in self._next_of.items():
             if at_ns < next_ns:
                 name, next_ns, limit_ns = member, at_ns, min(next_ns, limit_ns)
@@ -876,12 +882,19 @@ class Rig:
     def _take_from_outside(self) -> None:
         """Take what a test sent or set between steps."""
         if self._outside:
+            has_news, next_of = not self._outbox.is_empty, self._next_of
             for name, node in self._outside.items():
                 next_ns = node.clock.next_ns()
-                self._next_of[name] = NEVER_NS if next_ns is None else next_ns
-                self._gather(node.outbox)
-            self._earliest_ns = min(self._next_of.values())
-            self._hand_in(self.now_ns)
+                if next_ns is None:
+                    next_ns = NEVER_NS
+                if next_ns != next_of[name]:
+                    next_of[name], has_news = next_ns, True
+                if not node.outbox.is_empty:
+                    self._gather(node.outbox)
+                    has_news = True
+            if has_news:
+                self._earliest_ns = min(next_of.values())
+                self._hand_in(self.now_ns)
 
 
 class Clients:
