@@ -1,12 +1,16 @@
 """The cost of the page of a rig to a ring of 40 drives: cycles kept and round trip with no page open, one, and five.
 
-Windows alternate in one run, so that a busy host treats them alike.  The browser runs on the same host.
+Windows alternate in one run, there and back again, so that a busy host treats them alike, and medians are compared.
+The browser runs on the same host, so a window with one busy core and no page shows what any other
+program costs the ring.
 """
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from contextlib import ExitStack
-from statistics import mean, stdev
+from statistics import median
 
 from browser_page import ServedRig, chromium, opened
 from playwright.sync_api import Browser
@@ -14,8 +18,10 @@ from report import Report, progress
 from ring import CASES, DEVICES, DRIVES, SECONDS, Case, Outcome, measured, rig_of
 from running_rig import until
 
-ROUNDS = 4
-PAGES = (0, 1, 5)
+ROUNDS = 6
+BUSY = -1
+"""Stands for no page, and a core that is busy with something else."""
+WINDOWS = (0, 1, 5, BUSY)
 RINGS = (CASES[0], CASES[-1])
 """Over Zenoh with a process per drive at 4 ms, and over shared memory with one process at 1 ms."""
 FIGURES: tuple[tuple[str, Callable[[Outcome], float], str], ...] = (
@@ -28,6 +34,9 @@ FIGURES: tuple[tuple[str, Callable[[Outcome], float], str], ...] = (
 def window(browser: Browser, rig: ServedRig, pages: int) -> Outcome:
     """Measure while this number of pages shows the picture of the rig."""
     with ExitStack() as stack:
+        if pages == BUSY:
+            busy = stack.enter_context(subprocess.Popen([sys.executable, "-c", "while True: pass"]))
+            stack.callback(busy.kill)
         for page in [stack.enter_context(opened(browser, rig, "look")) for _ in range(pages)]:
             page.wait_for_selector("main article")
         return measured(rig)
@@ -37,22 +46,28 @@ def add_ring(report: Report, browser: Browser, case: Case) -> None:
     progress(f"page of the ring {case.what}")
     with ServedRig(json.dumps(rig_of(case, is_full=True)), DEVICES) as rig:
         until(lambda: rig.value("max4/moving") == DRIVES)
-        found: dict[int, list[Outcome]] = {pages: [] for pages in PAGES}
-        for _ in range(ROUNDS):
-            for pages in PAGES:
+        found: dict[int, list[Outcome]] = {pages: [] for pages in WINDOWS}
+        for number in range(ROUNDS):
+            for pages in WINDOWS if number % 2 == 0 else reversed(WINDOWS):
                 found[pages].append(window(browser, rig, pages))
     for what, of_it, form in FIGURES:
         of = {pages: [of_it(outcome) for outcome in outcomes] for pages, outcomes in found.items()}
-        cells = [f"{mean(of[pages]):{form}} ± {stdev(of[pages]):{form}}" for pages in PAGES]
-        ratios = [f"{mean(of[pages]) / mean(of[0]):.3f}" for pages in PAGES[1:]]
+        middle = {pages: median(numbers) for pages, numbers in of.items()}
+        spread = {pages: f"{min(numbers):{form}} to {max(numbers):{form}}" for pages, numbers in of.items()}
+        cells = [f"{middle[pages]:{form}} ({spread[pages]})" for pages in WINDOWS]
+        ratios = [f"{middle[pages] / middle[0]:.3f}" for pages in WINDOWS[1:]]
         report.add(f"{case.what}: {what}", *cells, *ratios)
 
 
 def run() -> Report:
     report = Report(
         "Page of a ring of 40 drives",
-        f"{ROUNDS} windows of {SECONDS:g} s each, in turn, with the picture of the rig in Chromium on the same host.",
-        ("quantity", "no page", "one page", "five pages", "one to none", "five to none"),
+        f"{ROUNDS} windows of {SECONDS:g} s each, in turn, with the picture of the rig in Chromium on the same host,"
+        " and with a busy core and no page: medians, and lowest to highest.",
+        (
+            *("quantity", "no page", "one page", "five pages", "a busy core"),
+            *("one to none", "five to none", "busy core to none"),
+        ),
     )
     with chromium() as browser:
         for case in RINGS:

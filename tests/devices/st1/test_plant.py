@@ -87,8 +87,6 @@ def test_the_torque_is_what_the_loop_asks_of_a_motor_on_wires(bench: DeviceBench
     bench.send(move(2, 1)).run(2000)
     bench.rig.set("motor", "load_torque", -6.0)
     bench.run(1000)
-    assert float(bench.get("torque")) == pytest.approx(
-        -6.2, abs=0.1
-    )  # a positive load acts backwards
+    assert float(bench.get("torque")) == pytest.approx(-6.2, abs=0.1)  # a positive load acts backwards
     bench.rig.set("axis", "enable", False)
     assert bench.run(5).get("torque") == 0
