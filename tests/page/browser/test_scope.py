@@ -98,13 +98,19 @@ def test_signals_are_found_by_search_and_drawn(browser: Browser, pulses: ServedR
         page.wait_for_function(f"async (given) => (await ({COUNT})(given)) === 0", arg=[1, False])
 
 
+def until_caught(page: Page) -> None:
+    """Wait until the scope stands with what its trigger has caught."""
+    expect(page.get_by_role("button", name="Run", exact=True)).to_be_visible()
+    expect(page.locator(".scope .pill").first).to_have_text("caught")
+
+
 def test_a_pulse_of_1_ms_is_caught_with_200_ms_before_it_and_stays_over_a_reload(
     browser: Browser, pulses: ServedRig
 ) -> None:
     with opened(browser, pulses, path="/scope") as page:
         signals = ["source/pulse", "source/ramp", "source/state"]
         remember(page, {"signals": signals, "window_ns": 400 * MS, "mode": "single", "trigger": PULSE})
-        expect(page.locator(".scope .pill").first).to_have_text("stopped")
+        until_caught(page)
         text = page.evaluate("sessionStorage.getItem('scope:pulses')")
         number = json.loads(text)["look"]["capture"]
         until_drawn(page, 1, 700)
@@ -117,13 +123,13 @@ def test_a_pulse_of_1_ms_is_caught_with_200_ms_before_it_and_stays_over_a_reload
         expect(page.locator(".scope-values tbody tr").first).to_contain_text("truefalseother")
         expect(page.locator(".scope-values tbody tr").nth(2)).to_contain_text("highwaitingother")
         page.reload()
-        expect(page.locator(".scope .pill").first).to_have_text("stopped")
+        until_caught(page)
         until_drawn(page, 1, 700)
         assert json.loads(page.evaluate("sessionStorage.getItem('scope:pulses')"))["look"]["capture"] == number
         assert columns(page, 0) > 400
         for _ in range(4):
             page.get_by_role("button", name="Zoom in").click()
-        expect(page.get_by_role("img", name="signals over 25 ms, stopped")).to_be_visible()
+        expect(page.get_by_role("img", name="signals over 25 ms, caught")).to_be_visible()
         with page.expect_download() as csv:
             page.get_by_role("link", name="CSV").click()
         lines = csv.value.path().read_text().splitlines()
@@ -212,7 +218,7 @@ def test_a_pulse_is_caught_an_hour_into_a_run_at_full_speed(browser: Browser, tm
             remember(page, {"signals": ["source/pulse"], "window_ns": 400 * MS, "mode": "single", "trigger": PULSE})
             expect(page.locator(".scope .pill").first).to_have_text("waiting for the trigger")
             rig.ask("rig/run", {"speed": None})
-            expect(page.locator(".scope .pill").first).to_have_text("stopped")
+            until_caught(page)
             rig.ask("rig/pause")
             until_drawn(page, 0, 700)
             number = json.loads(page.evaluate("sessionStorage.getItem('scope:pulses')"))["look"]["capture"]

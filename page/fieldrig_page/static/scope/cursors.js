@@ -17,14 +17,14 @@ function difference(a, b, column) {
 }
 
 // `cursors` are instants, or empty; `values` are the values at each of them.
-export function Values({ id, columns, colours, lost, pauses, newest, cursors, values, zeroNs }) {
+export function Values({ id, isStill, columns, colours, lost, pauses, newest, cursors, values, zeroNs }) {
   const hasCursors = cursors.length === 2;
   const [a, b] = cursors;
   return html`
     <div class="wide"><table id=${id} class="scope-values">
       <caption>${hasCursors
         ? `Values at the cursors, ${exactly(Math.abs(b - a))} apart${b === a ? '' : ` (${frequency(b - a)})`}`
-        : 'Values now'}</caption>
+        : isStill ? 'Values at the end of the picture' : 'Values now'}</caption>
       <thead><tr><th scope="col">signal</th>${hasCursors
         ? html`<th scope="col" class="number">A ${exactly(a - zeroNs)}</th><th scope="col" class="number">B ${exactly(b - zeroNs)}</th><th scope="col" class="number">B − A</th>`
         : html`<th scope="col" class="number">value</th>`}</tr></thead>

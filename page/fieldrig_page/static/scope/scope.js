@@ -141,7 +141,7 @@ export function Scope({ role, signals = [], usual = {}, isAddressed = false, isC
       <div class="scope-body">
         <div class="scope-plot" ref=${useWidth(setWidth)}>
           <canvas ref=${canvas} class=${isStill ? 'still' : ''} role="img" style=${{ height: `${height}px` }} tabindex="0"
-            aria-label=${`${columns.length} signals over ${exactly(isStill ? view[1] - view[0] : setup.window_ns)}, ${status.state}`}
+            aria-label=${`${columns.length} signals over ${exactly(isStill ? view[1] - view[0] : setup.window_ns)}, ${stateOf(status)}`}
             aria-describedby="scope-values" ...${pointer}></canvas>
           ${columns.length === 0 && html`<p class="quiet scope-empty">Choose signals below: any value of a device, wire, object or variable of a program.</p>`}
           ${isStill && html`<div class="scope-row" role="group" aria-label="look around">
@@ -152,7 +152,7 @@ export function Scope({ role, signals = [], usual = {}, isAddressed = false, isC
             <${Sliders} cursors=${look.cursors} firstNs=${view[0]} endNs=${view[1]} zeroNs=${zeroNs} onMove=${move} />
           </div>`}
         </div>
-        <${Values} id="scope-values" columns=${columns} colours=${colours} lost=${status.lost} pauses=${status.pauses} newest=${talk.newest}
+        <${Values} id="scope-values" isStill=${isStill} columns=${columns} colours=${colours} lost=${status.lost} pauses=${status.pauses} newest=${talk.newest}
           cursors=${isStill ? look.cursors : []} values=${talk.values} zeroNs=${zeroNs} />
       </div>
       <div class="scope-row" role="group" aria-label="exports">
@@ -174,8 +174,11 @@ function isAlike(one, other) {
 
 const WORDS = { running: ['ok', 'rolling'], armed: ['late', 'waiting for the trigger'], triggered: ['fault', 'triggered'], caught: ['ok', 'caught'], stopped: ['down', 'stopped'], asking: ['late', 'asking'] };
 
+// A scope that has stopped with a trigger has caught something.
+const stateOf = (status) => (status.state === 'stopped' && typeof status.capture?.trigger_ns === 'number' ? 'caught' : status.state);
+
 function State({ status }) {
-  const [look, words] = WORDS[status.state] ?? ['late', status.state];
+  const [look, words] = WORDS[stateOf(status)] ?? ['late', status.state];
   const hits = status.hits > 0 ? `, ${status.hits} ${status.hits === 1 ? 'trigger' : 'triggers'}` : '';
   const lost = status.capture ? status.capture.lost : Math.max(0, ...status.lost);
   const after = status.capture?.trigger_ns !== null && status.capture?.trigger_ns !== undefined && status.capture.after_ns < status.capture.trigger_ns;
