@@ -41,6 +41,7 @@ import single_drive  # noqa: E402
 import start_up  # noqa: E402
 import teleservice  # noqa: E402
 import timers  # noqa: E402
+import trace_codecs  # noqa: E402
 import trace_formats  # noqa: E402
 import trace_names  # noqa: E402
 import virtual_time  # noqa: E402
@@ -56,6 +57,7 @@ BENCHMARKS = (
     recording,
     trace_names,
     trace_formats,
+    trace_codecs,
     replay,
     pulses,
     shipped_rigs,

@@ -14,6 +14,7 @@ from typing import BinaryIO, Final
 
 from fieldrig.clock import MS, S
 from fieldrig.errors import UsageError
+from fieldrig.traces.limits import from_1970
 from fieldrig.traces.log_lines import LogLines, text_of
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
@@ -36,7 +37,7 @@ _BEGINS: Final = re.compile(
     rb"\d+\.\d+\s+\d+\s+[0-9A-F]+x?\s+(rx|tx)\s+[dr]\b|\d+\.\d+\s+CANFD\s)",
     re.IGNORECASE | re.MULTILINE,
 )
-_FD_TAIL: Final = "        0    0 {flags:>8X}        0        0        0        0        0"
+_FD_TAIL: Final = "       0    0 {flags:>8X}        0        0        0        0        0"
 _DAYS: Final = ["Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"]
 _MONTHS: Final = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"]
 
@@ -80,12 +81,12 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
         else:
             continue
         now_ns = start_unix_ns + time_ns
+        if now_ns < 0:
+            now_ns = from_1970(now_ns, odd)
         if begin_ns is None or now_ns < begin_ns:
             file.write((_head(now_ns) if begin_ns is None else "End TriggerBlock\n").encode())
             begin_ns = now_ns - now_ns % MS
             second, second_ns = "   0.", begin_ns
-            if not 0 <= begin_ns < _LAST_S * S:
-                odd.report("dates that no calendar has become the nearest one that it has")
             file.write(f"Begin Triggerblock {_date(begin_ns)}\n   0.000000 Start of measurement\n".encode())
         channel = channels.get(bus)
         if channel is None:
@@ -159,29 +160,19 @@ def _head(time_ns: int) -> str:
     return f"date {_date(time_ns)}\nbase hex  timestamps absolute\ninternal events logged\n"
 
 
-_LAST_S: Final = 253_402_214_400
-"""The last day of the year 9999, beyond which a date has no four digits for its year."""
-
-
-def _day(seconds: int) -> time.struct_time:
-    """Return the local day and time; a time of no calendar is the first or the last that it has.
-
-    Windows raises for any before 1970 and after 3000.
-    """
-    for known in (seconds, min(max(seconds, 0), _LAST_S)):
-        with suppress(ValueError, OverflowError, OSError):
-            day = time.localtime(known)
-            if 1 <= day.tm_year <= 9999:
-                return day
-    return time.gmtime(0)
-
-
 def _date(time_ns: int) -> str:
     """Return a date in English, whatever the language of the system is."""
     seconds, rest_ns = divmod(time_ns, S)
-    day = _day(seconds)
+    day = _local(seconds)
     clock = f"{day.tm_hour:02}:{day.tm_min:02}:{day.tm_sec:02}.{rest_ns // MS:03}"
-    return f"{_DAYS[day.tm_wday]} {_MONTHS[day.tm_mon - 1]} {day.tm_mday:02} {clock} {day.tm_year:04}"
+    return f"{_DAYS[day.tm_wday]} {_MONTHS[day.tm_mon - 1]} {day.tm_mday:02} {clock} {day.tm_year}"
+
+
+def _local(seconds: int) -> time.struct_time:
+    """Return the local day and time; UTC where the system has none, as on Windows at the beginning of 1970."""
+    with suppress(ValueError, OverflowError, OSError):
+        return time.localtime(seconds)
+    return time.gmtime(seconds)
 
 
 def _head_of(identifier: int, is_extended: bool, length: int) -> str:

@@ -13,6 +13,7 @@ from typing import BinaryIO, Final
 
 from fieldrig.clock import MS
 from fieldrig.errors import UsageError
+from fieldrig.traces.limits import from_1970
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
@@ -25,6 +26,7 @@ from fieldrig_bus.traces.beginning import beginning
 from fieldrig_bus.traces.blf_objects import (
     BASE_SIZE,
     FILE_SIGNATURE,
+    FIRST_DATE_NS,
     HEAD_SIZE,
     LARGEST_INSIDE,
     REMEDY,
@@ -215,8 +217,9 @@ _KINDS: Final = {
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
     first, rest = beginning(entry for entry in entries if entry.family == "can")
-    start_ns = start_unix_ns + min((entry.time_ns for entry in first), default=-start_unix_ns)
-    writer = _Writer(file, start_ns - start_ns % MS, Oddities() if odd is None else odd)
+    odd = Oddities() if odd is None else odd
+    start_ns = from_1970(start_unix_ns + min((entry.time_ns for entry in first), default=-start_unix_ns), odd)
+    writer = _Writer(file, start_ns - start_ns % MS if start_ns >= FIRST_DATE_NS else 0, odd)
     heads = PlainHeads(_head_of)
     for time_ns, bus, _, _, message in chain(first, rest):
         head = heads[message[:HEAD_BYTES]]

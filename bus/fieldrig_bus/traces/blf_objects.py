@@ -154,9 +154,13 @@ def _resynchronise(file: BinaryIO, seen: bytes) -> bool:
         rest = rest[-3:] + more
 
 
+FIRST_DATE_NS: Final = 631_152_000 * S
+"""1990, before which python-can writes no date; then the objects have their instants from 0."""
+
+
 def systemtime(time_ns: int) -> tuple[int, ...]:
     """Return a SYSTEMTIME, as python-can writes it; zeros for an instant that is no time of day."""
-    if time_ns < 631_152_000 * S:
+    if time_ns < FIRST_DATE_NS:
         return (0,) * 8
     day = datetime.fromtimestamp(time_ns // S, tz=UTC)
     return day.year, day.month, day.isoweekday() % 7, day.day, day.hour, day.minute, day.second, time_ns % S // MS

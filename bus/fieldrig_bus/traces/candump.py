@@ -12,6 +12,7 @@ from typing import BinaryIO, Final
 
 from fieldrig.clock import S
 from fieldrig.errors import UsageError
+from fieldrig.traces.limits import from_1970
 from fieldrig.traces.log_lines import BYTE_ORDER_MARK, LogLines, text_of
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
@@ -25,6 +26,7 @@ from fieldrig_bus.traces.plain_heads import HEAD_BYTES, HeadsOfTexts, PlainHeads
 SUFFIXES = (".log", ".candump")
 FAMILIES = frozenset({"can"})
 REMEDY: Final = "write logs with `candump -L` or `fieldrig trace`, or take the line out"
+_NO_NAME: Final = re.compile(r"[\s()#]")
 MOST_BUSES: Final = 1_000
 """Interfaces whose names are remembered."""
 PLAIN: Final = re.compile(
@@ -56,7 +58,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of lines."""
     odd = Oddities() if odd is None else odd
     heads, written = PlainHeads(_head), 0
-    second, second_ns = "(0.", 0
+    second, second_ns, last, name = "(0.", 0, "", ""
     for time_ns, bus, family, _, message in entries:
         if family != "can":
             continue
@@ -67,19 +69,23 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
             body = _body(message)
             if body is None:
                 continue
+        if bus != last or not name:
+            last, name = bus, _name(bus, odd)
         part_ns = start_unix_ns + time_ns - second_ns
         if not 0 <= part_ns < S:
-            seconds, part_ns = divmod(_positive(start_unix_ns + time_ns, odd), S)
+            seconds, part_ns = divmod(from_1970(start_unix_ns + time_ns, odd), S)
             second, second_ns = f"({seconds}.", seconds * S
-        file.write(f"{second}{part_ns // 1000:06}) {bus} {body}\n".encode())
+        file.write(f"{second}{part_ns // 1000:06}) {name} {body}\n".encode())
         written += 1
     return written
 
 
-def _positive(time_ns: int, odd: Oddities) -> int:
-    if time_ns < 0:
-        odd.report("messages before 1970 get its first instant, as the format has no earlier")
-    return max(time_ns, 0)
+def _name(bus: str, odd: Oddities) -> str:
+    """Return the name of a bus as one word, as the fields of a line are separated by spaces."""
+    name = _NO_NAME.sub("_", bus) or "can"
+    if name != bus:
+        odd.report("names of buses are one word in the format", f": {bus!r:.60} is {name:.60}")
+    return name
 
 
 def _head(identifier: int, is_extended: bool, length: int) -> str:

@@ -68,6 +68,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
     library = asammdf()
     first, rest = beginning(entry for entry in entries if entry.family == "can")
     start_ns = start_unix_ns + min((entry.time_ns for entry in first), default=-start_unix_ns)
+    start_ns = max(start_ns, 0)  # messages before 1970 have negative times then, which are floats
     writer = _Writer(library, start_ns - start_ns % MS)
     try:
         for entry in chain(first, rest):

@@ -11,6 +11,7 @@ from typing import BinaryIO, Final
 
 from fieldrig.clock import S
 from fieldrig.errors import UsageError
+from fieldrig.traces.limits import from_1970
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH
@@ -28,6 +29,7 @@ LARGEST: Final = 1 << 18
 _MAGIC: Final = {0xA1B2C3D4: 1000, 0xA1B23C4D: 1}
 """The first word of a file, and its unit of time in nanoseconds."""
 _HEAD_SIZE, _PACKET_SIZE = 24, 16
+_LAST_S: Final = 0xFFFF_FFFF
 _LARGEST_WRITTEN: Final = 65_535
 
 
@@ -87,8 +89,10 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
             buses[entry.bus] = can_packet if family == "can" else _modbus_packets(len(buses))
         packet = buses[entry.bus](entry)
         if packet is not None:
-            seconds, rest_ns = divmod(start_unix_ns + entry.time_ns, S)
-            file.write(struct.pack("<IIII", seconds & 0xFFFF_FFFF, rest_ns, len(packet), len(packet)) + packet)
+            seconds, rest_ns = divmod(from_1970(start_unix_ns + entry.time_ns, odd), S)
+            if seconds > _LAST_S:
+                odd.report("times beyond 2106 become its last second, as the format has no later")
+            file.write(struct.pack("<IIII", min(seconds, _LAST_S), rest_ns, len(packet), len(packet)) + packet)
             written += 1
     if not family:
         file.write(_file_head(CAN_SOCKETCAN))

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import BinaryIO, Final
 
 from fieldrig.faults.note import FaultNote
+from fieldrig.traces.limits import from_1970
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can import codec as can_codec
@@ -50,7 +51,7 @@ def recognises(head: bytes) -> bool:
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of entries."""
-    output = _Output(file, start_unix_ns)
+    output = _Output(file, start_unix_ns, Oddities() if odd is None else odd)
     packers: dict[str, tuple[int, _Packer]] = {}
     finders: dict[str, PppFinder] = {}
     written = 0
@@ -72,8 +73,8 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
 class _Output:
     """A file with one section, and its interfaces by name."""
 
-    def __init__(self, file: BinaryIO, start_unix_ns: int) -> None:
-        self._file, self._start_unix_ns = file, start_unix_ns
+    def __init__(self, file: BinaryIO, start_unix_ns: int, odd: Oddities) -> None:
+        self._file, self._start_unix_ns, self._odd = file, start_unix_ns, odd
         self._numbers: dict[str, int] = {}
         file.write(blocks.section(f"fieldrig: instant 0 is {start_unix_ns} ns", "fieldrig"))
 
@@ -85,7 +86,8 @@ class _Output:
         return self._numbers[name]
 
     def write(self, interface: int, time_ns: int, packet: bytes, comments: list[str]) -> None:
-        self._file.write(blocks.packet(interface, self._start_unix_ns + time_ns, packet, comments))
+        now_ns = from_1970(self._start_unix_ns + time_ns, self._odd)
+        self._file.write(blocks.packet(interface, now_ns, packet, comments))
 
 
 def _packer(family: str, number: int) -> _Packer:

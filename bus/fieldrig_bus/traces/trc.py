@@ -8,6 +8,7 @@ faults are left out by the writer.
 
 import re
 from collections.abc import Iterable, Iterator
+from decimal import Decimal
 from typing import BinaryIO, Final
 
 from fieldrig.clock import MS, US
@@ -171,9 +172,8 @@ def _old_start_ns(match: re.Match[str], odd: Oddities) -> int:
 
 
 def _head(begin_ns: int) -> bytes:
-    days, rest_ns = divmod(begin_ns, DAY_NS)
-    text = f"{days + EPOCH_DAY}.{(rest_ns * 10**13 + DAY_NS // 2) // DAY_NS:013}"
-    return _HEAD.format(days=text).replace("\n", "\r\n").encode()
+    days = Decimal(begin_ns) / DAY_NS + EPOCH_DAY
+    return _HEAD.format(days=f"{days:.13f}").replace("\n", "\r\n").encode()
 
 
 def _text(message: bytes) -> tuple[str, str] | None:

@@ -67,7 +67,7 @@ def start_ns(days: str) -> int:
     """Return the start of a log, which is in days since 30 December 1899, to the microsecond.  ValueError if none."""
     try:
         since = Decimal(days.strip()) - EPOCH_DAY
-        return round(since * (DAY_NS // US)) * US if abs(since) < 10**6 else _refuse(days)
+        return round(since * (DAY_NS // US)) * US if abs(since) < 3 * 10**6 else _refuse(days)
     except InvalidOperation:
         return _refuse(days)
 

@@ -16,6 +16,8 @@ from fieldrig.traces.trace import TraceEntry, is_time_of_day
 
 MOST_KINDS: Final = 100
 DAY_NS: Final = 24 * 3600 * S
+LATEST_NS: Final = (1 << 63) - 1
+"""The last instant of a trace, in the year 2262: one has 64 bits, as in JSON lines and in the formats of others."""
 MOST_BUSES: Final = 10_000
 """Buses whose last instant is remembered."""
 
@@ -79,6 +81,9 @@ def with_jumps_reported(entries: Iterable[TraceEntry], odd: Oddities) -> Iterato
     soon_ns = time.time_ns() + DAY_NS
     for entry in entries:
         now_ns = entry.time_ns
+        if not -LATEST_NS <= now_ns <= soon_ns:
+            entry = _bounded(entry, odd)
+            now_ns = entry.time_ns
         if entry.bus != bus:  # most messages are of the same bus as the one before
             if len(last_ns) < MOST_BUSES:
                 last_ns[bus] = before_ns
@@ -86,10 +91,16 @@ def with_jumps_reported(entries: Iterable[TraceEntry], odd: Oddities) -> Iterato
             before_ns = last_ns.get(bus, now_ns)
         if not before_ns <= now_ns <= before_ns + DAY_NS and (now_ns < before_ns or odd.jumped_to is None):
             _report_jump(now_ns - before_ns, odd)
-        if now_ns > soon_ns:
-            odd.report("the time is in the future", f", {_date(now_ns)}")
         before_ns = now_ns
         yield entry
+
+
+def _bounded(entry: TraceEntry, odd: Oddities) -> TraceEntry:
+    if abs(entry.time_ns) <= LATEST_NS:
+        odd.report("the time is in the future", f", {_date(entry.time_ns)}")
+        return entry
+    odd.report("times beyond the year 2262 become the last one of a trace", f", {_date(entry.time_ns)}")
+    return entry._replace(time_ns=max(min(entry.time_ns, LATEST_NS), -LATEST_NS))
 
 
 def _report_jump(by_ns: int, odd: Oddities) -> None:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from fieldrig.clock import MS, S
 from fieldrig.errors import RigError
 from fieldrig.traces.formats import Format, format_of, formats
-from fieldrig.traces.oddities import Oddities
+from fieldrig.traces.oddities import LATEST_NS, Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import read, write
 from fieldrig_bus.can.bits import Place
@@ -89,6 +89,50 @@ def test_virtual_time_and_an_empty_trace_come_back(ending: str, tmp_path: Path) 
     assert read_back(path) == sent
     assert write([], path) == 0
     assert read_back(path) == []
+
+
+@pytest.mark.parametrize("ending", ALL)
+def test_virtual_time_that_begins_later_comes_back(ending: str, tmp_path: Path) -> None:
+    sent = [entry(CLASSICAL[0], 5 * S), entry(CLASSICAL[1], 6 * S)]
+    write(sent, tmp_path / f"x{ending}")
+    assert read_back(tmp_path / f"x{ending}") == sent
+
+
+WILD = f"{can_csv.HEAD}\n" + "".join(
+    f"{time},0x123,0,0,0,0,\n" for time in ("-62135596801.5", "-1.500000000", "99999999999.0", "0.0")
+)
+TIMES_S = {
+    ".asc": (0, 1 << 40),
+    ".log": (0, 1 << 40),
+    ".pcap": (0, 1 << 32),
+    ".pcapng": (0, 1 << 40),
+    ".blf": (0, 1 << 40),
+}
+"""The seconds since 1970 that a format can say, where it has not those of a trace."""
+
+
+@pytest.mark.parametrize("ending", [*ALL, ".log", ".pcap", ".pcapng", ".jsonl"])
+def test_times_of_no_calendar_are_bounded_and_written(ending: str, tmp_path: Path) -> None:
+    """A CSV has any time.  One that the target cannot say becomes the nearest one, and is reported."""
+    path, odd, saying = tmp_path / "wild.csv", Oddities(), Oddities()
+    path.write_text(WILD)
+    wild = list(read(path, odd=odd))
+    assert [one.time_ns for one in wild] == [-LATEST_NS, -1_500_000_000, LATEST_NS, 0]
+    assert ("line 2", "times beyond the year 2262 become the last one of a trace") in [
+        (one.place, one.what) for one in odd
+    ]
+    write(wild, tmp_path / f"x{ending}", saying)
+    least, most = TIMES_S.get(ending, (-1 << 40, 1 << 40))
+    found = [one.time_ns / S for one in read(tmp_path / f"x{ending}")]
+    assert found == pytest.approx([max(least, min(one.time_ns / S, most)) for one in wild], abs=1)
+    assert bool(saying) == (ending in TIMES_S)
+
+
+def test_a_bus_in_a_log_of_candump_is_one_word(tmp_path: Path) -> None:
+    path, odd = tmp_path / "x.log", Oddities()
+    write([entry(CLASSICAL[0], bus="the (old) one"), entry(CLASSICAL[1], bus="")], path, odd)
+    assert [one.bus for one in read(path)] == ["the__old__one", "can"]
+    assert [oddity.what for oddity in odd] == ["names of buses are one word in the format"]
 
 
 @pytest.mark.parametrize("ending", ALL)
