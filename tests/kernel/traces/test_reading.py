@@ -90,7 +90,7 @@ def test_what_is_odd_is_said_once_on_the_error_output(log: Path) -> None:
 
 def test_a_clock_that_was_wrong_is_told() -> None:
     odd = Oddities()
-    sent = [entry(5 * S), entry(T * S), entry(T * S + 1, "can1"), entry(T * S), entry(10**19)]
+    sent = [entry(5 * S), entry(T * S), entry(T * S + 1, "can1"), entry(T * S), entry(9 * 10**18)]
     assert list(with_jumps_reported(sent, odd)) == sent
     assert [oddity.what for oddity in odd] == [
         "the time jumps forward by more than a day",
