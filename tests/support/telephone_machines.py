@@ -116,7 +116,7 @@ class Teleservice(Max4Machine):
     def begin(self) -> None:
         self.boot()
         self.line = self.rig.attach("laptop").link("caller")
-        self.line.on_receive(lambda data: self.caller.receive(self.rig.now_ns, data))
+        self.line.on_receive(self._hear)
         self.caller = self._caller()
         self._until_offline()
 
@@ -161,8 +161,15 @@ class Teleservice(Max4Machine):
                 break
         return bytes(arrived)
 
+    def _hear(self, data: bytes) -> None:
+        self.has_heard = True
+        self.caller.receive(self.rig.now_ns, data)
+
     def _go_on(self, ms: int) -> None:
+        """Let time pass, and the caller act when it is due, and when it has heard something."""
         end_ns = self.rig.now_ns + ms * MS
         while self.rig.now_ns < end_ns:
-            self.rig.run_until(min(end_ns, self.rig.now_ns + 5 * MS))
+            due_ns = self.caller.next_ns()
+            self.has_heard = False
+            self.rig.run_until(end_ns if due_ns is None else min(end_ns, due_ns), stop=lambda: self.has_heard)
             self.caller.advance(self.rig.now_ns)

@@ -84,7 +84,7 @@ class CanBusModel(BusModel[CanMessage]):
         for fault in faults:
             self._check_fault(fault)
             medium.faults.add(0, fault)
-        self._choose_way(0)
+        self._choose_again(0)
 
     @property
     def members(self) -> Mapping[str, Member]:
@@ -95,14 +95,14 @@ class CanBusModel(BusModel[CanMessage]):
         self._medium.faults = Faults(random)
         for fault in self._planned_faults:
             self._medium.faults.add(now_ns, fault)
-        self._choose_way(now_ns)
+        self._choose_again(now_ns)
 
     def join(self, member: str) -> None:
         if member in self._medium.members:
             raise ValueError(f"there is a member {member!r} already")
         self._joined += 1
         self._medium.members[member] = Member(member, self._joined, self._controllers.get(member, _PLAIN))
-        self._choose_way(0)
+        self._choose_again(0)
 
     def leave(self, member: str) -> None:
         """Remove a member.  Its frame that is on the wire is finished: a controller does so without its processor."""
@@ -114,7 +114,7 @@ class CanBusModel(BusModel[CanMessage]):
             self._stepwise.leave(leaver)
         self._forget_receivers()
         leaver.receivers.clear()
-        self._choose_way(0)
+        self._choose_again(0)
 
     def listen(self, now_ns: int, member: str, interest: Sequence[Any] | None) -> None:
         """`interest` as `acceptance` defines it.  ValueError for anything else."""
@@ -266,19 +266,17 @@ class CanBusModel(BusModel[CanMessage]):
         self._check_fault(settings)
         self._stepwise.catch_up(now_ns)
         number = self._medium.faults.add(now_ns, settings).number
-        self._choose_way(now_ns)
-        self._stepwise.replan()
+        self._choose_again(now_ns)
         return number
 
     def begin_fault(self, now_ns: int, number: int) -> None:
         self._stepwise.catch_up(now_ns)
         self._medium.faults.release(now_ns, number)
-        self._choose_way(now_ns)
-        self._stepwise.replan()
+        self._choose_again(now_ns)
 
     def clear_fault(self, now_ns: int, number: int) -> None:
         self._stepwise.release(now_ns, self._medium.faults.clear(number))
-        self._choose_way(now_ns)
+        self._choose_again(now_ns)
 
     def all_faults(self, now_ns: int) -> dict[int, dict[str, Any]]:
         return self._medium.faults.about(now_ns)
@@ -310,8 +308,11 @@ class CanBusModel(BusModel[CanMessage]):
             self._go_fast()
         elif not is_calm and self._is_calm:
             self._go_step_by_step()
-        elif not is_calm:
-            self._stepwise.replan()
+
+    def _choose_again(self, now_ns: int) -> None:
+        """Choose the way after a change from outside, which may change the next step as well."""
+        self._choose_way(now_ns)
+        self._stepwise.replan()
 
     def _go_step_by_step(self) -> None:
         heads = [*self._ready, *(request for _, request in self._later)]
@@ -337,7 +338,7 @@ class CanBusModel(BusModel[CanMessage]):
             member.skew = Fraction(self._medium.bitrate or 0, message.bit_per_s) if is_other else None
         else:
             self._set_up(now_ns, member, message)
-        self._choose_way(now_ns)
+        self._choose_again(now_ns)
 
     def _set_up(self, now_ns: int, member: Member, message: CanControl) -> None:
         if message.is_one_shot is not None:
