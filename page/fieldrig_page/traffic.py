@@ -15,7 +15,7 @@ from starlette.responses import Response
 
 from fieldrig.errors import ControlError, UsageError
 from fieldrig.outside.untrusted import MalformedError, field, items, typed
-from fieldrig.traces.formats import format_of
+from fieldrig.traces.formats import format_of, formats
 from fieldrig.traces.names import Learning, namer_of
 from fieldrig.traces.trace import is_batch
 from fieldrig_page.api import Call, Operation, known
@@ -198,7 +198,11 @@ class Traffic:
             "GET", "buses/{name}/messages", about, self._messages, gives=list[dict[str, Any]], parameters=buses,
             queries={"text": "words that all are in a message", "node": "a node", "kind": "a service"},
         )  # fmt: skip
-        files = {"name": "name of a bus", "ending": "log (candump), pcapng, jsonl or vcd"}
+        about = (
+            "Return the formats of downloads, each with the families of buses that it can hold; none stands for all."
+        )
+        yield Operation("GET", "traces/formats", about, self._formats, gives=list[dict[str, Any]])
+        files = {"name": "name of a bus", "ending": "ending of a format, such as pcapng"}
         yield Operation(
             "GET", "traces/{name}.{ending}", "Download these messages as a trace file.", self._download,
             gives="application/octet-stream", parameters=files,
@@ -222,6 +226,9 @@ class Traffic:
             for row in rows
         ]
 
+    async def _formats(self, _call: Call) -> list[dict[str, Any]]:
+        return [{"ending": form.SUFFIXES[0].removeprefix("."), "families": sorted(form.FAMILIES)} for form in formats()]
+
     async def _download(self, call: Call) -> Response:
         name = call.path["name"]
         record = self._record(name)
@@ -230,7 +237,10 @@ class Traffic:
         except UsageError as wrong:
             raise DeniedError(404, wrong.what, wrong.remedy) from wrong
         file = io.BytesIO()
-        written = form.write(record.entries(), file, 0)
+        try:
+            written = form.write(record.entries(), file, 0)
+        except UsageError as wrong:  # such as a library that is not installed
+            raise DeniedError(409, wrong.what, wrong.remedy) from wrong
         if not written:
             raise DeniedError(409, f"{name}: there is no message that this format can hold", "choose jsonl, or wait")
         headers = {"Content-Disposition": f'attachment; filename="{name}.{call.path["ending"]}"'}

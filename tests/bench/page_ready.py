@@ -1,10 +1,11 @@
-"""The page of a rig: how soon it is ready in Chromium, and the memory of its server over a day of virtual time."""
+"""The page of a rig: how soon it is ready in Chromium, and the memory of server and page over a day of virtual time."""
 
+import os
 import time
 from pathlib import Path
 
 from browser_page import ServedRig, chromium, opened
-from page_scope import memory_mb, server_of
+from page_scope import children, chromium_of, memory_mb, server_of
 from playwright.sync_api import Browser
 from report import Report, percentile, progress
 
@@ -41,14 +42,19 @@ def add_day(report: Report, browser: Browser) -> None:
         ServedRig(CONFIGS / "lab.yaml", None, "--set=time=virtual", "--set=speed=max") as rig,
         opened(browser, rig, "look", path="/time"),
     ):
-        server, first = server_of(rig), 0.0
+        server, chromium_pid, first = server_of(rig), chromium_of(os.getpid()), (0.0, 0.0)
+
+        def memory() -> tuple[float, float]:
+            return memory_mb(server), sum(memory_mb(pid) for pid in children(chromium_pid))
+
         while (passed_h := rig.status()["now_ns"] / 3.6e12) < DAY_H:
-            if passed_h > 1 and not first:
-                first = memory_mb(server)
+            if passed_h > 1 and not first[0]:
+                first = memory()
             time.sleep(LOOK_S)
+        last = memory()
         report.notes.append(
-            f"Memory of the server after 1 and {DAY_H} hours of virtual time, with a page open: {first:.1f} and"
-            f" {memory_mb(server):.1f} MB."
+            f"Memory after 1 and {DAY_H} hours of virtual time, with a page open: {first[0]:.1f} and {last[0]:.1f} MB"
+            f" of the server, {first[1]:.0f} and {last[1]:.0f} MB of all processes of Chromium."
         )
 
 

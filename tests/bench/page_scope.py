@@ -70,6 +70,11 @@ def server_of(rig: ServedRig) -> int:
     )
 
 
+def chromium_of(pid: int) -> int:
+    """The first process of Chromium among the descendants of a process."""
+    return next(child for child in children(pid) if "chrom" in Path(f"/proc/{child}/comm").read_text(encoding="utf-8"))
+
+
 def show(page: Page, setup: dict[str, Any]) -> None:
     look: dict[str, Any] = {"isStopped": False, "capture": None, "view": None, "cursors": [], "arm": 0}
     usual = {"recorded": [], "rhythm": 1_000_000, "before": 0.5, "mode": "run", "trigger": None, "xy": None}
@@ -140,11 +145,7 @@ def run() -> Report:
                 f"{memory_mb(server):.0f} MB",
             )
             with chromium() as browser, opened(browser, rig, path="/scope") as page:
-                pid = next(
-                    pid
-                    for pid in children(os.getpid())
-                    if "chrom" in Path(f"/proc/{pid}/comm").read_text(encoding="utf-8")
-                )
+                pid = chromium_of(os.getpid())
                 for window_s in (10, 1):
                     progress(f"window of {window_s} s")
                     setup = {"signals": names[:DRAWN], "recorded": names[DRAWN:], "window_ns": window_s * 10**9}

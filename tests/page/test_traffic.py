@@ -1,6 +1,7 @@
 """The topic `traffic`: messages by name, gaps that are said, and downloads."""
 
 import asyncio
+import io
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from in_loop import in_loop
 from page_bench import PageBench, Socket, page_of
 
 from fieldrig.config.rig_file import load
+from fieldrig.traces.formats import format_of
 from fieldrig.traces.names import namer_of
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_page.bus_record import MOST_MESSAGES, MOST_SORTS, BusRecord
@@ -52,6 +54,13 @@ async def test_what_was_recorded_is_read_and_downloaded() -> None:
         assert log.status == 200
         assert b"can0 705#00" in log.body
         assert (await page.get("traces/can0.pcapng")).body[:4] == bytes.fromhex("0a0d0d0a")
+        can0 = page.site.link.config.buses["can0"].bus
+        offered = (await page.get("traces/formats")).json
+        assert {"ending": "vcd", "families": ["wires"]} in offered
+        for ending in [form["ending"] for form in offered if form["families"] in ([], ["can"])]:
+            file = (await page.get(f"traces/can0.{ending}")).body
+            entries = [*format_of(Path(f"x.{ending}")).read(io.BytesIO(file))]
+            assert [can0.show(can0.decode(entry.data)) for entry in entries[:2]] == ["705 [1] 00", "706 [1] 00"], ending
         assert (await page.get("traces/can0.xls")).status == 404
         assert (await page.get("traces/can9.log")).status == 404
         await socket.close()

@@ -7,13 +7,11 @@ import { Rows } from './rows.js';
 const ROW = 26; // pixels
 const MOST_ROWS = 5000;
 const NARROW = '(max-width: 600px)';
-// The formats of downloads, with the families of buses whose messages they can hold; without any they hold all.
-const FORMATS = [
-  { ending: 'pcapng', title: 'for Wireshark' },
-  { ending: 'log', title: 'as of candump -L', families: ['can'] },
-  { ending: 'vcd', title: 'waveforms', families: ['wires'] },
-  { ending: 'jsonl', title: 'JSON lines' },
-];
+// What the usual formats of downloads are, in the order in which they are offered.
+const TITLES = {
+  pcapng: 'for Wireshark', pcap: 'for older tools', log: 'as of candump -L', asc: 'as of CANoe, in text', blf: 'as of CANoe',
+  trc: 'as of PCAN-View', mf4: 'ASAM MDF 4', csv: 'for spreadsheets', db: 'SQLite', vcd: 'waveforms', jsonl: 'JSON lines',
+};
 const TIME_OF_DAY = 31536e12; // instants above count from 1970, those below from the start of a rig in virtual time
 
 export function View({ path }) {
@@ -30,6 +28,7 @@ function Traffic({ buses, first }) {
   const [isPaused, setPaused] = useState(false);
   const [, setTick] = useState(0);
   const state = useRef({ rows: [], waiting: [], lost: 0, leftOut: 0, loads: {} });
+  const [formats] = useAnswer('traces/formats');
   const paused = useRef(false);
   paused.current = isPaused;
   useWish('traffic', { buses: chosen, ...filter });
@@ -58,14 +57,19 @@ function Traffic({ buses, first }) {
     </div>
     <div class="bar">
       <p class="quiet" role="status">${now.rows.length} messages${gaps(now)}</p>
-      ${chosen.map((name) => html`<span class="downloads">save ${name}: ${formatsOf(buses[name]).map(({ ending, title }) => html` <a href=${`/api/v1/traces/${encodeURIComponent(name)}.${ending}`} download title=${title}>${ending}</a>`)}</span>`)}
+      ${chosen.map((name) => html`<span class="downloads">save ${name}: ${formatsOf(formats, buses[name]).map(({ ending }) => html` <a href=${`/api/v1/traces/${encodeURIComponent(name)}.${ending}`} download title=${TITLES[ending]}>${ending}</a>`)}</span>`)}
     </div>
     <${Rows} label="messages" count=${now.rows.length} height=${ROW} follows=${!isPaused}
       columns=${order.map((at) => COLUMNS[at])} row=${(index) => rowOf(now.rows[index], order)} />
   </section>`;
 }
 
-const formatsOf = (bus) => FORMATS.filter(({ families }) => !families || families.includes(bus.family));
+// The formats that can hold the messages of a bus.
+function formatsOf(formats, bus) {
+  const order = Object.keys(TITLES);
+  const place = ({ ending }) => (order.includes(ending) ? order.indexOf(ending) : order.length);
+  return (formats ?? []).filter(({ families }) => families.length === 0 || families.includes(bus.family)).sort((a, b) => place(a) - place(b));
+}
 
 function take(state, frame, isPaused) {
   if (frame.whole) { state.rows.length = 0; state.waiting.length = 0; }
