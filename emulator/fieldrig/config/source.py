@@ -30,8 +30,9 @@ _ABSENT: Final = object()
 def gather(path: Path, overrides: Sequence[str]) -> Source:
     """Return everything merged.  It never raises for mistakes in the files."""
     source = _Files().source(path, ())
-    for override in overrides:
-        _override(source, override)
+    if isinstance(source.data, dict):  # else the file has one mistake, and not a further one for each override
+        for override in overrides:
+            _override(source, override)
     return source
 
 
@@ -180,5 +181,5 @@ def _override(source: Source, override: str) -> None:
         inner[path[-1]] = value.data
         source.marks[path] = place
     else:
-        what = f"{'.'.join(path[:-1]) or 'the file'} holds no keys"
+        what = f"{'.'.join(path[:-1])} holds no keys"
         source.mistakes.append(Mistake(*place, key, what, "expected a key of the rig file"))

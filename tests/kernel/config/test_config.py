@@ -644,6 +644,18 @@ def test_an_override_that_is_wrong_is_named(refused: Refused, override: str, wha
     assert refused(RIGHT, override) == [f"--set {override}: {what}\n    {remedy}"]
 
 
+@pytest.mark.parametrize("text", [None, "", "- a\n", "devices: [\n"])
+def test_a_file_that_is_no_rig_file_has_one_mistake_however_many_overrides_there_are(
+    tmp_path: Path, text: str | None
+) -> None:
+    file = tmp_path / "rig.yaml"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(ConfigError) as refusal:
+        load(file, ["time=virtual", "control=tcp/127.0.0.1:1"])
+    assert [mistake.file for mistake in refusal.value.mistakes] == [str(file)]
+
+
 def test_a_process_loads_only_what_it_hosts(loaded: Loaded) -> None:
     text = RIGHT + '      other: {kind: "nowhere:Press", links: {x: words}}\n'
     config = loaded(text, only={"io"})
