@@ -1,4 +1,4 @@
-"""What is the same in all plain data frames of one identifier, made once.
+"""The parts that all plain data frames of one identifier have in common, made once.
 
 Nearly all messages of a log are classical data frames of a few identifiers.  Remembering the text of an identifier and
 its bytes takes a third from the time of a line.  What is remembered is bounded, as a wrong log may have a million
@@ -20,7 +20,7 @@ HEAD_BYTES: Final = 5
 
 
 class PlainHeads(dict[bytes, T | None]):
-    """What a writer has for the head of a plain data frame; None for the head of any other message."""
+    """The part of a writer for the head of a plain data frame; None for the head of any other message."""
 
     def __init__(self, written: Callable[[int, bool, int], T]) -> None:
         """`written` returns what is written for an identifier, whether it is extended, and a length."""

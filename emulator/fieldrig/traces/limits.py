@@ -1,4 +1,4 @@
-"""What becomes of instants that a format does not have."""
+"""Instants that a format does not have, and the nearest ones that it has."""
 
 from fieldrig.traces.oddities import Oddities
 

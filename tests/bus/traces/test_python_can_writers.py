@@ -1,4 +1,4 @@
-"""What is written here is byte for byte what python-can's writers write, but for what each test names."""
+"""The writers of CAN logs write byte for byte what those of python-can write, but for what each test names."""
 
 import re
 import sqlite3
