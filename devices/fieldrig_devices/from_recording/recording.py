@@ -6,8 +6,9 @@ from typing import Final
 
 from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
-from fieldrig.traces.trace import TraceEntry, is_time_of_day
+from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import read
+from fieldrig_devices.dialogues.power_on import HEAD, rig_instant_ns
 from fieldrig_devices.dialogues.rtu_line import RtuLine
 from fieldrig_devices.from_recording.can_log import CanLog
 from fieldrig_devices.from_recording.modbus_log import ModbusLog
@@ -26,22 +27,25 @@ class Recording:
         self.buses: dict[str, BusLog] = {}
         self.others: Counter[str] = Counter()
         """Messages of other families, by family."""
-        self.count = self.start_ns = self.end_ns = 0
+        self.count = self.end_ns = 0
         self.odd = Oddities()
         """Oddities of the file."""
         self.left_out = 0
         """Messages of buses that are too many."""
         self._lines: dict[str, tuple[RtuLine, int]] = {}
         """Serial lines, with their numbers of messages."""
+        head: list[TraceEntry] = []
         for number, entry in enumerate(read(file, odd=self.odd)):
-            if not self.count:
-                self.start_ns = entry.time_ns if is_time_of_day(entry.time_ns) else 0
+            if number < HEAD:
+                head.append(entry)
             self.count += 1
             self.end_ns = max(self.end_ns, entry.time_ns)
             self._take(number, entry)
         if not self.count:
             remedy = "record the bus while it works, from the start of the machine on"
             raise UsageError(f"{file} has no message", "\n".join((*map(str, self.odd), remedy)))
+        self.start_ns = rig_instant_ns(head)
+        """The instant at which a rig that plays this recording is switched on."""
         self._end()
 
     def _take(self, number: int, entry: TraceEntry) -> None:

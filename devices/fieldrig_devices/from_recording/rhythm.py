@@ -92,10 +92,11 @@ def _asynchronous(log: Identifier) -> Rhythm:
     repeats = [distance for distance, is_new in zip(distances, log.changed[1:], strict=True) if not is_new]
     news = [distance for distance, is_new in zip(distances, log.changed[1:], strict=True) if is_new]
     period_ns = round(median(repeats)) if len(repeats) >= FEWEST - 1 else 0
-    if is_regular and period_ns and (not news or _share(news, usual_ns) >= SHARE):
+    is_timed = bool(repeats) and _share(repeats, usual_ns) >= SHARE  # no event sends the same data again
+    if is_regular and is_timed and (not news or _share(news, usual_ns) >= SHARE):
         words = f"sent every {_ms(usual_ns)} ms"
         return Rhythm(EVENT_DRIVEN, max(usual_ns // MS, 1), round(usual_ns / INHIBIT_UNIT_NS), words, is_cyclic=True)
-    if is_regular and not period_ns:
+    if is_regular and not repeats:
         return Rhythm(EVENT_DRIVEN, words=f"sent every {_ms(usual_ns)} ms, always with new data")
     if period_ns < MS // 2 or _share(repeats, period_ns) < SHARE:
         period_ns = 0

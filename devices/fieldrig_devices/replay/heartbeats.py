@@ -8,6 +8,7 @@ from typing import Final
 
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_devices.canopen.names import NMT_STATES
+from fieldrig_devices.replay.gaps import Gaps
 from fieldrig_devices.replay.grounds import Grounds
 from fieldrig_devices.replay.replay_result import Difference, What
 from fieldrig_devices.replay.words import late_words, time_words
@@ -22,25 +23,12 @@ UNEVEN: Final = 0.1
 class _Side:
     states: list[tuple[int, int]] = field(default_factory=list)
     """The instants of the changes, and the states."""
-    last_ns: int | None = None
-    gaps: int = 0
-    sum_ns: int = 0
-    longest_ns: int = 0
-    longest_at_ns: int = 0
+    gaps: Gaps = field(default_factory=Gaps)
 
     def take(self, time_ns: int, own_ns: int, state: int) -> None:
         if (not self.states or self.states[-1][1] != state) and len(self.states) < MOST_STATES:
             self.states.append((time_ns, state))
-        if self.last_ns is not None:
-            gap_ns = own_ns - self.last_ns
-            self.gaps, self.sum_ns = self.gaps + 1, self.sum_ns + gap_ns
-            if gap_ns > self.longest_ns:
-                self.longest_ns, self.longest_at_ns = gap_ns, time_ns - gap_ns
-        self.last_ns = own_ns
-
-    @property
-    def period_ns(self) -> int:
-        return self.sum_ns // self.gaps if self.gaps else 0
+        self.gaps.take(time_ns, own_ns)
 
 
 class Heartbeats:
@@ -65,17 +53,17 @@ class Heartbeats:
             self._grounds.compared(bus, node, "heartbeat")
             if not log.states:
                 self._add(What.MORE, rig.states[0][0], bus, node, f"{node} sent heartbeats, and the log has none of it")
-            elif log.gaps and not rig.gaps and len(rig.states) <= 1:
-                words = f"{node} sent no heartbeat, the log has one every {time_words(log.period_ns)}"
+            elif log.gaps.count and not rig.gaps.count and len(rig.states) <= 1:
+                words = f"{node} sent no heartbeat, the log has one every {time_words(log.gaps.period_ns)}"
                 self._add(What.MISSING, log.states[0][0], bus, node, words)
             elif not rig.states:
                 self._add(What.MISSING, log.states[0][0], bus, node, f"{node} sent no heartbeat")
             else:
                 self._states(bus, node, log, rig, end_ns)
-                self._periods(bus, node, log, rig)
+                self._periods(bus, node, log.states[0][0], log.gaps, rig.gaps)
 
     def _states(self, bus: str, node: str, log: _Side, rig: _Side, end_ns: int) -> None:
-        period_ns = max(log.period_ns, rig.period_ns)
+        period_ns = max(log.gaps.period_ns, rig.gaps.period_ns)
         came = [each for each in rig.states if each[0] <= end_ns]
         states = log.states
         if self._grounds.was_on and states[0][1] == 0 and (not came or came[0][1]):
@@ -98,15 +86,15 @@ class Heartbeats:
                 words = f"{node} became {name} {late_words(late_ns)} by its heartbeat"
                 self._add(What.LATE, at_ns, bus, node, words, late_ns)
 
-    def _periods(self, bus: str, node: str, log: _Side, rig: _Side) -> None:
-        if not log.gaps or not rig.gaps:
+    def _periods(self, bus: str, node: str, begin_ns: int, log: Gaps, rig: Gaps) -> None:
+        if not log.count or not rig.count:
             return
         allowed_ns = max(self._grounds.tolerances.time_ns, round(UNEVEN * log.period_ns))
         if abs(log.period_ns - rig.period_ns) > allowed_ns:
             words = (
                 f"{node} sent a heartbeat every {time_words(rig.period_ns)}, the log says {time_words(log.period_ns)}"
             )
-            self._add(What.PERIOD, log.states[0][0], bus, node, words)
+            self._add(What.PERIOD, begin_ns, bus, node, words)
         elif rig.longest_ns > log.longest_ns + log.period_ns // 2 + self._grounds.tolerances.time_ns:
             words = f"{node} sent no heartbeat for {time_words(rig.longest_ns)}"
             self._add(What.MISSING, rig.longest_at_ns, bus, node, words)

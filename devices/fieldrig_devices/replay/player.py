@@ -28,6 +28,8 @@ from fieldrig_devices.replay.schedule import Due
 
 AHEAD_NS: Final = 500 * MS
 """How far before its instant an expected message of the log is read."""
+EARLY_NS: Final = 100 * MS
+"""How much earlier than the log a rig may send its first messages."""
 SETTLED_NS: Final = S
 """Time between two looks at what can be decided."""
 HEAD_OF_FRAME: Final = 5
@@ -53,7 +55,7 @@ class Pace:
     timeout_ns: int = S
     """Longest wait for an answer that the log shows."""
     heard_ns: int = 0
-    """The instant of the rig from which on its messages are compared."""
+    """The instant of the rig from which on it has to send what the log has, and nothing else."""
 
 
 class Player:
@@ -90,7 +92,7 @@ class Player:
         self._asked: dict[tuple[str, int], deque[int]] = {}
         """The requests of the rig's clients that the log has to answer, by bus and unit."""
         self.is_ended = False
-        judge.begin_ns, judge.timeout_ns = pace.begin_ns, pace.timeout_ns
+        judge.begin_ns, judge.first_ns, judge.timeout_ns = pace.begin_ns, pace.heard_ns, pace.timeout_ns
 
     def start(self) -> None:
         """Begin, at the instant of `Pace.begin_ns`."""
@@ -101,7 +103,10 @@ class Player:
 
     def heard(self, entry: TraceEntry) -> None:
         """Take a message that a device of the rig has sent, with its instant."""
-        if self.is_ended or entry.time_ns < self._pace.heard_ns:
+        if self.is_ended:
+            return
+        if entry.time_ns < self._pace.heard_ns - EARLY_NS:
+            self._judge.unasked.sent_before(entry)
             return
         self._judge.heard(entry)
         if entry.family == "can":
@@ -184,7 +189,7 @@ class Player:
             gate.give_up()
             gate = self._gate()
         if self._waiting_since_ns != NEVER_NS:
-            self._judge.waited(self._waiting_since_ns, now_ns)
+            self._judge.unasked.waited(self._waiting_since_ns, now_ns)
             self._shift_ns += max(0, now_ns - self._waiting_since_ns)
             self._waiting_since_ns = NEVER_NS
         for key in [key for key, each in self._gates.items() if isinstance(each, AnswerGate)]:

@@ -4,23 +4,18 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, islice
 from typing import Final, NamedTuple
 
-from fieldrig.clock import MS, S
-from fieldrig.traces.trace import TraceEntry, is_time_of_day
+from fieldrig.clock import MS
+from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.codec import encode
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_devices.canopen.names import ERROR_CONTROL, NODES
+from fieldrig_devices.dialogues.power_on import HEAD, rig_instant_ns
 from fieldrig_devices.replay.sides import Sides
 
-SETTLE_NS: Final = S
-"""Time for a rig to boot before a log begins that was recorded of a machine that was on already."""
 BEFORE_NS: Final = 100 * MS
 """How long before the log its nodes are started."""
 START: Final = 1
 NMT_COMMAND: Final = bytes(4)
 """The identifier of NMT commands, as the first bytes of a message in a trace."""
-HEAD: Final = 500
-BOOT_UP: Final = b"\x01\x00"
-"""Length and data of a boot-up message (CiA 301, 7.2.8.3.2.1)."""
 
 
 class Beginning(NamedTuple):
@@ -40,18 +35,19 @@ class Beginning(NamedTuple):
 def begin_of(entries: Iterable[TraceEntry], sides: Sides, now_ns: int, settle_ns: int | None) -> Beginning:
     """Return how a log begins.
 
-    A trace of virtual time begins with its rig.  Elsewhere the rig boots first, except if the log shows that its nodes
-    boot; `settle_ns` is how long.  UsageError is raised by the log itself.
+    `settle_ns` is how long the rig runs before, or None for as long as the machine of the log was on before
+    (`rig_instant_ns`).
+    UsageError is raised by the log itself.
     """
     rest = iter(entries)
     head = list(islice(rest, HEAD))
     log = chain(head, rest)
     first_ns = min((entry.time_ns for entry in head), default=0)
-    if not is_time_of_day(first_ns) and now_ns == 0 and settle_ns is None:
+    if settle_ns is None and now_ns == 0 and rig_instant_ns(head) == 0:  # the clock of the log is that of its rig
         begin_ns, log_ns, before_ns = 0, 0, first_ns
     else:
         if settle_ns is None:
-            settle_ns = 0 if now_ns or any(map(_is_boot_up, head)) else SETTLE_NS
+            settle_ns = 0 if now_ns else first_ns - rig_instant_ns(head)
         begin_ns, log_ns, before_ns = now_ns + settle_ns, first_ns, settle_ns
     if before_ns < 2 * BEFORE_NS:  # the log begins with the rig
         return Beginning(log, begin_ns, log_ns, begin_ns)
@@ -61,7 +57,7 @@ def begin_of(entries: Iterable[TraceEntry], sides: Sides, now_ns: int, settle_ns
     heard_ns = begin_ns + first_ns - log_ns
     if not starts or begin_ns == 0:
         return Beginning(chain(starts, log), begin_ns, log_ns, heard_ns, nodes)
-    return Beginning(chain(starts, log), begin_ns - BEFORE_NS, first_ns - BEFORE_NS, heard_ns - BEFORE_NS, nodes)
+    return Beginning(chain(starts, log), begin_ns - BEFORE_NS, first_ns - BEFORE_NS, heard_ns, nodes)
 
 
 def _running(head: Sequence[TraceEntry], sides: Sides) -> dict[tuple[str, int], None]:
@@ -78,8 +74,3 @@ def _running(head: Sequence[TraceEntry], sides: Sides) -> dict[tuple[str, int], 
 
 def _start(time_ns: int, bus: str, node: int) -> TraceEntry:
     return TraceEntry(time_ns, bus, "can", "", encode(CanFrame(0, bytes((START, node)))))
-
-
-def _is_boot_up(entry: TraceEntry) -> bool:
-    word = int.from_bytes(entry.data[:4], "little")
-    return entry.family == "can" and word - ERROR_CONTROL in NODES and entry.data[4:] == BOOT_UP

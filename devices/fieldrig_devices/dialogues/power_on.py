@@ -1,0 +1,50 @@
+"""The instant of a log at which its rig is switched on: a machine that was on before needs a rig that runs before.
+
+The same rule says, for a rig that is made of a recording, how long its devices have been on when the recording begins.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+from fieldrig.clock import S
+from fieldrig.traces.trace import TraceEntry, is_time_of_day
+from fieldrig_devices.canopen.names import ERROR_CONTROL, NODES
+
+HEAD: Final = 500
+"""Messages at the beginning of a log that are looked at."""
+SETTLE_NS: Final = S
+"""Time for a rig to boot before a log begins that was recorded of a machine that was on already."""
+BOOT_UP: Final = b"\x01\x00"
+"""Length and data of a boot-up message (CiA 301, 7.2.8.3.2.1)."""
+HEARTBEATS: Final = frozenset({b"\x01\x04", b"\x01\x05", b"\x01\x7f"})
+"""Length and data of heartbeats: stopped, operational, pre-operational."""
+
+
+def rig_instant_ns(head: Sequence[TraceEntry]) -> int:
+    """Return the instant of a log at which its rig is switched on; `head` has its first messages.
+
+    That is 0 in a trace of virtual time, as it begins with its rig.  Elsewhere it is the first message, or a second
+    before if nothing shows that the nodes boot.
+    """
+    first_ns = min((entry.time_ns for entry in head), default=0)
+    if not is_time_of_day(first_ns) and (first_ns >= SETTLE_NS or not _was_on(head)):
+        return 0
+    return first_ns if any(map(_is_boot_up, head)) else first_ns - SETTLE_NS
+
+
+def _was_on(head: Sequence[TraceEntry]) -> bool:
+    """Return whether the first error control message is a heartbeat, as a node that is switched on boots before."""
+    for entry in head:
+        if _is_error_control(entry) and entry.data[4:] in HEARTBEATS:
+            return True
+        if _is_boot_up(entry):
+            return False
+    return False
+
+
+def _is_boot_up(entry: TraceEntry) -> bool:
+    return _is_error_control(entry) and entry.data[4:] == BOOT_UP
+
+
+def _is_error_control(entry: TraceEntry) -> bool:
+    return entry.family == "can" and int.from_bytes(entry.data[:4], "little") - ERROR_CONTROL in NODES
