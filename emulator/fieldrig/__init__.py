@@ -24,6 +24,7 @@ __all__ = [
     "ConfigError",
     "ConfigFile",
     "ControlError",
+    "Covered",
     "Delivery",
     "Device",
     "DirectBus",
@@ -55,6 +56,7 @@ __all__ = [
     "VirtualClock",
     "VirtualTimeError",
     "WrongKey",
+    "covered",
     "from_dict",
     "load",
     "program",
@@ -67,6 +69,7 @@ if TYPE_CHECKING:
     from fieldrig.bus import Bus, BusModel, Delivery, DirectBus, ModelBus
     from fieldrig.clock import MS, US, Clock, S, Timer, VirtualClock
     from fieldrig.config.rig_file import RigConfig, from_dict, load
+    from fieldrig.coverage.covered import Covered, covered
     from fieldrig.device import Device, Point, Value
     from fieldrig.errors import ArgumentError, BusError, ConfigError, ControlError, Mistake, RigError, UnmetError
     from fieldrig.front import Front
@@ -92,6 +95,7 @@ else:
             "fieldrig.bus": "Bus BusModel Delivery DirectBus ModelBus",
             "fieldrig.clock": "MS S US Clock Timer VirtualClock",
             "fieldrig.config.rig_file": "RigConfig from_dict load",
+            "fieldrig.coverage.covered": "Covered covered",
             "fieldrig.device": "Device Point Value",
             "fieldrig.errors": "ArgumentError BusError ConfigError ControlError Mistake RigError UnmetError",
             "fieldrig.front": "Front",

@@ -42,6 +42,7 @@ In real time, in processes of their own, for masters with a clock of their own:
 """
 
 import json
+import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -50,7 +51,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from fieldrig.coverage.folder import FOLDER_VARIABLE
+
 if TYPE_CHECKING:
+    from fieldrig.coverage.wanted import Wanted
     from fieldrig.programs import ProgramBench
     from fieldrig.real.live_rig import LiveRig
     from fieldrig.virtual.branch import Branch
@@ -126,6 +130,14 @@ def fieldrig_branch(_fieldrig_booted: Callable[..., "Rig"]) -> Iterator[BranchMa
         yield make
 
 
+_REPORTS = (
+    ("--fieldrig-coverage-data", "FILE", "for `fieldrig coverage`, which adds up runs"),
+    ("--fieldrig-lcov", "FILE", "as LCOV"),
+    ("--fieldrig-cobertura", "FILE", "as Cobertura"),
+    ("--fieldrig-coverage-html", "FOLDER", "as a page with the source"),
+)
+"""The reports of coverage."""
+_COVERAGE = pytest.StashKey["_Covering"]()
 _PROGRAMS = pytest.StashKey[list["ProgramBench"]]()
 """The programs of a test, for its report."""
 
@@ -183,12 +195,83 @@ def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.getgroup("fieldrig").addoption(
+    group = parser.getgroup("fieldrig")
+    group.addoption(
         "--fieldrig-time",
         choices=("virtual", "real"),
         default="virtual",
         help="the time of tests with fieldrig_master (default: virtual)",
     )
+    group.addoption(
+        "--fieldrig-coverage",
+        action="store_true",
+        help="show which statements and branches of programs, alone and in rigs, the tests run",
+    )
+    for option, metavar, about in _REPORTS:
+        group.addoption(option, type=Path, metavar=metavar, help=f"write this coverage {about}")
+    group.addoption(
+        "--fieldrig-fail-under", type=float, metavar="PERCENT", help="fail if the coverage of programs is less"
+    )
+
+
+class _Covering:
+    """The coverage of a session.  Other processes of it, as those of xdist, find its folder in their environment."""
+
+    def __init__(self, wanted: "Wanted") -> None:
+        from fieldrig.coverage.collecting import collecting
+
+        self.wanted = wanted
+        self.stack = ExitStack()
+        self.collector = self.stack.enter_context(collecting())
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let programs have marks from now on, if coverage is wanted."""
+    files = [config.getoption(option) for option, _, _ in _REPORTS]
+    least = config.getoption("--fieldrig-fail-under")
+    is_wanted = config.getoption("--fieldrig-coverage") or any(one is not None for one in (*files, least))
+    if is_wanted and not hasattr(config, "workerinput"):
+        from fieldrig.coverage.wanted import Wanted
+
+        config.stash[_COVERAGE] = covering = _Covering(Wanted(files[0], files[1], files[2], files[3], least))
+        config.add_cleanup(covering.stack.close)
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_teardown() -> Iterator[None]:
+    """Note what a test has run behind it, as a process of xdist, or one that was forked, may end without a word."""
+    yield
+    if FOLDER_VARIABLE in os.environ:
+        from fieldrig.coverage import collecting
+
+        collecting.flush()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Write the reports of coverage, and fail if there is too little."""
+    covering = session.config.stash.get(_COVERAGE, None)
+    if covering is not None:
+        from fieldrig.coverage.summary import Coverage
+
+        coverage = Coverage(covering.collector.news())
+        covering.wanted.write(coverage)
+        if covering.wanted.shortfall(coverage) and session.exitstatus == pytest.ExitCode.OK:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    covering = config.stash.get(_COVERAGE, None)
+    if covering is not None:
+        from fieldrig.coverage.reports.table import table
+        from fieldrig.coverage.summary import Coverage
+
+        coverage = Coverage(covering.collector.news())
+        terminalreporter.section("coverage of programs")
+        for line in table(coverage):
+            terminalreporter.write_line(line)
+        if shortfall := covering.wanted.shortfall(coverage):
+            terminalreporter.write_line(shortfall, red=True)
 
 
 @pytest.fixture

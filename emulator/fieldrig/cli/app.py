@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from fieldrig.cli import exec, fault, help, points, record, rigfile, status, timing, trace, up, watch
+from fieldrig.cli import coverage, exec, fault, help, points, record, rigfile, status, timing, trace, up, watch
 from fieldrig.cli.common import CONTEXT
 from fieldrig.cli.installed import Commands
 from fieldrig.system.exits import ABOUT, Exit
@@ -83,6 +83,7 @@ app.command()(timing.run)
 app.command()(timing.stop)
 app.command()(timing.restart)
 app.command()(record.record)
+app.command()(coverage.coverage)
 app.add_typer(trace.app, name="trace")
 app.command()(rigfile.check)
 app.command()(rigfile.devices)

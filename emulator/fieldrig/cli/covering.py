@@ -1,19 +1,16 @@
 """The coverage that a command was asked for: its options, and the reports at the end."""
 
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fieldrig.cli.common import writing
+from fieldrig.errors import UsageError
 
 if TYPE_CHECKING:
     from fieldrig.coverage.collecting import Collector
     from fieldrig.coverage.summary import Coverage
-
-PAGE: Final = "index.html"
 
 Shown = Annotated[bool, typer.Option("--coverage", help="Show which statements and branches of programs have run.")]
 
@@ -44,65 +41,26 @@ Least = Annotated[
 ]
 
 
-@dataclass(frozen=True, slots=True)
-class Reports:
-    """The reports of coverage that are wanted."""
-
-    is_shown: bool = False
-    data: Path | None = None
-    lcov: Path | None = None
-    cobertura: Path | None = None
-    folder: Path | None = None
-    least: float | None = None
-    """The least share in per cent."""
-
-    @property
-    def are_wanted(self) -> bool:
-        files = (self.data, self.lcov, self.cobertura, self.folder)
-        return self.is_shown or self.least is not None or any(file is not None for file in files)
-
-    def report(self, coverage: "Coverage", *, is_quiet: bool = False) -> bool:
-        """Write the reports.  False if too little of the programs has run."""
-        from fieldrig.coverage.reports.table import NOTHING, per_cent, table
-
-        for line in () if is_quiet else table(coverage):
-            typer.echo(line)
-        self._write(coverage)
-        share = coverage.total.count()
-        if not self.least or (share.all and share.per_cent >= self.least):
-            return True
-        if not share.all:
-            typer.echo(NOTHING, err=True)
-            return False
-        typer.echo(f"coverage is {per_cent(share)} %: expected at least {self.least:g} %", err=True)
-        return False
-
-    def _write(self, coverage: "Coverage") -> None:
-        from fieldrig.coverage.data import written
-        from fieldrig.coverage.reports.cobertura import cobertura
-        from fieldrig.coverage.reports.lcov import lcov
-        from fieldrig.coverage.reports.page import page
-        from fieldrig.storage.store import replace_file
-
-        file = self.folder / PAGE if self.folder is not None else None
-        for path, made in ((self.data, written), (self.lcov, lcov), (self.cobertura, cobertura), (file, page)):
-            if path is not None:
-                with writing(path.parent):
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                    replace_file(path, made(coverage))
-
-
 class Covering(ExitStack):
     """A context in which programs have marks, if a report is wanted."""
 
-    def __init__(self, reports: Reports) -> None:
+    def __init__(
+        self,
+        is_shown: bool,
+        data: Path | None,
+        lcov: Path | None,
+        cobertura: Path | None,
+        folder: Path | None,
+        least: float | None,
+    ) -> None:
+        """Take the options of a command."""
         super().__init__()
-        self._reports = reports
+        self._is_shown, self._files = is_shown, (data, lcov, cobertura, folder, least)
         self._collector: Collector | None = None
 
     def __enter__(self) -> "Covering":
         super().__enter__()
-        if self._reports.are_wanted:
+        if self._is_shown or any(one is not None for one in self._files):
             from fieldrig.coverage.collecting import collecting
 
             self._collector = self.enter_context(collecting())
@@ -114,4 +72,31 @@ class Covering(ExitStack):
             return True
         from fieldrig.coverage.summary import Coverage
 
-        return self._reports.report(Coverage(self._collector.news()), is_quiet=is_quiet)
+        return report(Coverage(self._collector.news()), *self._files, is_quiet=is_quiet)
+
+
+def report(
+    coverage: "Coverage",
+    data: Path | None,
+    lcov: Path | None,
+    cobertura: Path | None,
+    folder: Path | None,
+    least: float | None,
+    *,
+    is_quiet: bool = False,
+) -> bool:
+    """Print the table and write the files.  False if too little of the programs has run."""
+    from fieldrig.coverage.reports.table import table
+    from fieldrig.coverage.wanted import Wanted
+
+    wanted = Wanted(data, lcov, cobertura, folder, least)
+    for line in () if is_quiet else table(coverage):
+        typer.echo(line)
+    try:
+        wanted.write(coverage)
+    except OSError as cause:
+        raise UsageError(f"{cause.filename} cannot be written", cause.strerror or str(cause)) from cause
+    shortfall = wanted.shortfall(coverage)
+    if shortfall:
+        typer.echo(shortfall, err=True)
+    return not shortfall

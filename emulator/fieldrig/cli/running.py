@@ -9,11 +9,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
+from fieldrig.cli.coverage import QUESTION
 from fieldrig.cli.display import Display
 from fieldrig.cli.reach import help_of
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control import endpoint
 from fieldrig.control.messages import Control
+from fieldrig.coverage import collecting
+from fieldrig.coverage.data import written
+from fieldrig.coverage.summary import Coverage
 from fieldrig.errors import ControlError
 from fieldrig.hub.wire import socket_name
 from fieldrig.outside.shared_token import token
@@ -132,6 +136,7 @@ async def _run(
     try:
         service = make(control)
         control.serve("help/*", partial(_help, config))
+        control.serve(QUESTION, _coverage)
         control.listen_to("notice/*", display.notice)
         _end_on_signals(service, display)
         recorder = Recorder(options.trace) if options.trace is not None else None
@@ -166,6 +171,13 @@ async def _help(config: RigConfig, name: str, _message: Any) -> dict[str, Any]:
             f"{config.name} has no bus or device {name!r}", closest(name, [*config.buses, *config.devices])
         )
     return help_of(config, name)
+
+
+async def _coverage(_verb: str, _message: Any) -> str:
+    """Answer `fieldrig coverage`.  ControlError if the programs of the rig have no marks."""
+    if not collecting.is_on():
+        raise ControlError("the programs of this rig have no marks", "expected a rig that was started with --coverage")
+    return written(Coverage(collecting.news())).decode()
 
 
 async def _serve(service: Service, config: RigConfig) -> Exit:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fieldrig.cli import covering
 from fieldrig.cli.common import Overrides, RigFile
 from fieldrig.outside.addresses import ENDPOINT_VARIABLE
 from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
@@ -66,6 +67,12 @@ def up(
         bool,
         typer.Option("--no-ui", envvar=NO_PAGE_VARIABLE, help="Run without the page of the rig in a browser."),
     ] = False,
+    is_covered: covering.Shown = False,
+    data: covering.Data = None,
+    lcov: covering.Lcov = None,
+    cobertura: covering.Cobertura = None,
+    page: covering.Page = None,
+    least: covering.Least = None,
     quiet: Annotated[
         bool,
         typer.Option("--quiet", "-q", help="Print only problems: processes that fail, die or restart, and warnings."),
@@ -79,6 +86,7 @@ def up(
         fieldrig up configs/lab.yaml
         fieldrig up configs/lab.yaml --set buses.can0.bitrate=250000
         fieldrig up configs/lab.yaml --trace lab.pcapng
+        fieldrig up configs/feeder.yaml --coverage-html build/coverage
     To run each part in a container of its own:
         fieldrig up lab.yaml --control-only
         fieldrig up lab.yaml --only io
@@ -97,16 +105,18 @@ def up(
     config = load(file, values) if only is None else load_part(file, values, only)
     if (only is not None or control_only) and config.time == "virtual":
         raise typer.BadParameter("a rig with time: virtual runs as a whole")
-    if only is not None:
-        raise typer.Exit(_run_only(config, only, realtime))
     if trace is not None:
         format_of(trace)
-    from fieldrig.cli.running import UpOptions, run_rig
+    with covering.Covering(is_covered, data, lcov, cobertura, page, least) as covered:
+        if only is not None:
+            code = _run_only(config, only, realtime)
+        else:
+            from fieldrig.cli.running import UpOptions, run_rig
 
-    options = UpOptions(
-        values, trace, is_attended=control_only, is_realtime=realtime, is_quiet=quiet, has_page=not no_ui
-    )
-    raise typer.Exit(run_rig(config, options))
+            code = run_rig(config, UpOptions(values, trace, control_only, realtime, quiet, not no_ui))
+        if not covered.report() and code is Exit.OK:
+            code = Exit.TESTS_FAILED
+    raise typer.Exit(code)
 
 
 def _values(overrides: Sequence[str], control: str | None, is_from_environment: bool) -> list[str]:

@@ -14,10 +14,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
+from fieldrig.coverage.folder import FOLDER_VARIABLE
 from fieldrig.coverage.places import Marked, News, Place
 
-FOLDER_VARIABLE: Final = "FIELDRIG_COVERAGE_FOLDER"
-"""The environment variable with the folder, for the processes that this one starts."""
 FLUSH_S: Final = 0.5
 """The longest time for which a process of a rig keeps what it has run to itself, in seconds."""
 _PLACES: Final = ".places"
@@ -105,10 +104,18 @@ def collecting() -> Iterator[Collector]:
         try:
             yield _present[-1]
         finally:
-            _present.pop()
+            _present.pop().flush()
             os.environ.pop(FOLDER_VARIABLE)
             if before is not None:
                 os.environ[FOLDER_VARIABLE] = before
+                _hand_over(Path(folder), Path(before))
+
+
+def _hand_over(inner: Path, outer: Path) -> None:
+    """Move the notes of a block into those of the one around it, under names that are new there."""
+    for file in inner.iterdir():
+        with suppress(OSError):
+            file.replace(outer / f"{inner.name}-{file.name}")
 
 
 def is_on() -> bool:
@@ -119,6 +126,11 @@ def use(marked: Marked) -> None:
     """Take note of a program that is loaded, before its code is bound to its marks: they are new ones."""
     if _present:
         _present[-1].use(marked)
+
+
+def news() -> News:
+    """Return the places of all programs so far, and whether they have run."""
+    return _present[-1].news() if _present else ()
 
 
 def flush_now_and_then() -> None:

@@ -28,6 +28,8 @@ def read(data: bytes) -> News:
 
 
 def _place(fields: list[object]) -> Place:
+    if len(fields) != len(Place._fields):
+        raise ValueError(f"a place of it has {len(fields)} values: expected {len(Place._fields)}")
     place = Place.read(fields)
     texts, numbers = (place.file, place.pou, place.what), (place.line, place.column, place.of)
     if not all(isinstance(one, str) for one in texts) or not all(type(one) is int for one in numbers):

@@ -59,8 +59,7 @@ def run_tests(
     if is_list:
         run.show()
         return
-    reports = covering.Reports(is_covered, data, lcov, cobertura, folder, least)
-    with covering.Covering(reports) as covered:
+    with covering.Covering(is_covered, data, lcov, cobertura, folder, least) as covered:
         outcomes = run.all()
         is_enough = covered.report(is_quiet=as_json)
     if junit is not None:

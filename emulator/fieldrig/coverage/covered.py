@@ -1,0 +1,65 @@
+"""Coverage in Python: what programs run within a `with` block."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from fieldrig.coverage.collecting import Collector, collecting
+from fieldrig.coverage.reports.table import table
+from fieldrig.coverage.summary import Coverage
+from fieldrig.coverage.wanted import Wanted
+
+
+class Covered:
+    """What has run so far of the programs that were loaded in a block of `covered`."""
+
+    def __init__(self, collector: Collector) -> None:
+        self._collector = collector
+
+    def _coverage(self) -> Coverage:
+        return Coverage(self._collector.news())
+
+    @property
+    def per_cent(self) -> float:
+        """The share of statements, branches, steps and transitions that have run; 100 without a program."""
+        return self._coverage().total.count().per_cent
+
+    @property
+    def missed(self) -> list[str]:
+        """What has not run, as FILE:LINE, and behind it the name of a branch, a step or a transition."""
+        files = self._coverage().files()
+        places = [(file.name, place) for file in files for place, has_run in file.places if not has_run]
+        return [f"{name}:{place.line} {place.what}".rstrip() for name, place in places]
+
+    def __str__(self) -> str:
+        """Return the table with a row for each program part."""
+        return "\n".join(table(self._coverage()))
+
+    def write(
+        self,
+        *,
+        data: Path | None = None,
+        lcov: Path | None = None,
+        cobertura: Path | None = None,
+        html: Path | None = None,
+    ) -> None:
+        """Write reports: files for `fieldrig coverage`, LCOV and Cobertura, and a folder with a page.
+
+        OSError if that fails.
+        """
+        Wanted(data, lcov, cobertura, html).write(self._coverage())
+
+
+@contextmanager
+def covered() -> Iterator[Covered]:
+    """Note which statements and branches run of the programs that are loaded meanwhile, alone or in rigs.
+
+        with covered() as seen:
+            plc = program("pump.st")
+            plc.block("Pump")(level=90)
+        assert seen.per_cent > 50, str(seen)
+
+    Programs that were loaded before have no marks.
+    """
+    with collecting() as collector:
+        yield Covered(collector)
