@@ -47,6 +47,10 @@ class ConfigError(RigError):
         super().__init__("\n".join(str(mistake) for mistake in mistakes))
         self.mistakes = list(mistakes)
 
+    def __reduce__(self) -> "tuple[type[ConfigError], tuple[list[Mistake]]]":
+        """Cross a pipe with the mistakes; their text alone makes no error."""
+        return type(self), (self.mistakes,)
+
 
 class UsageError(RigError):
     """A command was called with a wrong request, or with a file of the wrong kind."""

@@ -41,6 +41,8 @@ class BusRecord:
         self.bus, self._namer = bus, namer
         self._rows: deque[Row] = deque(maxlen=MOST_MESSAGES)
         self._expected: dict[str, int] = {}
+        self._backs = 0
+        """How often the rig had gone back at the last batch."""
         self._last_ns: dict[tuple[str, str, int | str], int] = {}
         self.next = 0
         """The number of the next message."""
@@ -54,6 +56,8 @@ class BusRecord:
 
     def take(self, batch: dict[str, Any]) -> None:
         """Take a batch of `hub/bus_stream.py`.  ValueError for messages that are not of this bus."""
+        if batch.get("backs", 0) > self._backs:
+            self._go_back(batch["backs"], batch["back_ns"])
         process = batch["process"]
         expected = self._expected.get(process, batch["first"])
         self.lost += max(batch["first"] - expected, 0)  # a process that was restarted counts from 0 again
@@ -62,6 +66,14 @@ class BusRecord:
             message = Message(self.next, time_ns + batch["epoch_ns"], sender, bytes.fromhex(data))
             self._rows.append(self._row(message))
             self.next += 1
+
+    def _go_back(self, backs: int, back_ns: int) -> None:
+        """Drop what came after the instant to which a rig in virtual time went back; the rest has later numbers."""
+        self._backs = backs
+        self._expected.clear()
+        self._last_ns.clear()
+        while self._rows and self._rows[-1].message.time_ns > back_ns:
+            self._rows.pop()
 
     def rows(self, start: int, most: int) -> Iterator[Row]:
         """Yield up to `most` messages from number `start` on, or from the oldest one that is still there."""

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from random import Random
 from typing import Any, Literal
 
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import MS, NEVER_NS, Clock
 from fieldrig.device import Device, Point, Value
+from fieldrig.errors import RigError
 from fieldrig.faults.faults import Fault, Faults, Timed
 from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
@@ -62,8 +63,40 @@ class Dice(Device):
         thrown = self._random.randint(1, 6)
         if self._faults.first(Loaded) is not None:
             thrown = 6
+        self.thrown = thrown
         self._wires.send(Signal(f"{self._name}.thrown", thrown))
         self._clock.call_at(self._clock.now_ns() + self._settings.period_ms * MS, self._throw)
+
+
+class Counted(Dice):
+    """Dice that know when a number was thrown last, for searches of the past."""
+
+    wanted = number = 0
+    at_ns = NEVER_NS
+    stop_at: int | None = None
+    is_there = False
+
+    def answer(self, question: str, message: Any) -> Any:
+        match question, message:
+            case "thrown", {"wanted": int(self.wanted)}:
+                self.number, self.at_ns, self.stop_at, self.is_there = 0, NEVER_NS, message.get("stop_at"), False
+                return {}
+            case "thrown", _:
+                return {"number": self.number, "at_ns": self.at_ns, "is_there": self.is_there}
+        return super().answer(question, message)
+
+    def _throw(self) -> None:
+        super()._throw()
+        if self.thrown == self.wanted:
+            self.number, self.at_ns = self.number + 1, self._clock.now_ns()
+            self.is_there |= self.number == self.stop_at
+
+
+class Unbuildable(Device):
+    """A device that refuses its settings."""
+
+    def __init__(self, wires: Link[Signal]) -> None:
+        raise RigError("there is no such thing", "expected another one")
 
 
 class Adder(Device):

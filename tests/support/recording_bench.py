@@ -2,10 +2,12 @@
 
 import json
 from collections.abc import Awaitable, Callable, Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
+from fieldrig.recording.record_set import RecordSet
 from fieldrig.recording.recorders import Recorders
 from fieldrig.recording.signals import Described, End, OnCycle, RecordedPart
 
@@ -161,4 +163,5 @@ class HandLine:
 def process_on(line: HandLine, *, is_lossless: bool = False) -> tuple[HandSource, Recorders]:
     """Return the signals and recordings of the process `p` at the end of a line."""
     source = HandSource()
-    return source, Recorders(line, "p", source, is_lossless=is_lossless)
+    make = partial(RecordSet, source, is_lossless=is_lossless)
+    return source, Recorders(line, "p", source, make, is_lossless=is_lossless)

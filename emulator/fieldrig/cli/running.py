@@ -2,8 +2,8 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -36,6 +36,7 @@ from fieldrig.system.run_folder import RunFolder
 from fieldrig.system.this_process import age_s, interrupt_on_signals, on_signals, usable_cores
 from fieldrig.text.nearest import closest
 from fieldrig.traces.recorder import Recorder
+from fieldrig.virtual.keeper import KeptRig, keep, why_no_way_back
 from fieldrig.virtual.service import VirtualService
 
 ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
@@ -67,15 +68,27 @@ def run_rig(config: RigConfig, options: UpOptions) -> Exit:
     display = Display(config, time.monotonic() - age_s(), options.is_quiet)
     if options.is_attended or config.time == "virtual":
         endpoint.check_free(config.control)
-        with _page(config, options, None) as page:
-            return _in_loop(config, options, display, page, _maker(config, options, display))
+        with _page(config, options, None) as page, _keeper(config, options) as keeper:
+            return _in_loop(config, options, display, page, _maker(config, options, display, keeper))
     return _run_processes(config, options, display)
 
 
-def _maker(config: RigConfig, options: UpOptions, display: Display) -> Callable[[Control], Service]:
+@contextmanager
+def _keeper(config: RigConfig, options: UpOptions) -> Iterator[KeptRig | None]:
+    """Keep a rig that can go back in time in a process of its own; None for any other."""
+    if options.is_attended or why_no_way_back(config):
+        yield None
+        return
+    with keep(config) as kept:
+        yield kept
+
+
+def _maker(
+    config: RigConfig, options: UpOptions, display: Display, keeper: KeptRig | None
+) -> Callable[[Control], Service]:
     """Return what makes the service of a rig without processes of its own."""
     if not options.is_attended:
-        return lambda control: VirtualService(config, control, display.report)
+        return lambda control: VirtualService(config, control, display.report, keeper)
     plans = placement(config)
     return lambda control: AttendedRig(config, plans, control, display.report)
 

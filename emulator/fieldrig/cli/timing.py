@@ -1,4 +1,4 @@
-"""The commands `step`, `pause` and `run` of a rig with `time: virtual`, and `stop` and `restart` of any rig."""
+"""The commands `step`, `back`, `pause` and `run` of a rig with `time: virtual`, and `stop` and `restart` of any rig."""
 
 from typing import Annotated, Any
 
@@ -27,6 +27,32 @@ def step(
         fieldrig step 0s          pause without advancing
     """
     _tell(endpoint, "step", {"ns": duration_ns(duration)}, as_json)
+
+
+def back(
+    instant: Annotated[
+        str, typer.Argument(metavar="TIME", help="The instant of virtual time to go back to, such as 12.34s.")
+    ],
+    by: Annotated[bool, typer.Option("--by", help="Go back by this time, instead of to it.")] = False,
+    as_json: AsJson = False,
+    endpoint: Endpoint = DEFAULT_ENDPOINT,
+) -> None:
+    """Go back in a rig in virtual time, and pause it.
+
+    Programs, drives, buses, plants and random numbers are as they were when the clock came to this instant. What came
+    after it has never been; `fieldrig run` goes on from there.
+
+    \b
+        fieldrig back 12.34s
+        fieldrig back --by 500ms
+    """
+    from fieldrig.control.messages import Client
+
+    instant_ns = duration_ns(instant)
+    if by:
+        with Client(endpoint) as client:
+            instant_ns = max(int(client.ask("rig/status").get("now_ns", 0)) - instant_ns, 0)
+    _tell(endpoint, "back", {"ns": instant_ns}, as_json)
 
 
 def pause(as_json: AsJson = False, endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:

@@ -7,7 +7,8 @@ knows what it missed: one that is too slow loses whole batches, and never delays
      "entries": [[time_ns, sender, data], ...]}
 
 Each process that publishes on a direct bus counts for itself.  `time_ns + epoch_ns` is the time of day (Unix); under
-virtual time `epoch_ns` is 0.
+virtual time `epoch_ns` is 0.  After a rig in virtual time has gone back, its batches have two more keys: `backs`, how
+often it has gone back, and `back_ns`, the instant of the last time.  What came after that instant has never been.
 """
 
 import asyncio
@@ -35,7 +36,7 @@ class BusStream:
         self._bus, self._process, self._listen_to_bus = bus, process, listen
         self._end_listening: Callable[[], None] | None = None
         self._pending: list[tuple[int, str, Any]] = []
-        self._first = 0
+        self._first = self._backs = self._back_ns = 0
         self._flusher: asyncio.TimerHandle | None = None
         self._wants_data = self._wants_text = False
         self._data = control.stream(f"trace/{bus.name}", self._on_data_wanted)
@@ -56,6 +57,15 @@ class BusStream:
             self.flush()
         elif self._flusher is None:
             self._flusher = self._loop.call_later(FLUSH_S, self.flush)
+
+    def go_back(self, backs: int, back_ns: int) -> None:
+        """Tell the listeners that the rig went back to an instant, for the `backs`-th time."""
+        self.flush()
+        self._first, self._backs, self._back_ns = 0, backs, back_ns
+        if self._wants_data:
+            self._data.put(self._batch([]))
+        if self._wants_text:
+            self._text.put(self._batch([]))
 
     def flush(self) -> None:
         if self._flusher is not None:
@@ -81,6 +91,8 @@ class BusStream:
             "epoch_ns": self.epoch_ns,
             "entries": entries,
         }
+        if self._backs:
+            batch |= {"backs": self._backs, "back_ns": self._back_ns}
         return json.dumps(batch, separators=(",", ":"))
 
     def _on_data_wanted(self, is_wanted: bool) -> None:

@@ -36,6 +36,7 @@ from fieldrig.real.placement import ProcessPlan, linked_buses
 from fieldrig.real.process import DeviceProcess
 from fieldrig.real.progress import finish, step
 from fieldrig.real.recorded import ProcessSource
+from fieldrig.recording.record_set import RecordSet
 from fieldrig.recording.recorders import Recorders
 from fieldrig.system import log_files
 from fieldrig.system.exits import Exit
@@ -136,7 +137,9 @@ class Host:
             stream.begin(field(terms, "epoch_ns", int))
         await process.attach(self._patience_s)
         process.start()
-        self._recorders = Recorders(control, name, ProcessSource(process), epoch_ns=field(terms, "epoch_ns", int))
+        source = ProcessSource(process)
+        make = partial(RecordSet, source, is_lossless=False)
+        self._recorders = Recorders(control, name, source, make, epoch_ns=field(terms, "epoch_ns", int))
         watched = [*process.watched]
         for device_name, device in process.devices.items():
             points = RealPoints(device_name, device, process.clock, partial(self._host_words, process.clock.host))

@@ -131,6 +131,10 @@ class RecordSet:
         while self._ends:
             self._ends.pop()()
 
+    def close(self) -> None:
+        """End it; nothing will be asked for any more."""
+        self.end()
+
     def flush(self) -> None:
         """Publish everything up to now."""
         parts = [part for taker in self._takers if (part := taker.take()) is not None]

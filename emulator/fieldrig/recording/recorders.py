@@ -25,8 +25,7 @@ from fieldrig.clock import S
 from fieldrig.control.question_words import asked
 from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError, field, items, shown
-from fieldrig.recording.record_set import RecordSet
-from fieldrig.recording.signals import NO_RECORDING, OWN_PERIOD_NS, Rhythm, Source, rhythm_of
+from fieldrig.recording.signals import NO_RECORDING, OWN_PERIOD_NS, Column, Rhythm, rhythm_of
 
 log = logging.getLogger(__name__)
 
@@ -66,9 +65,50 @@ class Line(Protocol):
     def watch_life(self, path: str, handler: Callable[[str, bool], None]) -> None: ...
 
 
+class Recorded(Protocol):
+    """One recording, as `RecordSet` is."""
+
+    @property
+    def columns(self) -> Sequence[Column]: ...
+
+    @property
+    def tracks(self) -> Sequence[Sequence[int]]: ...
+
+    @property
+    def next(self) -> int: ...
+
+    @property
+    def oldest(self) -> int: ...
+
+    @property
+    def is_behind(self) -> bool: ...
+
+    def again(self, first: int, end: int) -> bytes: ...
+
+    def acknowledge(self, number: int) -> None: ...
+
+    def flush(self) -> None: ...
+
+    def end(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+Make = Callable[[Sequence[str], Rhythm, Callable[[bytes], None]], Recorded]
+"""Begins to record signals; the batches go to the last argument.  ControlError for a signal that does not exist."""
+
+
+class Times(Protocol):
+    """The clock of a source, and when it has time."""
+
+    on_rows: Callable[[], None]
+
+    def now_ns(self) -> int: ...
+
+
 class _Recording(NamedTuple):
     owner: str
-    record_set: RecordSet
+    record_set: Recorded
     outlet: Outlet
     values_per_s: float
 
@@ -77,10 +117,10 @@ class Recorders:
     """All recordings of one process."""
 
     def __init__(
-        self, line: Line, process: str, source: Source, *, epoch_ns: int = 0, is_lossless: bool = False
+        self, line: Line, process: str, times: Times, make: Make, *, epoch_ns: int = 0, is_lossless: bool = False
     ) -> None:
         """Add `epoch_ns` to the instants for the time of day; it is 0 in virtual time."""
-        self._line, self._process, self._source = line, process, source
+        self._line, self._process, self._times, self._make = line, process, times, make
         self._epoch_ns, self._is_lossless = epoch_ns, is_lossless
         self._recordings: dict[str, _Recording] = {}
         self._is_closed = False
@@ -89,7 +129,7 @@ class Recorders:
         self._flusher: asyncio.Task[None] | None = None
         self._flushed_s = 0.0
         self._room = asyncio.Event()
-        source.on_rows = self._flush_if_due
+        times.on_rows = self._flush_if_due
         line.serve(f"process/{process}/record", self.answer)
 
     async def answer(self, _verb: str, message: Any) -> Any:
@@ -130,7 +170,7 @@ class Recorders:
         values_per_s = self._check_room(signals, rhythm)
         outlet = self._line.outlet(f"record/{self._process}/{name}")
         try:
-            record_set = RecordSet(self._source, signals, rhythm, outlet.put, is_lossless=self._is_lossless)
+            record_set = self._make(signals, rhythm, outlet.put)
         except BaseException:
             outlet.end()
             raise
@@ -140,7 +180,7 @@ class Recorders:
             "columns": [column._asdict() for column in record_set.columns],
             "tracks": record_set.tracks,
             "epoch_ns": self._epoch_ns,
-            "now_ns": self._source.now_ns(),
+            "now_ns": self._times.now_ns(),
         }
 
     def _check_room(self, signals: Sequence[str], rhythm: Rhythm) -> float:
@@ -186,7 +226,7 @@ class Recorders:
     def _end(self, name: str) -> None:
         recording = self._recordings.pop(name, None)
         if recording is not None:
-            recording.record_set.end()
+            recording.record_set.close()
             recording.outlet.end()
             self._room.set()
 
@@ -198,6 +238,11 @@ class Recorders:
             self._end(name)
         if self._flusher is not None:
             self._flusher.cancel()
+
+    def forget(self) -> None:
+        """End all recordings, as a restart would: their readers begin them again."""
+        for name in tuple(self._recordings):
+            self._end(name)
 
     def _flush_if_due(self) -> None:
         """Flush right after the rows of a cycle, as the process has time until the next one."""

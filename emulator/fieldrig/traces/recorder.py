@@ -31,6 +31,8 @@ class Recorder:
     While the disk accepts nothing, the file ends at a whole message, and new ones are counted as missing; writing
     continues when there is room.  A format that changes what it has written gets its messages at the end; until then
     they are in JSON lines beside the file.
+
+    When a rig in virtual time goes back, what came after that instant is removed: the file is written again.
     """
 
     def __init__(self, path: Path, most: int | None = None) -> None:
@@ -50,6 +52,12 @@ class Recorder:
         self._lost = self._written = 0
         self._waiting = self._missing = 0  # written, but not yet on the disk; never written
         self._on_disk = 0
+        self._gone = 0
+        """Messages that were written and are gone, because the rig went back."""
+        self._backs = 0
+        """How often the rig had gone back at the last batch."""
+        self._later: dict[str, Any] | None = None
+        """The batch after which the file goes on, while it is written again."""
         self._trouble, self._next_try_s = "", 0.0
         self._thread = Thread(target=self._write, name="trace", daemon=True)
         self._thread.start()
@@ -86,7 +94,7 @@ class Recorder:
         self._file.close()
         if self._path != self._target:
             self._convert()
-        left_out = self.taken - self._missing - self._written
+        left_out = self.taken - self._missing - self._written - self._gone
         words = f"{self._target}: {counted(self._written, 'message')}"
         words += f"; {self._missing} are missing: {self._trouble}" if self._missing else ""
         words += f"; {left_out} are of kinds that this format cannot hold" if left_out else ""
@@ -102,10 +110,56 @@ class Recorder:
             self._path.unlink()
 
     def _write(self) -> None:
-        self._written = self._form.write(self._entries(), cast(BinaryIO, self._file), 0)
-        self._waiting = self._written - self._on_disk  # a format may write everything at the end
+        kept: Iterator[TraceEntry] = iter(())
+        before = self._before
+        while True:
+            self._written = self._form.write(self._entries(kept), cast(BinaryIO, self._file), 0)
+            self._waiting = self._written - self._on_disk  # a format may write everything at the end
+            if self._later is None:
+                break
+            kept = self._cut(self._later["back_ns"], before)
+        with suppress(OSError):
+            before.unlink()
 
-    def _entries(self) -> Iterator[TraceEntry]:
+    def _cut(self, back_ns: int, before: Path) -> Iterator[TraceEntry]:
+        """Begin the file again, and return the messages that stay, up to the instant that the rig went back to."""
+        self._put_out(at_once=True)
+        self._file.close()
+        self._file = RecordFile(self._path)
+        self._gone += self._written
+        self._on_disk = self._waiting = 0
+        return (entry for entry in read(before) if entry.time_ns <= back_ns)
+
+    def _is_to_cut(self, batch: dict[str, Any]) -> bool:
+        """Put the file aside if the rig has gone back before this batch, and return whether it was possible.
+
+        A pipe or a device keeps what it was given.
+        """
+        backs, self._backs = self._backs, max(self._backs, batch.get("backs", 0))
+        if self._backs == backs or not self._path.is_file() or self._file.trouble:
+            return False
+        try:
+            self._path.replace(self._before)
+        except OSError as cause:
+            log.warning("%s keeps what the rig has gone back over: %s", self._path, cause.strerror)
+            return False
+        return True
+
+    @property
+    def _before(self) -> Path:
+        """The file aside, while it is written again."""
+        return self._path.with_name(f".before.{self._path.name}")
+
+    def _entries(self, kept: Iterator[TraceEntry]) -> Iterator[TraceEntry]:
+        """Yield what stays of a file that is written again, then what comes, until it ends or the rig goes back."""
+        for entry in kept:
+            self._gone -= 1
+            if self._file.waiting >= CHUNK:
+                self._put_out()
+            yield from self._counted(entry)
+        batch, self._later = self._later, None
+        if batch is not None:
+            yield from self._messages(batch)
         while True:
             try:
                 next_batch = self._batches.get(timeout=FLUSH_S)
@@ -114,17 +168,28 @@ class Recorder:
                 continue
             if next_batch is None:
                 return
-            bus, batch = next_batch
-            if self._file.trouble or self._file.waiting >= CHUNK:
-                self._put_out()
-            if self._file.trouble:
-                self._missing += len(batch["entries"])
-                continue
-            family, epoch_ns = batch["family"], batch["epoch_ns"]
-            for time_ns, sender, data in batch["entries"]:
-                before = self._file.waiting
-                yield TraceEntry(time_ns + epoch_ns, bus, family, sender, bytes.fromhex(data))
-                self._waiting += self._file.waiting > before  # a format may leave it out
+            bus, taken = next_batch
+            batch = {**taken, "bus": bus}
+            if self._is_to_cut(batch):
+                self._later = batch
+                return
+            yield from self._messages(batch)
+
+    def _messages(self, batch: dict[str, Any]) -> Iterator[TraceEntry]:
+        if self._file.trouble or self._file.waiting >= CHUNK:
+            self._put_out()
+        if self._file.trouble:
+            self._missing += len(batch["entries"])
+            return
+        bus, family, epoch_ns = batch["bus"], batch["family"], batch["epoch_ns"]
+        for time_ns, sender, data in batch["entries"]:
+            yield from self._counted(TraceEntry(time_ns + epoch_ns, bus, family, sender, bytes.fromhex(data)))
+
+    def _counted(self, entry: TraceEntry) -> Iterator[TraceEntry]:
+        """Yield an entry, and count it if the format has written it."""
+        before = self._file.waiting
+        yield entry
+        self._waiting += self._file.waiting > before  # a format may leave it out
 
     def _put_out(self, at_once: bool = False) -> bool:
         """Write between two messages.  A disk that refused is not tried again for a while, unless `at_once`."""

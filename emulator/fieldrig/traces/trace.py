@@ -1,5 +1,6 @@
 """The messages of a rig, with time, bus and sender."""
 
+from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
 from fieldrig.clock import S
@@ -28,7 +29,15 @@ def is_batch(message: Any) -> bool:
     """Return whether a published message is a valid batch of `bus_stream`."""
     match message:
         case {"family": str(), "process": str(), "first": int(), "epoch_ns": int(), "entries": list(entries)}:
-            return all(map(_is_entry, entries))
+            return all(map(_is_entry, entries)) and _tells_backs(message)
+    return False
+
+
+def _tells_backs(batch: Mapping[str, Any]) -> bool:
+    """Return whether a batch tells nothing of a rig that went back, or how often and where to."""
+    match batch.get("backs", 0), batch.get("back_ns", 0):
+        case int(), int():
+            return ("backs" in batch) == ("back_ns" in batch)
     return False
 
 

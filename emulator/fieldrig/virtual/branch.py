@@ -69,6 +69,14 @@ class Branchable(Protocol):
     def _become_branch(self, seed: int | None) -> None: ...
 
 
+class Parking(Protocol):
+    """A rig or a branch of which checkpoints are taken."""
+
+    now_ns: int
+
+    def _parked(self) -> "Branch": ...
+
+
 class BranchError(Exception):
     """The traceback of an error in a branch, as the cause of the error that is raised in this process."""
 
@@ -197,16 +205,20 @@ class Branch:
         result: T = self._ask("call", function, arguments, named)
         return result
 
-    def branch(self, seed: int | None = None) -> "Branch":
+    def branch(self, seed: int | None = None) -> Self:
         """Return a branch of this branch; without `seed` its random numbers go on as in this one."""
-        ours, theirs = _pipe()
+        ours, theirs = new_pipe()
         with theirs:
             try:
                 pid = self._ask("branch", seed, given=theirs)
             except BaseException:
                 ours.close()
                 raise
-        return Branch(ours, pid, self.now_ns, is_child=False)
+        return type(self)(ours, pid, self.now_ns, is_child=False)
+
+    def _parked(self) -> Self:
+        """Return a branch for a checkpoint."""
+        return self.branch()
 
     def _repeat(self, asked: Sequence[Asked], until_ns: int) -> None:
         """Repeat what was asked of the rig after this checkpoint, and run to an instant."""
@@ -313,7 +325,7 @@ def _python_threads() -> set[int | None]:
 
 def branch_of(rig: Branchable, seed: int | None = None, first: Callable[[Any], Any] | None = None) -> Branch:
     """Return a branch of the rig, which has been checked.  It calls `first`, and answers it before any question."""
-    ours, theirs = _pipe()
+    ours, theirs = new_pipe()
     with theirs:
         try:
             pid = _start(rig, theirs, seed, first)
@@ -323,7 +335,8 @@ def branch_of(rig: Branchable, seed: int | None = None, first: Callable[[Any], A
     return Branch(ours, pid, rig.now_ns)
 
 
-def _pipe() -> tuple[Any, Any]:
+def new_pipe() -> tuple[Any, Any]:
+    """Return both ends of a pipe."""
     from multiprocessing import Pipe
 
     return Pipe()
@@ -342,30 +355,37 @@ def _forked() -> Any:
 
 def _serve(rig: Branchable, seed: int | None, first: Callable[[Any], Any] | None, pipe: "Connection[Any, Any]") -> None:
     """Answer in the branch until the pipe ends."""
-    end_if_gone = _forked().end_if_gone
     rig._become_branch(seed)
     with suppress(*GONE):
         if first is not None:
-            _reply(rig, pipe, partial(first, rig))
+            reply(pipe, partial(first, rig), lambda: rig.now_ns)
+        serve(rig, pipe)
+
+
+def serve(rig: Branchable, pipe: "Connection[Any, Any]") -> None:
+    """Answer questions about a rig until the pipe ends."""
+    end_if_gone = _forked().end_if_gone
+    with suppress(*GONE):
         while True:
             request = pipe.recv_bytes()
             end_if_gone(pipe.fileno())
-            _reply(rig, pipe, partial(_answer, rig, pipe, request))
+            reply(pipe, partial(_answer, rig, pipe, request), lambda: rig.now_ns)
 
 
-def _reply(rig: Branchable, pipe: "Connection[Any, Any]", work: Callable[[], Any]) -> None:
+def reply(pipe: "Connection[Any, Any]", work: Callable[[], Any], now_ns: Callable[[], int]) -> None:
+    """Send what `work()` returns or raises, with the instant of the rig."""
     answer: tuple[Any, ...]
     try:
-        answer = ("done", work(), "", rig.now_ns)
+        answer = ("done", work(), "", now_ns())
     except Exception as fault:  # noqa: BLE001  it is raised where the question came from
-        answer = ("failed", *_portable(fault), rig.now_ns)
+        answer = ("failed", *_portable(fault), now_ns())
     sys.stdout.flush()
     collecting.flush()  # before the answer, as a branch is killed when it is not needed any more
     try:
         data = reduction.ForkingPickler.dumps(answer)
     except (pickle.PicklingError, AttributeError, TypeError) as cause:
         wrong = ArgumentError(f"a result cannot leave the branch: {cause}", "expected data, such as numbers and texts")
-        data = reduction.ForkingPickler.dumps(("failed", wrong, "", rig.now_ns))
+        data = reduction.ForkingPickler.dumps(("failed", wrong, "", now_ns()))
     pipe.send_bytes(data)
 
 
@@ -387,9 +407,13 @@ def repeat(rig: Branchable, asked: Sequence[Asked], until_ns: int) -> None:
     for at_ns, has_run, call, arguments in asked:
         if has_run:
             rig.run_until(at_ns)
-        with suppress(RigError):  # it was refused the first time as well
-            getattr(rig, call)(*arguments)
+        repeat_one(rig, call, arguments)
     rig.run_until(until_ns)
+
+
+def repeat_one(rig: Branchable, call: str, arguments: tuple[Any, ...]) -> None:
+    with suppress(RigError):  # it was refused the first time as well
+        getattr(rig, call)(*arguments)
 
 
 def _branch_again(rig: Branchable, pipe: Any, seed: int | None) -> int:

@@ -526,6 +526,10 @@ class Rig:
             for node in self._nodes.values():
                 node.reseed(seed)
 
+    def _parked(self) -> Branch:
+        check_may_branch(self)
+        return branch_of(self)
+
     def _ended_by_us(self, branch: Branch) -> Branch:
         """Return a branch that ends with this rig at the latest."""
         self._branches = [*(each for each in self._branches if not each.is_closed), branch]

@@ -1,6 +1,7 @@
-"""A rig in virtual time under `fieldrig up`: paced, paused, stepped, and controlled by messages.
+"""A rig in virtual time under `fieldrig up`: paced, paused, stepped, taken back, and controlled by messages.
 
-The rig runs in slices of `SLICE_S`, so that it answers questions even at full speed.
+The rig runs in slices of `SLICE_S`, so that it answers questions even at full speed.  Where there is fork, it is in a
+process of its own, the keeper.
 """
 
 import asyncio
@@ -10,7 +11,6 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
-from fieldrig.bus import Bus, Delivery
 from fieldrig.clock import NEVER_NS, S
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.bus_questions import answers_of_bus
@@ -23,12 +23,15 @@ from fieldrig.control.rig_status import rig_status
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.hub.bus_stream import BusStream, OnDelivery
+from fieldrig.outside.untrusted import MalformedError, field, shown
 from fieldrig.real.roster import ProcessState, Report
 from fieldrig.recording.recorders import Recorders
 from fieldrig.system.exits import Exit
-from fieldrig.system.this_process import brief_facts, facts
-from fieldrig.virtual.recorded import RigSource
-from fieldrig.virtual.rig import Rig
+from fieldrig.virtual.journey import Journey, Search
+from fieldrig.virtual.keeper import NO_KEEPER, KeptRig, why_no_way_back
+from fieldrig.virtual.readings import seconds
+from fieldrig.virtual.remote_sets import RemoteSets
+from fieldrig.virtual.served import News, Played, ServedRig
 
 SLICE_S = 0.01
 """Length of a slice in real time."""
@@ -38,17 +41,27 @@ BEHIND_S = 0.5
 """Largest lag; a rig that lags further gives up the lost time."""
 
 
+def _settle(future: "asyncio.Future[None]") -> None:
+    if not future.done():
+        future.set_result(None)
+
+
 class _Part:
     """A bus or a device of the rig."""
 
-    def __init__(self, rig: Rig, name: str) -> None:
-        self._rig, self._name = rig, name
+    def __init__(self, journey: Journey, name: str) -> None:
+        self._journey, self._name = journey, name
+
+    @property
+    def _rig(self) -> KeptRig | ServedRig:
+        """The rig at present."""
+        return self._journey.rig
 
     def add_fault(self, fault: Mapping[str, Any]) -> int:
-        return self._rig.add_fault(self._name, fault)
+        return self._journey.add_fault(self._name, fault)
 
     def clear_fault(self, number: int) -> None:
-        self._rig.clear_fault(self._name, number)
+        self._journey.clear_fault(self._name, number)
 
     def faults(self) -> Mapping[int, Mapping[str, Any]]:
         return self._rig.faults(self._name)
@@ -65,10 +78,10 @@ class VirtualPoints(_Part):
         return self._rig.front(self._name)
 
     def set(self, key: str, value: Value) -> None:
-        self._rig.set(self._name, key, value)
+        self._journey.set(self._name, key, value)
 
     def answer(self, question: str, message: Any) -> Any:
-        return self._rig.answer(self._name, question, message)
+        return self._journey.answer(self._name, question, message)
 
 
 class VirtualBus(_Part):
@@ -83,31 +96,33 @@ class VirtualBus(_Part):
 
 
 class VirtualService:
-    def __init__(self, config: RigConfig, control: Control, report: Report) -> None:
+    def __init__(self, config: RigConfig, control: Control, report: Report, keeper: KeptRig | None = None) -> None:
+        """`keeper` has the rig; without one it is built here, and cannot go back in time."""
         self.beside: Callable[[], Mapping[str, Any]] = dict
         """Returns what `status` also shows: what runs beside the rig."""
-        self._config, self._control, self._report = config, control, report
+        self._config, self._control, self._report, self._keeper = config, control, report, keeper
         self._loop = asyncio.get_running_loop()
         self._ended: asyncio.Future[Exit] = self._loop.create_future()
         self._may_run = asyncio.Event()
         self._may_run.set()
         self._listeners: dict[str, OnDelivery] = {}
-        self._end_listening: Callable[[], None] | None = None
-        """Ends the call for every delivery, while there is a listener."""
         self._speed = config.speed
         self._started_s = time.monotonic()
         self._base_s = self._loop.time()  # virtual time is paced from here: the host's time, and ours at that time
         self._base_ns = 0
+        self._standing = asyncio.Lock()
+        """Held while the past is looked at, and the rig stands still."""
 
     async def run(self) -> Exit:
         """Run until `end` is called.  RigError if a device cannot be built, or devices answer each other endlessly."""
-        with Rig(self._config) as self._rig:
+        self._journey = await self._begin()
+        try:
             self._serve()
             await asyncio.sleep(0)  # what can be reached is printed meanwhile, before it is ready
             self._rebase()
             self.publish("ready")
             pacer = self._loop.create_task(self._pace())
-            looking = self._loop.create_task(look_on(self._control, self._watched, lambda: self._rig.now_ns))
+            looking = self._loop.create_task(look_on(self._control, self._watched, lambda: self._journey.now_ns))
             both: set[asyncio.Future[Any]] = {pacer, self._ended}
             await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
             self.publish("stopping")
@@ -120,7 +135,24 @@ class VirtualService:
             self._recorders.close()
             if not pacer.cancelled():
                 pacer.result()
+        finally:
+            self._journey.close()
         return self._ended.result()
+
+    async def _begin(self) -> Journey:
+        """Return the rig when it is built."""
+        keeper = self._keeper
+        if keeper is None:
+            return Journey(ServedRig(self._config), why_no_way_back(self._config) or NO_KEEPER)
+        built: asyncio.Future[None] = self._loop.create_future()
+        self._loop.add_reader(keeper.fileno(), _settle, built)
+        try:
+            await built
+        finally:
+            self._loop.remove_reader(keeper.fileno())
+            os.set_blocking(keeper.fileno(), True)  # uvloop has changed it
+        keeper.wait_until_built()
+        return Journey(keeper, why_no_way_back(self._config))
 
     def end(self) -> None:
         if not self._ended.done():
@@ -132,20 +164,22 @@ class VirtualService:
         self._control.publish("event", happened._asdict())
 
     def _serve(self) -> None:
-        control, rig = self._control, self._rig
+        control, journey = self._control, self._journey
         self._streams = [
-            BusStream(control, bus, self._config.name, partial(self._listen, bus.name)) for bus in rig.buses.values()
+            BusStream(control, entry.bus, self._config.name, partial(self._listen, name))
+            for name, entry in self._config.buses.items()
         ]
         self._watched: list[Watched] = []
-        for bus in rig.buses:
-            subject = VirtualBus(rig, bus)
+        for bus in self._config.buses:
+            subject = VirtualBus(journey, bus)
             control.serve(f"bus/{bus}/*", answers_of_bus(subject))
             self._watched.append(Watched(bus, subject.faults, subject.conditions))
         for device in self._config.devices:
-            points = VirtualPoints(rig, device)
+            points = VirtualPoints(journey, device)
             control.serve(f"device/{device}/*", answers(points))
             self._watched.append(Watched(device, points.faults))
-        self._recorders = Recorders(control, self._config.name, RigSource(rig), is_lossless=True)
+        self._sets = RemoteSets(journey, self._take)
+        self._recorders = Recorders(control, self._config.name, self._sets, self._sets.begin, is_lossless=True)
         control.serve(f"process/{self._config.name}/status", self._process_status)
         control.serve(f"process/{self._config.name}/brief", self._brief)
         control.serve("rig/*", self._answer)
@@ -165,15 +199,53 @@ class VirtualService:
             case "run", None:
                 self._rebase()
                 self._may_run.set()
-            case "step", {"ns": int(duration_ns)} if 0 <= duration_ns < NEVER_NS - self._rig.now_ns:
+            case "step", {"ns": int(duration_ns)} if 0 <= duration_ns < NEVER_NS - self._journey.now_ns:
                 self._may_run.clear()
-                await self._run_until(self._rig.now_ns + duration_ns)
+                await self._run_until(self._journey.now_ns + duration_ns)
+            case "back", {"ns": int(instant_ns)} if instant_ns >= 0:
+                self._may_run.clear()
+                async with self._standing:
+                    self._journey.back(instant_ns)
+                    self._go_on_from_the_past()
+            case "last" | "back", {"search": search}:
+                return await self._search(search, is_to_go=verb == "back")
             case "restart", {"name": str(name)}:
-                self._rig.restart(name)
+                self._journey.restart(name)
             case _:
-                remedy = "it can: status, stop, pause, run, step, restart"
+                remedy = "it can: status, stop, pause, run, step, back, last, restart"
                 raise ControlError(f"this rig cannot {asked(verb, message)}", remedy)
-        return {"now_ns": self._rig.now_ns, "is_paused": not self._may_run.is_set()}
+        return {"now_ns": self._journey.now_ns, "is_paused": not self._may_run.is_set()}
+
+    async def _search(self, message: Any, *, is_to_go: bool) -> dict[str, Any]:
+        """Answer what a device has found in the past, and go there if that is wanted."""
+        search = Search(
+            field(message, "device", str),
+            field(message, "question", str),
+            field(message, "begin", dict),
+            field(message, "look", dict),
+        )
+        before_ns = message.get("before_ns")
+        if before_ns is not None and type(before_ns) is not int:
+            raise MalformedError(f"before_ns: expected an instant in nanoseconds, found {shown(before_ns)}")
+        find = self._journey.go_to if is_to_go else self._journey.find
+        if is_to_go:
+            self._may_run.clear()
+        async with self._standing:
+            backs = self._journey.backs
+            found = await find(search, before_ns)
+            if self._journey.backs > backs:
+                self._go_on_from_the_past()
+        return {"found": found, "now_ns": self._journey.now_ns, "is_paused": not self._may_run.is_set()}
+
+    def _go_on_from_the_past(self) -> None:
+        """Have everybody outside take note that what came after this instant has never been."""
+        journey = self._journey
+        self._recorders.forget()
+        for stream in self._streams:
+            stream.go_back(journey.backs, journey.now_ns)
+        journey.rig.hear(self._listeners)
+        self._rebase()
+        self.publish("back", f"to {seconds(journey.now_ns)}")
 
     async def _pace(self) -> None:
         while True:
@@ -181,74 +253,65 @@ class VirtualService:
                 await self._may_run.wait()
                 self._rebase()
             await self._recorders.until_room()
-            if self._speed is None:
-                await self._run_until_asked()
-                continue
-            elapsed_s = self._loop.time() - self._base_s
-            target_ns = self._base_ns + round(elapsed_s * self._speed * S)
-            if self._slice(target_ns):
-                await asyncio.sleep(SLICE_S)
-            else:
-                await asyncio.sleep(0)
-                if target_ns - self._rig.now_ns > BEHIND_S * self._speed * S:
-                    self._rebase()
+            async with self._standing:
+                is_waiting = self._may_run.is_set() and self._paced()
+            await asyncio.sleep(SLICE_S if is_waiting else 0)
 
-    async def _run_until_asked(self) -> None:
-        """Run at full speed; a rig in which nothing ever happens stands still."""
-        next_ns = self._rig.next_ns()
-        if next_ns is None:
-            await asyncio.sleep(SLICE_S)
-        else:
-            self._slice(None)
-            await asyncio.sleep(0)
+    def _paced(self) -> bool:
+        """Run a slice, and return true if nothing is left to do for a while."""
+        if self._speed is None:
+            # At full speed; a rig in which nothing ever happens stands still.
+            return self._play(None).next_ns is None
+        elapsed_s = self._loop.time() - self._base_s
+        target_ns = self._base_ns + round(elapsed_s * self._speed * S)
+        if self._play(target_ns).is_reached:
+            return True
+        if target_ns - self._journey.now_ns > BEHIND_S * self._speed * S:
+            self._rebase()
+        return False
 
     async def _run_until(self, until_ns: int) -> None:
-        while not self._slice(until_ns):
-            await asyncio.sleep(0)
-            await self._recorders.until_room()
+        async with self._standing:
+            while not self._play(until_ns).is_reached:
+                await asyncio.sleep(0)
+                await self._recorders.until_room()
 
-    def _slice(self, until_ns: int | None) -> bool:
-        """Work for one slice of real time, and return whether `until_ns` is reached.
+    def _play(self, until_ns: int | None) -> Played:
+        played = self._journey.play(until_ns, SLICE_S)
+        self._take(played.news)
+        return played
 
-        A slice ends early if a reader of a recording has enough to read, so that nothing is lost at full speed.
-        """
-        rig, give_up_s = self._rig, time.monotonic() + SLICE_S
-        while (next_ns := rig.next_ns()) is not None and (until_ns is None or next_ns <= until_ns):
-            rig.step()
-            if time.monotonic() > give_up_s or self._recorders.is_behind:
-                return False
-        if until_ns is not None:
-            rig.run_until(until_ns)
-        return True
+    def _take(self, news: News) -> None:
+        """Give listeners and readers what is theirs."""
+        for bus, delivery in news.heard:
+            listener = self._listeners.get(bus)
+            if listener is not None:
+                listener(delivery)
+        for name, data in news.batches:
+            self._sets.publish(name, data)
+        self._sets.is_behind = news.is_behind
 
     def _rebase(self) -> None:
-        self._base_s, self._base_ns = self._loop.time(), self._rig.now_ns
+        self._base_s, self._base_ns = self._loop.time(), self._journey.now_ns
 
     def _listen(self, bus: str, on_delivery: OnDelivery) -> Callable[[], None]:
-        """Call `on_delivery` with the messages of a bus; without listeners, the rig keeps its shortcuts."""
+        """Call `on_delivery` with the messages of a bus."""
         self._listeners[bus] = on_delivery
-        if self._end_listening is None:
-            self._end_listening = self._rig.on_delivery(self._on_delivery)
+        self._journey.rig.hear(self._listeners)
 
         def end() -> None:
             del self._listeners[bus]
-            if not self._listeners and self._end_listening is not None:
-                self._end_listening()
-                self._end_listening = None
+            self._journey.rig.hear(self._listeners)
 
         return end
-
-    def _on_delivery(self, bus: Bus[Any], delivery: Delivery[Any]) -> None:
-        listener = self._listeners.get(bus.name)
-        if listener is not None:
-            listener(delivery)
 
     def _status(self) -> dict[str, Any]:
         return {
             **rig_status(self._config, self._control, self._started_s, lambda _device: self._config.name),
             "run": None,
             "state": "ready" if self._may_run.is_set() else "paused",
-            "now_ns": self._rig.now_ns,
+            "now_ns": self._journey.now_ns,
+            "first_ns": self._journey.first_ns,
             "speed": self._speed,
             "processes": {self._config.name: self._own_process()},
             **self.beside(),
@@ -258,7 +321,7 @@ class VirtualService:
         """Return the facts of the only process, in the words that processes have in real time."""
         return {
             "state": ProcessState.READY,
-            "pid": os.getpid(),
+            "pid": self._journey.rig.pid,
             "uptime_s": round(time.monotonic() - self._started_s, 3),
             "restarts": 0,
             "step": "",
@@ -268,11 +331,12 @@ class VirtualService:
         }
 
     async def _brief(self, _verb: str, _message: Any) -> dict[str, Any]:
-        return {**brief_facts(), "state": ProcessState.READY}
+        return {**self._journey.rig.process_facts(is_brief=True), "state": ProcessState.READY}
 
     async def _process_status(self, _verb: str, _message: Any) -> dict[str, Any]:
+        rig = self._journey.rig
         return {
-            **facts(),
+            **rig.process_facts(is_brief=False),
             "state": "ready",
-            "buses": {name: self._rig.statistics(name) for name in self._rig.buses},
+            "buses": {name: rig.statistics(name) for name in self._config.buses},
         }

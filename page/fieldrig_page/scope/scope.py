@@ -103,6 +103,8 @@ class Scope:
         return Reader(self.link.control, signals, rhythm, on_rows, on_complete)
 
     def _on_rows(self, track: Track, first: int) -> None:
+        if first == track.base:  # it begins, or it begins again in a rig that went back
+            self._newest_ns = track.known_ns
         self._newest_ns = max(self._newest_ns, track.known_ns)
         for session in tuple(self._sessions.values()):
             session.on_rows(track, first)

@@ -14,7 +14,10 @@ from fieldrig.control.device_questions import RealPoints, Source, answers
 from fieldrig.device import Device, Point
 from fieldrig.errors import ControlError
 from fieldrig.loop.real_clock import RealClock
+from fieldrig.virtual.journey import Journey
+from fieldrig.virtual.keeper import NO_KEEPER
 from fieldrig.virtual.rig import Rig
+from fieldrig.virtual.served import ServedRig
 from fieldrig.virtual.service import VirtualPoints
 
 HERE, BESIDE = Path(__file__).parents[1], Path(__file__).parent
@@ -44,8 +47,8 @@ def test_a_refusal_says_what_was_expected(processes: str) -> None:
 
 
 def test_the_control_service_passes_on_what_it_does_not_know_itself() -> None:
-    with Rig(from_dict(DICE, HERE)) as rig:
-        control = answers(VirtualPoints(rig, "dice"))
+    with ServedRig(from_dict(DICE, HERE)) as rig:
+        control = answers(VirtualPoints(Journey(rig, NO_KEEPER), "dice"))
 
         async def answer(verb: str, message: Any) -> Any:
             return await control(verb, message)
@@ -85,10 +88,9 @@ def in_real_time() -> Iterator[Source]:
 
 @contextmanager
 def in_virtual_time() -> Iterator[Source]:
-    with Rig(
-        from_dict({"time": "virtual", "devices": {"many": {"kind": "test_device_questions:Many"}}}, BESIDE)
-    ) as rig:
-        yield VirtualPoints(rig, "many")
+    config = from_dict({"time": "virtual", "devices": {"many": {"kind": "test_device_questions:Many"}}}, BESIDE)
+    with ServedRig(config) as rig:
+        yield VirtualPoints(Journey(rig, NO_KEEPER), "many")
 
 
 def answer_of(source: Source, verb: str, message: Any) -> Any:

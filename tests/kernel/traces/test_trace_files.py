@@ -116,6 +116,36 @@ def test_a_process_that_was_restarted_counts_anew_and_nothing_of_it_is_lost(tmp_
     assert recorder.is_whole
 
 
+def went_back(backs: int, back_ns: int, *entries: tuple[int, str]) -> dict[str, object]:
+    """Return the first batch of a rig in virtual time that went back."""
+    rows = [[time_ns, "tank", data] for time_ns, data in entries]
+    return {**batch(0), "epoch_ns": 0, "backs": backs, "back_ns": back_ns, "entries": rows}
+
+
+@pytest.mark.parametrize("name", ["x.jsonl", "x.pcapng"])
+def test_a_trace_goes_back_with_its_rig(tmp_path: Path, name: str) -> None:
+    recorder = Recorder(tmp_path / name)
+    recorder.take("wires", {**batch(0, "00", "01", "02", "03"), "epoch_ns": 0})  # at 10 to 13 ns
+    recorder.take("wires", went_back(1, 12_000, (13_000, "aa"), (14_000, "bb")))
+    recorder.take("wires", {**went_back(1, 12_000, (15_000, "cc")), "first": 2})
+    recorder.take("other", went_back(1, 12_000, (15_000, "dd")))  # of the same time, so nothing more is removed
+    recorder.take("wires", went_back(2, 13_500))
+    recorder.take("wires", went_back(3, 13_000, (20_000, "ee")))
+    assert recorder.close() == f"{tmp_path / name}: 6 messages"
+    found = [(entry.time_ns, entry.data.hex()) for entry in read(tmp_path / name)]
+    assert found == [(10, "00"), (11, "01"), (12, "02"), (13, "03"), (13_000, "aa"), (20_000, "ee")]
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize(
+    "odd", [{"backs": "x", "back_ns": 1}, {"backs": 1}, {"back_ns": 1}, {"backs": [], "back_ns": 0}]
+)
+def test_a_batch_that_says_wrongly_how_its_rig_went_back_is_none(tmp_path: Path, odd: dict[str, object]) -> None:
+    recorder = Recorder(tmp_path / "x.jsonl")
+    recorder.take("wires", {**batch(0, "01"), **odd})
+    assert recorder.close() == f"{tmp_path}/x.jsonl: 0 messages"
+
+
 def test_a_recorder_takes_no_more_than_it_was_asked_for(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "x.jsonl", most=3)
     recorder.take("wires", batch(0, "01", "02"))
