@@ -167,6 +167,87 @@ class ProgramBench(ABC):
 
         self._watch(look, during)
 
+    def values(self, path: str) -> Any:
+        """Return a strategy of hypothesis with all values that a variable can have."""
+        raise ArgumentError(
+            f"{shown(path)} has no type here", "give a strategy, such as hypothesis.strategies.booleans()"
+        )
+
+    def for_all(
+        self,
+        inputs: Mapping[str, Any] | Sequence[str] | None = None,
+        *,
+        always: Callable[[], object] | None = None,
+        never: Callable[[], object] | None = None,
+        block: Any = None,
+        every: int = 10 * MS,
+        steps: int = 20,
+        examples: int = 100,
+        seed: int | None = None,
+    ) -> None:
+        """Try random inputs over time, and judge that a condition is always true, or never, whatever they are.
+
+        `inputs` are paths of variables, or a dict with their strategies of hypothesis; a strategy that is None, or not
+        given, has all values of the variable's type.  They change while the tasks run, at multiples of `every`
+        nanoseconds.  With `block`, an instance, they are its inputs, by default all of them, and it is called once in
+        this time.  At most `steps` changes follow one another, in `examples` runs, each from a program as it is when it
+        is loaded.  Without `seed` they are the same each time.
+
+        UnmetError, with the shortest sequence, if the condition does not hold or a fault ends the program.
+        """
+        from fieldrig.properties import Step, explore
+
+        holds = _property(always, never)
+        checked_duration(every)
+
+        def look() -> bool:
+            if not holds():
+                what = "did not hold" if never is None else "held"
+                raise UnmetError(f"the condition {what} at {self.now_ns / MS:g} ms", self.told())
+            return True
+
+        def play(sequence: Sequence[Step]) -> None:
+            self._begin_again(with_tasks=block is None)
+            for step in sequence:
+                self._play(block, step.changes, step.cycles, every, look)
+
+        self._begin_again(with_tasks=block is None)
+        explore(play, self._strategies(inputs, block), steps, examples, seed)
+
+    def _begin_again(self, *, with_tasks: bool) -> None:
+        """Begin at the time 0 with start values; instances that the test has stay valid."""
+        self.reset()
+        if with_tasks:
+            self.start()
+
+    def _play(self, block: Any, changes: Mapping[str, Any], cycles: int, every: int, look: Callable[[], bool]) -> None:
+        """Let the program run for some cycles with changed inputs."""
+        if block is None:
+            for path, value in changes.items():
+                self.set(path, value)
+            self._watch(look, cycles * every)
+            return
+        for number in range(cycles):
+            block(**(changes if number == 0 else {}))
+            look()
+            self.advance(every)
+
+    def _strategies(self, inputs: Mapping[str, Any] | Sequence[str] | None, block: Any) -> dict[str, Any]:
+        """Return a strategy for each input."""
+        names = self._inputs_of(block) if inputs is None else inputs
+        if isinstance(names, str) or not names:
+            raise ArgumentError(f"inputs cannot be {shown(inputs)}", 'expected names, such as ["start", "stop"]')
+        given = names if isinstance(names, Mapping) else dict.fromkeys(names)
+        return {name: self._values_of(block, name) if one is None else one for name, one in given.items()}
+
+    def _inputs_of(self, block: Any) -> Sequence[str]:
+        """Return the names of the inputs of an instance."""
+        return ()
+
+    def _values_of(self, block: Any, name: str) -> Any:
+        """Return the strategy of an input of an instance, or of a variable if there is none."""
+        return self.values(name)
+
     def told(self) -> str:
         """Return what happened lately, for a person whose test has failed."""
         return "\n".join(self.events[-5:])
@@ -190,6 +271,15 @@ def program(*files: str | Path, **options: Any) -> ProgramBench:
         raise ArgumentError("program needs a file", 'expected program("pid.st")')
     paths = [_path(file) for file in files]
     return _language_of(paths[0]).load(paths, options)
+
+
+def _property(always: Callable[[], object] | None, never: Callable[[], object] | None) -> Callable[[], bool]:
+    """Return whether a property holds now.  ArgumentError unless just one of the two is given."""
+    if callable(always) and never is None:
+        return lambda: bool(always())
+    if callable(never) and always is None:
+        return lambda: not never()
+    raise ArgumentError("a property is one condition", "expected for_all(..., never=lambda: lift.motor and lift.brake)")
 
 
 def checked_duration(duration_ns: int) -> int:

@@ -9,6 +9,7 @@ from fieldrig_devices.iec.bench.function import Function
 from fieldrig_devices.iec.bench.instance import Block
 from fieldrig_devices.iec.bench.mocked import PythonMock
 from fieldrig_devices.iec.bench.python_values import cell_of, literal, read, write
+from fieldrig_devices.iec.bench.strategies import values_of
 from fieldrig_devices.iec.bench.under_test import UnderTest
 from fieldrig_devices.iec.bench.wrappers import BLOCK, Wrapper
 from fieldrig_devices.iec.symbols import Symbol
@@ -52,6 +53,14 @@ class IecBench(ProgramBench):
         self._program.reset()
         self._begin()
 
+    def _begin_again(self, *, with_tasks: bool) -> None:
+        self._program.begin_again()
+        self._bind_all()
+        for _, block in self._blocks:
+            block._forget()
+        if with_tasks:
+            self.start()
+
     def advance(self, duration_ns: int) -> None:
         before = len(self.events)
         self._program.clock.advance_to(self.now_ns + checked_duration(duration_ns))
@@ -79,6 +88,22 @@ class IecBench(ProgramBench):
             hint = f"did you mean {near}?" if near else 'expected a path such as "Main.level"'
             raise ArgumentError(f"the program has no variable {path!r}", hint)
         return symbol
+
+    def values(self, path: str) -> Any:
+        symbol = self._symbol(path)
+        return values_of(symbol.type, symbol.path)
+
+    def _inputs_of(self, block: Any) -> Sequence[str]:
+        return self._instance(block)._inputs()
+
+    def _values_of(self, block: Any, name: str) -> Any:
+        return self.values(name) if block is None else values_of(*self._instance(block)._kind_of(name))
+
+    @staticmethod
+    def _instance(block: Any) -> Block:
+        if not isinstance(block, Block):
+            raise ArgumentError(f"{block!r} is no instance under test", 'expected one of block("Lift")')
+        return block
 
     def force(self, path: str, value: Any) -> None:
         symbol = self._symbol(path)

@@ -14,6 +14,7 @@ from fieldrig_devices.iec.program import Variable
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.testing.reports.people import instant
 from fieldrig_devices.iec.testing.texts import value_text
+from fieldrig_devices.iec.tree import Section
 from fieldrig_devices.iec.types import BlockType, Type, Value
 
 MOST_CALLS: Final = 64
@@ -152,15 +153,31 @@ class Block(Instance):
     def _give(self, name: str, value: Any) -> None:
         check = self._checks.get(name)
         if check is None:
-            try:
-                kind, address = self._place(name)
-            except AttributeError as wrong:
-                raise ArgumentError(*str(wrong).partition("; ")[::2]) from None
+            kind, address = self._input(name)
             if storage(kind) is None:
                 setattr(self, name, value)
                 return
             check = self._checks[name] = checker_of(kind, f"{self._path}.{name}"), address
         self._bench.cells[check[1]] = check[0](value)
+
+    def _inputs(self) -> list[str]:
+        """Return the names of VAR_INPUT."""
+        return [one.name for one in self._parts.values() if one.section is Section.INPUT]
+
+    def _kind_of(self, name: str) -> tuple[Type, str]:
+        """Return the type and the path of an input.  ArgumentError for an unknown one."""
+        return self._input(name)[0], f"{self._path}.{name}"
+
+    def _input(self, name: str) -> tuple[Type, int]:
+        """Return type and address of a variable that a call gives.  ArgumentError for an unknown one."""
+        try:
+            return self._place(name)
+        except AttributeError as wrong:
+            raise ArgumentError(*str(wrong).partition("; ")[::2]) from None
+
+    def _forget(self) -> None:
+        """Forget the calls so far."""
+        self._history.clear()
 
     def _place(self, name: str) -> tuple[Type, int]:
         known = self._in_outs.get(name.lower())

@@ -83,6 +83,10 @@ class UnderTest:
     def reset(self) -> None:
         """Begin again at time 0, without mocks."""
         self._python.clear()
+        self.begin_again()
+
+    def begin_again(self) -> None:
+        """Begin again at time 0.  What knows the places of variables has to look for them again."""
         self.events.clear()
         if self._have_tasks_run:
             self._program.scheduler.end()
