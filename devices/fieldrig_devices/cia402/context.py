@@ -65,7 +65,7 @@ class Context:
             return numbers[index, 1], numbers[index, 2]
 
         encoder, feed = pair(objects.ENCODER_RESOLUTION), pair(objects.FEED_CONSTANT)
-        if feed == (1, 1) and not self.behaviour.has_feed_constant:
+        if max(*feed, 1) == 1 and not self.behaviour.has_feed_constant:
             feed = encoder
         self.units = units_of(
             encoder,

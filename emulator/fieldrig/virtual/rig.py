@@ -746,9 +746,10 @@ class Rig:
     def _run_alone(self, until_ns: int) -> bool:
         """Let the only member that acts next go on until it sends something, or others have something to do.
 
-        Nothing arrives up to `until_ns`.  Return false if it is not the only one.  Nothing differs from a `_run_instant` for each of its instants, which
-        would look at all members and buses each time.  A member from outside is no such member, as it has an outbox of
-        its own; but it may be there, because nothing arrives at it meanwhile.
+        Nothing arrives up to `until_ns`.  Return false if it is not the only one.  Nothing differs from a
+        `_run_instant` for each of its instants, which would look at all members and buses each time.  A member from
+        outside is no such member, as it has an outbox of its own; but it may be there, because nothing arrives at it
+        meanwhile.
         """
         if not self._may_run_alone or self._instant_calls:
             return False

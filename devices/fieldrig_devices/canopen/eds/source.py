@@ -4,6 +4,7 @@ Source: CiA 306-1 4.2 and 4.3.
 """
 
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -71,6 +72,8 @@ class EdsSource:
             text = raw.strip()
             if not text or text.startswith(";"):
                 continue
+            if text.startswith("["):
+                text = _without_comment(text)
             if text.startswith("[") and text.endswith("]"):
                 section = self._open(Section(text[1:-1].strip(), number))
             elif "=" in text and section is not None:
@@ -117,6 +120,9 @@ def parse_number(text: str) -> int:
 
 
 def decode(data: bytes) -> str:
+    """Return the text in the encoding that its first bytes or its letters show."""
+    if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        return data.decode("utf-16", "replace")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -214,6 +214,7 @@ def test_count_that_is_left_out_is_the_highest_sub_index(tmp_path: Path) -> None
     [
         "[2000]\nPARAMETERNAME=a\ndatatype=0x0005\nACCESSTYPE=RW\n",
         "[2000]\nDataType=5 ; UNSIGNED8\nAccessType=rw\n",
+        "[2000]  ; the speed\nDataType=5\nAccessType=rw\n",
         "[2000]\nAccessType=rw\nDataType=6\n[2000]\nDataType=5\n",
         "[2000SUB0]\nDataType=5\nAccessType=rw\n[2000]\nObjectType=9\n",
         "[Comments]\nLines=3\nLine1=only one\n[DeviceInfo]\nVendorNumber=\n[2000]\nDataType=5\nAccessType=rw\n",
@@ -235,6 +236,8 @@ def test_other_encodings_are_read(tmp_path: Path) -> None:
     assert load(path, 5).by_key("2000:00").name == "Motor 90°C"
     path.write_bytes(b"\xef\xbb\xbf" + DEVICE_TYPE.encode())
     assert 0x1000 in load(path, 6)
+    path.write_bytes(DEVICE_TYPE.encode("utf-16"))
+    assert 0x1000 in load(path, 7)
 
 
 # Odd files are accepted, and each oddity is reported with its line, its key and what was expected.

@@ -3,6 +3,8 @@
 CiA 402-2, objects 6071h to 6078h.  The motor of the bench has 0.5 N m/A, 1.27 N m and 2.54 A.
 """
 
+import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -73,3 +75,18 @@ def test_a_torque_base_by_current_does_not_look_at_the_rated_torque(tmp_path: Pa
     bench = bench_of(tmp_path, 9_000, 3_000, behaviour={"torque_base": "current"})
     assert push(bench) == pytest.approx(0.75, abs=0.002)
     assert (bench.get(0x6077), bench.get(0x6078)) == (500, 500)
+
+
+@pytest.mark.parametrize("feed", [("0", "0"), ("1", "0"), ("0", "1"), ("1", "1")])
+def test_a_feed_constant_that_is_not_set_leaves_increments(tmp_path: Path, feed: tuple[str, str]) -> None:
+    """6092h is not 0 by CiA 402-2; with one unit for a turn there would be no position within a turn."""
+    text = EDS.read_text()
+    for subindex, value in enumerate(feed, 1):
+        head, tail = text.split(f"[6092sub{subindex}]")
+        text = f"{head}[6092sub{subindex}]" + re.sub("DefaultValue=.*", f"DefaultValue={value}", tail, count=1)
+    file = tmp_path / "drive.eds"
+    file.write_text(text)
+    bench = SingleDriveBench(eds=str(file)).enabled(1)
+    bench.put(0x607A, bench.get(0x608F, 1)).control(0x1F)
+    bench.until(lambda: bench.status(0x0400) != 0, 20_000)
+    assert bench.read("position") == pytest.approx(math.tau, rel=1e-3)
