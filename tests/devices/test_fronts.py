@@ -97,6 +97,13 @@ def test_each_key_and_led_of_a_terminal_is_on_its_front(model: panel.Model) -> N
     assert {part.point.removeprefix("led.") for part in parts if isinstance(part, Led)} == panel.leds(model).keys()
 
 
+def test_the_front_of_a_card_says_what_its_codes_mean(devices: dict[str, Device]) -> None:
+    [error] = [part for part in devices["card"].front().parts if part.label == "error" and isinstance(part, Text)]
+    words = dict(error.names)
+    assert (words[0], words[105]) == ("none", "reset: Enable is open (105)")
+    assert words[devices["card"].points()["error"].read()]
+
+
 def _terminal(model: str) -> Device:
     rig = {
         "time": "virtual",

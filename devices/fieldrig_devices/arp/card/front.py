@@ -7,8 +7,10 @@ from typing import Final
 
 from fieldrig.front import Clamp, Front, Group, Key, Led, Number, Plate, Text
 from fieldrig_devices.arp.card.local_io import ANALOG_INPUTS, ANALOG_OUTPUTS, DIGITAL_INPUTS, DIGITAL_OUTPUTS, ENCODERS
+from fieldrig_devices.arp.user_port.wording import CODES
 
 _DECIMALS: Final = 3
+_CODES: Final = ((0, "none"), *((code, f"{text} ({code})") for code, text in CODES.items()))
 
 FRONT: Final = Front(
     Plate("ASA-RT", "ARP", {"program": "program"}),
@@ -20,8 +22,8 @@ FRONT: Final = Front(
                 Led("ERROR", "error", "an error is pending", colour="red"),
                 Led("WARNING", "warning", "a warning is pending", colour="yellow"),
                 Text("state", "state", good=("run",), bad=("blocked",)),
-                Text("error", "error", "code of the last error, 103 to 116", names=((0, "none"),)),
-                Text("warning", "warning", "code of the last warning, 201 to 204", names=((0, "none"),)),
+                Text("error", "error", "the last error", names=_CODES),
+                Text("warning", "warning", "the last warning", names=_CODES),
                 Text("program", "program.state"),
                 Number("line", "program.line", "line of the next instruction"),
                 Key("Run", "state", "starts the program", "run", pressed="run", released=None),
