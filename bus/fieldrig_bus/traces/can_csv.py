@@ -23,7 +23,7 @@ FAMILIES = frozenset({"can"})
 HEAD: Final = "timestamp,arbitration_id,extended,remote,error,dlc,data"
 REMEDY: Final = "expected the CSV of python-can or `fieldrig trace`"
 _NO_SECOND_NS: Final = 1 << 100
-"""The beginning of no second, after which each time is written anew."""
+"""The beginning of no second, after which each time is written again."""
 _TIME: Final = re.compile(r"(-?)(\d{1,12})(?:\.(\d{1,12}))?", re.ASCII)
 _NUMBER: Final = re.compile(r"\d{1,3}", re.ASCII)
 

@@ -32,6 +32,7 @@ from fieldrig_bus.traces.beginning import beginning
 from fieldrig_bus.traces.can_fields import Fields, fields_of, message_of
 from fieldrig_bus.traces.channels import BusNames, Channels
 from fieldrig_bus.traces.error_capture import unknown_error
+from fieldrig_bus.traces.mf4_blocks import check
 from fieldrig_bus.traces.named_file import path_to_read
 
 SUFFIXES = (".mf4", ".mdf")
@@ -164,6 +165,10 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         with path.open("rb") as head:
             if not recognises(head.read(64)):
                 raise UsageError("the file does not begin with the head of MDF 4", REMEDY)
+            try:
+                check(head)
+            except ValueError as wrong:
+                raise UsageError(f"not a whole file of MDF 4: {wrong}", REMEDY) from wrong
         library = asammdf()
         mdf = _opened(library, path)
         try:

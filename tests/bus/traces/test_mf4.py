@@ -1,6 +1,8 @@
 """MF4 files: what asammdf makes of them, and what happens without it or with damaged ones."""
 
+import struct
 import sys
+import zlib
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -72,5 +74,66 @@ def test_a_recording_of_other_things_has_no_messages(tmp_path: Path) -> None:
     with MDF() as mdf:
         mdf.append(Signal(samples=numpy.array([1.0]), timestamps=numpy.array([0.0]), name="level"))
         mdf.save(path)
+    assert list(read(path, odd=odd)) == []
+    assert [oddity.what for oddity in odd] == ["groups that are no CAN frames are left out"]
+
+
+def places(data: bytes, kind: bytes) -> list[int]:
+    return [at for at in range(0, len(data), 8) if data[at : at + 8] == kind + bytes(4)]
+
+
+@pytest.mark.parametrize(
+    ("kind", "offset", "value", "words"),
+    [
+        (b"##CG", 8, 255, "claims to have 255 bytes and 6 links"),
+        (b"##CG", 80, 1 << 40, "claims to have 1099511627776 records"),
+        (b"##CG", 8, 1 << 62, "claims to have 4611686018427387904 bytes"),
+        (b"##DG", 24, 64, "leads to byte 64, which is a part of another one"),
+        (b"##DG", 24, 1 << 40, "a block is said to be at byte 1099511627776"),
+        (b"##DG", 16, 1 << 60, "links"),
+        (b"##CN", 92, 1 << 30, "bits at byte"),
+        (b"##DZ", 32, 1 << 60, "for 1152921504606846976"),
+        (b"##DZ", 8, 1 << 60, "claims to have 1152921504606846976 bytes"),
+    ],
+)
+def test_a_block_that_lies_is_refused_with_its_place(
+    recording: Path, kind: bytes, offset: int, value: int, words: str
+) -> None:
+    """asammdf would allocate what it says, or read without an end."""
+    data = bytearray(recording.read_bytes())
+    at = places(data, kind)[0] + offset
+    size = 4 if kind == b"##CN" else 8
+    data[at : at + size] = value.to_bytes(size, "little")
+    recording.write_bytes(data)
+    with pytest.raises(UsageError, match=words) as refused:
+        list(read(recording))
+    assert "at byte" in refused.value.what
+
+
+def test_a_small_block_that_becomes_gigabytes_is_refused(recording: Path) -> None:
+    data = recording.read_bytes()
+    (group,) = [at for at in places(data, b"##DG") if int.from_bytes(data[at + 40 : at + 48], "little")][:1]
+    bomb = zlib.compress(bytes(1 << 27), 9)
+    head = struct.pack("<4s4xQQ2sBxLQQ", b"##DZ", 48 + len(bomb), 0, b"DT", 0, 0, 1000, len(bomb))
+    end = len(data) + -len(data) % 8
+    lying = bytearray(data.ljust(end, b"\0") + head + bomb)
+    lying[group + 40 : group + 48] = end.to_bytes(8, "little")
+    recording.write_bytes(lying)
+    with pytest.raises(UsageError, match="has more than the 1000 bytes that it claims"):
+        list(read(recording))
+
+
+@pytest.mark.parametrize("version", ["4.00", "4.11", "4.20"])
+@pytest.mark.parametrize("compression", [0, 1, 2])
+def test_files_of_asammdf_have_true_blocks(version: str, compression: int, tmp_path: Path) -> None:
+    import numpy
+    from asammdf import Signal
+
+    path, odd = tmp_path / "other.mf4", Oddities()
+    times, texts = numpy.arange(5000) / 100, numpy.array([b"a", b"bcd", b"e"] * 1666 + [b"f", b"g"])
+    with MDF(version=version) as mdf:
+        mdf.append([Signal(times * 2, times, name="level"), Signal(times.astype("u1"), times, name="state")])
+        mdf.append([Signal(texts, times, name="text", encoding="utf-8")])
+        mdf.save(path, compression=compression)
     assert list(read(path, odd=odd)) == []
     assert [oddity.what for oddity in odd] == ["groups that are no CAN frames are left out"]
