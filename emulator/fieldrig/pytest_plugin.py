@@ -207,6 +207,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="show which statements and branches of programs, alone and in rigs, the tests run",
     )
+    group.addoption(
+        "--fieldrig-coverage-detail",
+        action="store_true",
+        help="count conditions, MC/DC and the states of enumerations in this coverage too",
+    )
     for option, metavar, about in _REPORTS:
         group.addoption(option, type=Path, metavar=metavar, help=f"write this coverage {about}")
     group.addoption(
@@ -217,23 +222,28 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 class _Covering:
     """The coverage of a session.  Other processes of it, as those of xdist, find its folder in their environment."""
 
-    def __init__(self, wanted: "Wanted") -> None:
+    def __init__(self, wanted: "Wanted", *, is_detailed: bool) -> None:
         from fieldrig.coverage.collecting import collecting
 
         self.wanted = wanted
         self.stack = ExitStack()
-        self.collector = self.stack.enter_context(collecting())
+        self.collector = self.stack.enter_context(collecting(is_detailed=is_detailed))
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Let programs have marks from now on, if coverage is wanted."""
     files = [config.getoption(option) for option, _, _ in _REPORTS]
     least = config.getoption("--fieldrig-fail-under")
-    is_wanted = config.getoption("--fieldrig-coverage") or any(one is not None for one in (*files, least))
+    is_detailed = config.getoption("--fieldrig-coverage-detail")
+    is_wanted = (
+        is_detailed or config.getoption("--fieldrig-coverage") or any(one is not None for one in (*files, least))
+    )
     if is_wanted and not hasattr(config, "workerinput"):
         from fieldrig.coverage.wanted import Wanted
 
-        config.stash[_COVERAGE] = covering = _Covering(Wanted(files[0], files[1], files[2], files[3], least))
+        config.stash[_COVERAGE] = covering = _Covering(
+            Wanted(files[0], files[1], files[2], files[3], least), is_detailed=is_detailed
+        )
         config.add_cleanup(covering.stack.close)
 
 

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
 
 Shown = Annotated[bool, typer.Option("--coverage", help="Show which statements and branches of programs have run.")]
 
+Detail = Annotated[
+    bool,
+    typer.Option("--coverage-detail", help="Count conditions, MC/DC and the states of enumerations in coverage too."),
+]
+
 
 def _file(option: str, about: str) -> Any:
     return typer.Option(option, metavar="FILE", help=about, show_default=False)
@@ -47,6 +52,7 @@ class Covering(ExitStack):
     def __init__(
         self,
         is_shown: bool,
+        is_detailed: bool,
         data: Path | None,
         lcov: Path | None,
         cobertura: Path | None,
@@ -55,15 +61,16 @@ class Covering(ExitStack):
     ) -> None:
         """Take the options of a command."""
         super().__init__()
-        self._is_shown, self._files = is_shown, (data, lcov, cobertura, folder, least)
+        self._is_detailed, self._files = is_detailed, (data, lcov, cobertura, folder, least)
+        self._is_wanted = is_shown or is_detailed
         self._collector: Collector | None = None
 
     def __enter__(self) -> "Covering":
         super().__enter__()
-        if self._is_shown or any(one is not None for one in self._files):
+        if self._is_wanted or any(one is not None for one in self._files):
             from fieldrig.coverage.collecting import collecting
 
-            self._collector = self.enter_context(collecting())
+            self._collector = self.enter_context(collecting(is_detailed=self._is_detailed))
         return self
 
     def report(self, *, is_quiet: bool = False) -> bool:

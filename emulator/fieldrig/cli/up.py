@@ -68,6 +68,7 @@ def up(
         typer.Option("--no-ui", envvar=NO_PAGE_VARIABLE, help="Run without the page of the rig in a browser."),
     ] = False,
     is_covered: covering.Shown = False,
+    is_detailed: covering.Detail = False,
     data: covering.Data = None,
     lcov: covering.Lcov = None,
     cobertura: covering.Cobertura = None,
@@ -107,7 +108,7 @@ def up(
         raise typer.BadParameter("a rig with time: virtual runs as a whole")
     if trace is not None:
         format_of(trace)
-    with covering.Covering(is_covered, data, lcov, cobertura, page, least) as covered:
+    with covering.Covering(is_covered, is_detailed, data, lcov, cobertura, page, least) as covered:
         if only is not None:
             code = _run_only(config, only, realtime)
         else:

@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from fieldrig.coverage.folder import FOLDER_VARIABLE
+from fieldrig.coverage.folder import DETAIL_VARIABLE, FOLDER_VARIABLE
 from fieldrig.coverage.places import Marked, News, Place
 
 FLUSH_S: Final = 0.5
@@ -51,8 +51,8 @@ class _Noted:
 class Collector:
     """What this process and those that it starts run of the programs that they compile meanwhile."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, *, is_detailed: bool = False) -> None:
+        self._folder, self.is_detailed = folder, is_detailed
         self._known: list[_Noted] = []
         self.flushed_s = 0.0
         """The instant of the last flush, by the clock of the host."""
@@ -91,24 +91,31 @@ def _noted_in(folder: Path) -> Iterator[tuple[Place, bool]]:
 
 _present: list[Collector] = []
 if FOLDER_VARIABLE in os.environ:
-    _present.append(Collector(Path(os.environ[FOLDER_VARIABLE])))
+    _present.append(Collector(Path(os.environ[FOLDER_VARIABLE]), is_detailed=DETAIL_VARIABLE in os.environ))
 
 
 @contextmanager
-def collecting() -> Iterator[Collector]:
-    """Compile programs with marks meanwhile, here and in processes that are started, and note what runs of them."""
-    before = os.environ.get(FOLDER_VARIABLE)
+def collecting(*, is_detailed: bool = False) -> Iterator[Collector]:
+    """Compile programs with marks meanwhile, here and in processes that are started, and note what runs of them.
+
+    With `is_detailed`, conditions and the states of enumerations have marks too.
+    """
+    before = {name: os.environ.pop(name, None) for name in (FOLDER_VARIABLE, DETAIL_VARIABLE)}
     with TemporaryDirectory(prefix="fieldrig-coverage-") as folder:
         os.environ[FOLDER_VARIABLE] = folder
-        _present.append(Collector(Path(folder)))
+        if is_detailed:
+            os.environ[DETAIL_VARIABLE] = "1"
+        _present.append(Collector(Path(folder), is_detailed=is_detailed))
         try:
             yield _present[-1]
         finally:
             _present.pop().flush()
-            os.environ.pop(FOLDER_VARIABLE)
-            if before is not None:
-                os.environ[FOLDER_VARIABLE] = before
-                _hand_over(Path(folder), Path(before))
+            for name, value in before.items():
+                os.environ.pop(name, None)
+                if value is not None:
+                    os.environ[name] = value
+            if outer := before[FOLDER_VARIABLE]:
+                _hand_over(Path(folder), Path(outer))
 
 
 def _hand_over(inner: Path, outer: Path) -> None:
@@ -120,6 +127,11 @@ def _hand_over(inner: Path, outer: Path) -> None:
 
 def is_on() -> bool:
     return bool(_present)
+
+
+def is_detailed() -> bool:
+    """True if conditions and the states of enumerations count as well."""
+    return bool(_present) and _present[-1].is_detailed
 
 
 def use(marked: Marked) -> None:

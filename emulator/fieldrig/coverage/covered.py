@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fieldrig.coverage.collecting import Collector, collecting
-from fieldrig.coverage.reports.table import table
+from fieldrig.coverage.reports.table import said, table
 from fieldrig.coverage.summary import Coverage
 from fieldrig.coverage.wanted import Wanted
 
@@ -29,7 +29,7 @@ class Covered:
         """What has not run, as FILE:LINE, and behind it the name of a branch, a step or a transition."""
         files = self._coverage().files()
         places = [(file.name, place) for file in files for place, has_run in file.places if not has_run]
-        return [f"{name}:{place.line} {place.what}".rstrip() for name, place in places]
+        return [f"{name}:{place.line} {said(place)}".rstrip() for name, place in places]
 
     def __str__(self) -> str:
         """Return the table with a row for each program part."""
@@ -51,7 +51,7 @@ class Covered:
 
 
 @contextmanager
-def covered() -> Iterator[Covered]:
+def covered(*, detail: bool = False) -> Iterator[Covered]:
     """Note which statements and branches run of the programs that are loaded meanwhile, alone or in rigs.
 
         with covered() as seen:
@@ -59,7 +59,8 @@ def covered() -> Iterator[Covered]:
             plc.block("Pump")(level=90)
         assert seen.per_cent > 50, str(seen)
 
-    Programs that were loaded before have no marks.
+    With `detail`, conditions, MC/DC and the states of enumerations count too.  Programs that were loaded before have no
+    marks.
     """
-    with collecting() as collector:
+    with collecting(is_detailed=detail) as collector:
         yield Covered(collector)

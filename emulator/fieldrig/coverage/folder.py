@@ -4,3 +4,5 @@ from typing import Final
 
 FOLDER_VARIABLE: Final = "FIELDRIG_COVERAGE_FOLDER"
 """The environment variable with the folder, for the processes that this one starts."""
+DETAIL_VARIABLE: Final = "FIELDRIG_COVERAGE_DETAIL"
+"""The environment variable that is there if conditions and the states of enumerations count as well."""

@@ -4,10 +4,11 @@ There is one at the head of each suite of statements, and one where a suite may 
 for all statements up to the next one.  A statement behind one that faults counts as run if they share a mark.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final
 
+from fieldrig.coverage.decisions import Formula, seen_with
 from fieldrig.coverage.places import Place
 
 HIT: Final = "hit"
@@ -47,6 +48,21 @@ class SuiteMarks:
     def alone(self, mark: int, place: Place) -> None:
         """Add a place with a mark of its own, which something else than the next code passes."""
         self.places.append((mark, place))
+
+    def decision(self, formula: Formula, first: int, texts: Sequence[str], at: Place) -> None:
+        """Add the places of the conditions of a decision, whose combinations have the marks from `first` on.
+
+        `texts` are the conditions as the source has them, and `at` is the place of the decision.
+        """
+        known = dict.fromkeys(texts, 0)
+        names = []
+        for text in texts:
+            known[text] += 1
+            names.append(text if known[text] == 1 else f"{text} ({known[text]})")
+        for combination in range(1 << len(texts)):
+            for kind, number, value in seen_with(formula, combination):
+                what = f"{names[number]} {'TRUE' if value else 'FALSE'}"
+                self.alone(first + combination, at._replace(kind=kind, of=at.line, what=what))
 
     def leave(self) -> None:
         """The next statement may not run, or run without those before it."""

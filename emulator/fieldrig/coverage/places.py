@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 
 class Kind(StrEnum):
@@ -17,6 +17,18 @@ class Kind(StrEnum):
     """A step of a chart that was active."""
     TRANSITION = "transition"
     """A transition of a chart that fired."""
+    CONDITION = "condition"
+    """A condition of a decision that was TRUE, or FALSE."""
+    DECIDES = "decides"
+    """A condition that was TRUE, or FALSE, where it decided the decision (MC/DC)."""
+    STATE = "state"
+    """A value of an enumeration that a variable had."""
+
+
+OF_CODE: Final = (Kind.STATEMENT, Kind.STEP, Kind.TRANSITION)
+"""The kinds that lines are counted by."""
+DETAILS: Final = (Kind.CONDITION, Kind.DECIDES, Kind.STATE)
+"""The kinds that only a detailed report counts."""
 
 
 class Place(NamedTuple):
@@ -55,10 +67,10 @@ class Marked:
     """1 for each mark that has been passed since the program was loaded, by number; Python writes to no other kind of
     table as fast."""
 
-    def new(self) -> int:
-        """Return the number of one more mark."""
-        self.hits.append(0)
-        return len(self.hits) - 1
+    def new(self, count: int = 1) -> int:
+        """Return the number of one more mark, or of the first of several."""
+        self.hits += [0] * count
+        return len(self.hits) - count
 
     def locate(self, path_of: Callable[[str], str]) -> None:
         """Replace the names of the files by their paths."""

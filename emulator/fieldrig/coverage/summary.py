@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
-from fieldrig.coverage.places import Kind, News, Place
+from fieldrig.coverage.places import DETAILS, OF_CODE, Kind, News, Place
 
 
 class Count(NamedTuple):
@@ -32,11 +32,16 @@ class Part:
         chosen = [has_run for place, has_run in self.places if not kinds or place.kind in kinds]
         return Count(sum(chosen), len(chosen))
 
+    def count_of_case(self) -> Count:
+        """Count the branches of CASE, without ELSE."""
+        chosen = [has_run for place, has_run in self.places if place.kind is Kind.BRANCH and place.what[:5] == "CASE "]
+        return Count(sum(chosen), len(chosen))
+
     def lines(self) -> dict[int, bool]:
         """Return the lines with a statement, a step or a transition; true where one of them has run."""
         found: dict[int, bool] = {}
         for place, has_run in self.places:
-            if place.kind is not Kind.BRANCH:
+            if place.kind in OF_CODE:
                 found[place.line] = found.get(place.line, False) or has_run
         return dict(sorted(found.items()))
 
@@ -59,7 +64,7 @@ class Part:
 
     def missed_lines(self) -> list[int]:
         """Return the lines on which something has not run that is no branch."""
-        return sorted({place.line for place, has_run in self.places if not has_run and place.kind is not Kind.BRANCH})
+        return sorted({place.line for place, has_run in self.places if not has_run and place.kind in OF_CODE})
 
     def missed_branches(self) -> list[Place]:
         """Return the branches that were not taken though their choice has run, and whose own lines do not show it."""
@@ -71,6 +76,21 @@ class Part:
             and not has_run
             and self.has_reached(place)
             and (place.line == place.of or place.line not in shown)
+        ]
+
+    def missed_details(self) -> list[Place]:
+        """Return the conditions that were not TRUE or not FALSE, or did not decide, and the states that were not.
+
+        Those of a decision that has not run are left out, and so is a condition that did not decide where it was not
+        even TRUE, or FALSE.
+        """
+        missed = {place: None for place, has_run in self.places if not has_run and place.kind in DETAILS}
+        lines = self.lines()
+        return [
+            place
+            for place in missed
+            if (place.kind is Kind.STATE or lines.get(place.of, True))
+            and (place.kind is not Kind.DECIDES or place._replace(kind=Kind.CONDITION) not in missed)
         ]
 
 

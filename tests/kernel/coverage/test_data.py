@@ -44,7 +44,19 @@ def test_runs_add_up_in_any_order_and_once_is_as_good_as_twice(first: News, seco
     assert known(apart) == known(one)
 
 
-PLACE = ["a.st", "Main", "statement", 1, 1, 0, "", True]
+PLACE: list[object] = ["a.st", "Main", "statement", 1, 1, 0, "", True]
+WRONG_PLACES: list[object] = [
+    None,
+    7,
+    [7],
+    [[]],
+    [PLACE[:-2]],
+    [[*PLACE, 1]],
+    [["a.st", "Main", "unknown", *PLACE[3:]]],
+    [[7, *PLACE[1:]]],
+    [[*PLACE[:3], "1", *PLACE[4:]]],
+    [[*PLACE[:3], True, *PLACE[4:]]],
+]
 WRONG = [
     b"",
     b"{}",
@@ -52,21 +64,7 @@ WRONG = [
     b"[" * 100_000,
     b"\xff",
     b'{"format": "other", "places": []}',
-    *(
-        json.dumps({"format": FORMAT, "places": places}).encode()
-        for places in (
-            None,
-            7,
-            [7],
-            [[]],
-            [PLACE[:-2]],
-            [[*PLACE, 1]],
-            [["a.st", "Main", "unknown", *PLACE[3:]]],
-            [[7, *PLACE[1:]]],
-            [[*PLACE[:3], "1", *PLACE[4:]]],
-            [[*PLACE[:3], True, *PLACE[4:]]],
-        )
-    ),
+    *(json.dumps({"format": FORMAT, "places": places}).encode() for places in WRONG_PLACES),
 ]
 
 

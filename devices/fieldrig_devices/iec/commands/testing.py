@@ -30,6 +30,7 @@ def run_tests(
         typer.Option("--junit", metavar="FILE", help="Write a report for CI in JUnit's form.", show_default=False),
     ] = None,
     is_covered: covering.Shown = False,
+    is_detailed: covering.Detail = False,
     data: covering.Data = None,
     lcov: covering.Lcov = None,
     cobertura: covering.Cobertura = None,
@@ -59,7 +60,7 @@ def run_tests(
     if is_list:
         run.show()
         return
-    with covering.Covering(is_covered, data, lcov, cobertura, folder, least) as covered:
+    with covering.Covering(is_covered, is_detailed, data, lcov, cobertura, folder, least) as covered:
         outcomes = run.all()
         is_enough = covered.report(is_quiet=as_json)
     if junit is not None:

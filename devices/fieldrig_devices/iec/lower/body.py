@@ -6,17 +6,20 @@ What is here knows no calls: the expressions that it stores are free of them (`h
 from collections.abc import Callable
 
 from fieldrig.coverage.marks import HIT
+from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.layout import CALL_SIZE, Images, storage
 from fieldrig_devices.iec.lower.assembler import Assembler
+from fieldrig_devices.iec.lower.conditions import combination, formula_of, is_decision, texts_of
 from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.expressions import Expressions
 from fieldrig_devices.iec.lower.marks import Marks
 from fieldrig_devices.iec.lower.places import Places
-from fieldrig_devices.iec.lower.values import constant
+from fieldrig_devices.iec.lower.values import Value, constant
 from fieldrig_devices.iec.program import Cell, Expression, Load, Parameter, Place, Pou, Space, Variable
 from fieldrig_devices.iec.tree import Section
-from fieldrig_devices.iec.types import Type, Value
+from fieldrig_devices.iec.types import EnumType, Type
+from fieldrig_devices.iec.types import Value as CellValue
 
 
 class Context:
@@ -29,7 +32,7 @@ class Context:
         self.forms: list[Type] = []
         """The types that pointers are compared with, by number."""
         self._form_numbers: dict[Type, int] = {}
-        self.constants: list[list[Value]] = []
+        self.constants: list[list[CellValue]] = []
         """The start values of structures and arrays on the stack, by number."""
         self.is_covered = is_covered
         self.marks = 0
@@ -41,14 +44,14 @@ class Context:
             self.forms.append(kind)
         return self._form_numbers[kind]
 
-    def image(self, cells: list[Value]) -> str:
+    def image(self, cells: list[CellValue]) -> str:
         self.constants.append(cells)
         return f"image_{len(self.constants) - 1}"
 
-    def mark(self) -> int:
-        """Return the number of a new mark."""
-        self.marks += 1
-        return self.marks - 1
+    def mark(self, count: int = 1) -> int:
+        """Return the number of a new mark, or of the first of several."""
+        self.marks += count
+        return self.marks - count
 
     @staticmethod
     def routine(pou: Pou) -> str:
@@ -79,6 +82,20 @@ class Body:
         self.assembler.mark(f"{HIT}[{number}] = 1")
         return number
 
+    def value(self, expression: Expression, emitter: Emitter, node: tree.Expression | None = None) -> Value:
+        """Return the value of a condition or of what is assigned, which may have to be cut to its type.
+
+        `node` is where the source has it: then the conditions of a decision have marks, if they are wanted.
+        """
+        if node is None or not self.marks.is_detailed or not is_decision(expression):
+            return self.expressions.raw(expression, emitter)
+        formula, conditions = formula_of(expression), list[str]()
+        value = emitter.atom(self.expressions.decision(expression, emitter, conditions))
+        first = self.context.mark(1 << len(conditions))
+        emitter.add(combination(first, conditions))
+        self.marks.decision(formula, first, texts_of(node, len(conditions)), self.marks.place_of(node))
+        return value
+
     def emitter(self) -> Emitter:
         return self.assembler.emitter()
 
@@ -92,7 +109,8 @@ class Body:
 
     # ---- stores
 
-    def store(self, place: Place, value: Expression) -> None:
+    def store(self, place: Place, value: Expression, node: tree.Expression | None = None) -> None:
+        """Store a value; `node` is where the source has it, if conditions in it may have marks."""
         emitter = self.emitter()
         if storage(place.type) is None:
             assert isinstance(value, Load)
@@ -106,7 +124,7 @@ class Body:
             emitter = self.wait()
             emitter.add("finish()")
         else:
-            raw = self.expressions.raw(value, emitter)
+            raw = self.value(value, emitter, node)
             self.places.store(place, raw, emitter)
         self.do(emitter)
 
@@ -120,6 +138,21 @@ class Body:
             emitter.add(f"M[{where}:{where.plus(len(cells))}] = {self.context.image(cells)}")
         else:
             emitter.add(f"M[{where}] = {constant(cells[0], kind).text}")
+
+    def note_states(self, emitter: Emitter) -> None:
+        """Mark the values of the enumerations of this POU, as its body begins; it costs the program no time."""
+        for variable in self.marks.states_to_note():
+            assert isinstance(variable.type, EnumType)
+            low, high = min(variable.type.values.values()), max(variable.type.values.values())
+            first = self.context.mark(high - low + 2)  # the last one is for numbers that are no values
+            cost = emitter.cost
+            value = emitter.atom(self.expressions.raw(Load(Cell(variable, variable.type)), emitter)).text
+            emitter.cost = cost
+            emitter.add(
+                f"{HIT}[{first - low} + {value} if {low} <= {value} <= {high} else {first + high - low + 1}] = 1"
+            )
+            for name, number in variable.type.values.items():
+                self.marks.alone(first + number - low, self.marks.state(variable, name))
 
     # ---- intermediate results
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
+from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.any_types import DESCRIPTION
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.layout import kind_number, storage
@@ -68,16 +69,18 @@ class Calls:
 
     # ---- branches
 
-    def branch_unless(self, condition: Expression, target: Label) -> None:
-        free = self._hoisting.out_of(condition)
-        emitter = self._body.emitter()
-        self._assembler.branch(emitter, f"not {self._expressions.value(free, emitter).text}", target)
+    def branch_unless(self, condition: Expression, target: Label, node: tree.Expression | None = None) -> None:
+        """Jump if a condition does not hold; `node` is where the source has it, if it is there."""
+        self._assembler.branch(*self._condition(condition, "not ", node), target)
 
     def branch_if(self, condition: Expression, target: Label) -> None:
+        self._assembler.branch(*self._condition(condition, "", None), target)
+
+    def _condition(self, condition: Expression, sign: str, node: tree.Expression | None) -> tuple[Emitter, str]:
         free = self._hoisting.out_of(condition)
         emitter = self._body.emitter()
-        text = self._expressions.value(free, emitter).text
-        self._assembler.branch(emitter, text, target)
+        value = emitter.cut(self._body.value(free, emitter, node))
+        return emitter, f"{sign}{value.text}"
 
     def choose(self, first: Load, is_and: bool, second: Callable[[], Expression]) -> None:
         end = self._assembler.label()
@@ -94,7 +97,8 @@ class Calls:
             if has_call(place):
                 value = self._body.keep(value) if not isinstance(value, Constant) else value
                 place = self._hoisting.out_of_place(place)
-        self._body.store(place, value)
+        origin = statement.origin
+        self._body.store(place, value, origin.value if isinstance(origin, tree.Assign) else None)
 
     # ---- calls
 

@@ -30,6 +30,10 @@ class Emitter:
     def deeper(self) -> None:
         self._indent += INDENT
 
+    def outer(self, line: str) -> str:
+        """Return a line for the level above this one."""
+        return self._indent[len(INDENT) :] + line
+
     def back(self) -> None:
         self._indent = self._indent[len(INDENT) :]
 

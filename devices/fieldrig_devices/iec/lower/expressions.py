@@ -12,6 +12,7 @@ from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.library import conversions, intrinsics
 from fieldrig_devices.iec.library.overload import expand
 from fieldrig_devices.iec.lower import texts
+from fieldrig_devices.iec.lower.conditions import is_joint
 from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.places import Places
 from fieldrig_devices.iec.lower.values import Stored, Value, constant, of_type
@@ -47,10 +48,29 @@ class Expressions:
     def __init__(self, places: Places) -> None:
         self._places = places
         places.values = self
+        self._conditions: list[str] | None = None
+        """The conditions of the decision that is being lowered; None if they have no marks."""
+
+    def decision(self, expression: Expression, emitter: Emitter, conditions: list[str]) -> Value:
+        """Return the value of a decision as `raw` does, and add the variables with the values of its conditions.
+
+        A condition that is not evaluated has the value 0.
+        """
+        self._conditions = conditions
+        value = self.raw(expression, emitter)
+        self._conditions = None
+        return value
 
     def value(self, expression: Expression, emitter: Emitter) -> Value:
         """Add the lines that compute an expression, and return its value in the range of its type."""
-        return emitter.cut(self.raw(expression, emitter))
+        conditions = self._conditions
+        if conditions is None or is_joint(expression):
+            return emitter.cut(self.raw(expression, emitter))
+        self._conditions = None  # what is inside of a condition is none
+        value = emitter.atom(emitter.cut(self.raw(expression, emitter)))
+        self._conditions = conditions
+        conditions.append(value.text)
+        return value
 
     def raw(self, expression: Expression, emitter: Emitter) -> Value:
         """Return the value, which may have to be cut to its type."""
@@ -133,7 +153,12 @@ class Expressions:
         emitter.add(f"if {name}:" if expression.operator is Operator.AND_THEN else f"if not {name}:")
         emitter.deeper()
         before = len(emitter.lines)
+        known = len(self._conditions or ())
         right = self.value(expression.right, emitter)
+        for condition in (self._conditions or ())[known:]:
+            if condition.isidentifier() and len(emitter.lines) > before:
+                emitter.lines.insert(part, emitter.outer(f"{condition} = 0"))
+                before += 1
         if len(emitter.lines) == before:  # nothing in it can raise
             emitter.back()
             del emitter.lines[part:]

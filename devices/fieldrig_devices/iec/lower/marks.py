@@ -3,13 +3,17 @@
 from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple
 
+from fieldrig.coverage import collecting
 from fieldrig.coverage.marks import SuiteMarks
 from fieldrig.coverage.places import Kind, Place
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.texts import text
 from fieldrig_devices.iec.program import (
     AnyStatement,
+    Assign,
     Case,
+    Cell,
+    Constant,
     Continue,
     Exit,
     For,
@@ -19,11 +23,19 @@ from fieldrig_devices.iec.program import (
     Loop,
     Pou,
     Return,
+    Space,
     Statement,
+    Variable,
 )
+from fieldrig_devices.iec.tree import Section
+from fieldrig_devices.iec.types import EnumType
 
 _LEAVING: Final = (Continue, Exit, Jump, Label, Return)
 """The statements by which a suite is left, or entered in the middle."""
+
+
+MOST_STATES: Final = 256
+"""Numbers from the lowest to the highest value of an enumeration whose states are noted."""
 
 
 class Arm(NamedTuple):
@@ -32,10 +44,16 @@ class Arm(NamedTuple):
     what: str
     line: int = 0
     """Its own line; 0 for that of the choice."""
+    condition: tree.Expression | None = None
+    """What has to hold for it."""
 
 
 BODY: Final = Arm("body")
 SKIPPED: Final = Arm("body skipped")
+
+
+def _span(kind: EnumType) -> int:
+    return max(kind.values.values()) - min(kind.values.values()) + 1 if kind.values else MOST_STATES + 1
 
 
 class Marks(SuiteMarks):
@@ -44,6 +62,7 @@ class Marks(SuiteMarks):
     def __init__(self, pou: Pou, mark: Callable[[], int], *, is_on: bool) -> None:
         super().__init__(mark, is_on=is_on)
         self._pou = pou
+        self.is_detailed = is_on and collecting.is_detailed()
 
     # ---- suites and statements
 
@@ -53,6 +72,8 @@ class Marks(SuiteMarks):
             return
         if not isinstance(statement.origin, tree.Step | tree.Transition):
             self._place(statement, Kind.STATEMENT, "")
+        if self.is_detailed and isinstance(statement, Assign):
+            self._assigned(statement)
 
     def after(self, statement: AnyStatement) -> None:
         if self.is_on and _may_leave(statement):
@@ -77,6 +98,35 @@ class Marks(SuiteMarks):
         place = Place(self._pou.file, self._pou.name, kind, line, position.column, of, what)
         self.add(place)
 
+    # ---- details
+
+    def place_of(self, node: tree.Node) -> Place:
+        """Return a place without a name."""
+        return Place(self._pou.file, self._pou.name, Kind.CONDITION, node.position.line, node.position.column)
+
+    def states_to_note(self) -> Iterator[Variable]:
+        """Yield the variables of the POU whose values are noted as its body begins."""
+        for variable in self._pou.variables.values() if self.is_detailed and self._pou.owner is None else ():
+            is_lasting = variable.space is Space.INSTANCE or variable.section is Section.INPUT
+            is_plain = variable.location is None and not (variable.is_reference or variable.is_constant)
+            if is_lasting and is_plain and isinstance(variable.type, EnumType) and _span(variable.type) <= MOST_STATES:
+                yield variable
+
+    def state(self, variable: Variable, name: str) -> Place:
+        """Return the place of a value of a variable."""
+        position = variable.position
+        what = f"{variable.name} = {name}"
+        return Place(self._pou.file, self._pou.name, Kind.STATE, position.line, position.column, 0, what)
+
+    def _assigned(self, statement: Assign) -> None:
+        """Count the value of an enumeration that a statement assigns; the next one may assign another."""
+        match statement:
+            case Assign(place=Cell(variable, EnumType(values=values)), value=Constant(number)) if any(
+                variable is one for one in self.states_to_note()
+            ):
+                for name in (name for name, value in values.items() if value == number):
+                    self.add(self.state(variable, name))
+
     # ---- the arms of choices
 
     def is_counted(self, statement: Statement) -> bool:
@@ -92,11 +142,11 @@ class Marks(SuiteMarks):
         match statement.origin if self.is_on else None:
             case tree.Step(name=name):
                 yield Arm(name)
-            case tree.Transition(sources=sources, targets=targets, name=name):
-                yield Arm(name or f"{', '.join(sources)} to {', '.join(targets)}")
+            case tree.Transition(sources=sources, targets=targets, name=name, condition=condition):
+                yield Arm(name or f"{', '.join(sources)} to {', '.join(targets)}", condition=condition)
             case tree.If(branches=branches):
                 for number, branch in enumerate(branches):
-                    yield Arm(f"ELSIF {number}" if number else "IF", branch.position.line)
+                    yield Arm(f"ELSIF {number}" if number else "IF", branch.position.line, branch.condition)
 
     def arms_of_case(self, statement: Case) -> Iterator[Arm]:
         if self.is_on and isinstance(statement.origin, tree.Case):

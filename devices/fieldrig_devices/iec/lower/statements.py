@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.lower.assembler import Label
@@ -85,6 +86,7 @@ class Statements:
         for variable in pou.variables.values():
             if variable.space is Space.FRAME and not variable.is_reference and has_block(variable.type):
                 self._body.places.mark(variable, emitter)  # its code may hand out pointers to itself
+        self._body.note_states(emitter)
         if pou.owner is not None:
             for variable in pou.owner.variables.values():
                 if variable.is_reference and variable.space is Space.INSTANCE:
@@ -138,8 +140,9 @@ class Statements:
         while len(rest) == 1 and isinstance(part := rest[0], If) and (part is statement or not marks.is_counted(part)):
             otherwise = self._assembler.label()
             self._body.begin(part.line)
-            self._calls.branch_unless(part.condition, otherwise)
-            self.add(part.then, statement, next(arms, None))
+            arm = next(arms, None)
+            self._calls.branch_unless(part.condition, otherwise, arm.condition if arm is not None else None)
+            self.add(part.then, statement, arm)
             if part.otherwise or marks.has_arms(statement):
                 self._assembler.jump(end, is_free=not part.otherwise)
             self._assembler.place(otherwise)
@@ -228,7 +231,8 @@ class Statements:
         It takes the time that the loop takes without marks.
         """
         body, after, again, skipped, end = self._assembler.labels(5)
-        self._calls.branch_unless(condition, skipped)
+        node = statement.origin.condition if isinstance(statement.origin, tree.While) else None
+        self._calls.branch_unless(condition, skipped, node)
         self._assembler.place(body)
         self._loops.append((after if step is not None else again, end))
         self.add(statement.body, statement, BODY)
@@ -240,7 +244,7 @@ class Statements:
         self._assembler.place(again)
         self._body.begin(statement.line)
         cost = self._assembler.cost
-        self._calls.branch_unless(condition, end)
+        self._calls.branch_unless(condition, end, node)
         self._assembler.cost = cost  # the size of the program is that without marks
         self._assembler.jump(body, is_free=True)
         self._assembler.place(skipped)
@@ -274,7 +278,8 @@ class Statements:
         self._assembler.place(test)
         self._body.begin(self._assembler.line)
         if statement.until is not None:
-            self._calls.branch_unless(statement.until, head)
+            node = statement.origin.until if isinstance(statement.origin, tree.Repeat) else None
+            self._calls.branch_unless(statement.until, head, node)
         else:
             self._assembler.jump(head)
         self._assembler.place(end)

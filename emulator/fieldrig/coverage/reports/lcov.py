@@ -5,6 +5,7 @@ Source: the man page geninfo(1), section TRACEFILE FORMAT.  A number of executio
 
 from collections.abc import Iterator
 
+from fieldrig.coverage.places import Kind
 from fieldrig.coverage.summary import Coverage, Part, pous
 
 
@@ -20,6 +21,7 @@ def _file(file: Part) -> Iterator[str]:
     yield from _functions(pous(file))
     lines = file.lines()
     yield from _branches(file)
+    yield from _decisions(file)
     yield from (f"DA:{line},{int(has_run)}" for line, has_run in lines.items())
     yield f"LF:{len(lines)}"
     yield f"LH:{sum(lines.values())}"
@@ -46,3 +48,23 @@ def _branches(file: Part) -> Iterator[str]:
     every = [has_run for branches in choices.values() for _, has_run in branches]
     yield f"BRF:{len(every)}"
     yield f"BRH:{sum(every)}"
+
+
+def _decisions(file: Part) -> Iterator[str]:
+    """Yield MC/DC as LCOV has it from 2.2 on: for each condition, whether it has decided as true and as false."""
+    names: dict[tuple[int, int], dict[str, int]] = {}
+    decisions: dict[tuple[int, int], dict[tuple[str, str], bool]] = {}
+    for place, has_run in file.places:
+        name, _, value = place.what.rpartition(" ")
+        if place.kind is Kind.CONDITION:  # they come from left to right
+            known = names.setdefault((place.line, place.column), {})
+            known.setdefault(name, len(known))
+        elif place.kind is Kind.DECIDES:
+            seen = decisions.setdefault((place.line, place.column), {})
+            seen[name, value] = seen.get((name, value), False) or has_run
+    for at, seen in decisions.items():
+        for (name, value), has_run in seen.items():
+            yield f"MCDC:{at[0]},{len(names[at])},{value[0].lower()},{int(has_run)},{names[at][name]},{name}"
+    if decisions:
+        yield f"MCF:{sum(map(len, decisions.values()))}"
+        yield f"MCH:{sum(sum(seen.values()) for seen in decisions.values())}"

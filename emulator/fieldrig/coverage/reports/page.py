@@ -1,12 +1,11 @@
 """Coverage as a page with the source, without anything from outside and without scripts."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 from typing import Final
 
-from fieldrig.coverage.places import Kind
-from fieldrig.coverage.reports.table import per_cent
+from fieldrig.coverage.reports.table import Column, columns_of, per_cent, said
 from fieldrig.coverage.summary import Count, Coverage, Part, pous
 from fieldrig.text.source_text import decoded
 
@@ -47,12 +46,13 @@ def _lines(coverage: Coverage) -> Iterator[str]:
     yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
     yield f"<title>Coverage {per_cent(total.count())} %</title>\n<style>{_STYLE}</style>\n</head>\n<body>"
     yield f"<h1>Coverage {per_cent(total.count())} %</h1>\n<table>"
-    yield "<tr><th>file, POU</th><th>statements</th><th>branches</th><th>steps</th><th>transitions</th><th>%</th>"
-    yield "<th></th></tr>"
+    columns = [*columns_of(total)]
+    titles = "".join(f"<th>{column.title}</th>" for column in columns)
+    yield f"<tr><th>file, POU</th>{titles}<th>%</th><th></th></tr>"
     for number, file in enumerate(files):
-        yield _row(f'<a href="#f{number}">{escape(file.name)}</a>', file, "file")
-        yield from (_row(escape(pou.name), pou, "pou") for pou in pous(file))
-    yield f"{_row('total', total, 'file')}\n</table>"
+        yield _row(f'<a href="#f{number}">{escape(file.name)}</a>', file, "file", columns)
+        yield from (_row(escape(pou.name), pou, "pou", columns) for pou in pous(file))
+    yield f"{_row('total', total, 'file', columns)}\n</table>"
     yield '<p class="legend">+ has run; ! has not run; ? has run, but not in all its branches</p>'
     for number, file in enumerate(files):
         yield f'<details open id="f{number}"><summary>{escape(file.name)}</summary>\n<pre>'
@@ -61,8 +61,8 @@ def _lines(coverage: Coverage) -> Iterator[str]:
     yield "</body>\n</html>"
 
 
-def _row(name: str, part: Part, kind: str) -> str:
-    counts = "".join(f"<td>{_count(part.count(one))}</td>" for one in Kind)
+def _row(name: str, part: Part, kind: str, columns: Sequence[Column]) -> str:
+    counts = "".join(f"<td>{_count(column.counted(part))}</td>" for column in columns)
     share = part.count()
     bar = f'<span class="bar"><i style="width: {share.per_cent:.1f}%"></i></span>'
     return f'<tr class="{kind}"><td>{name}</td>{counts}<td>{per_cent(share)}</td><td>{bar}</td></tr>'
@@ -76,11 +76,13 @@ def _source(file: Part) -> Iterator[str]:
     lines, missed = file.lines(), set(file.missed_lines())
     open_branches: dict[int, list[str]] = {}
     for place in file.missed_branches():
-        open_branches.setdefault(place.line, []).append(place.what)
+        open_branches.setdefault(place.line, []).append(f"not taken: {place.what}")
+    for place in file.missed_details():
+        open_branches.setdefault(place.line, []).append(f"never: {said(place)}")
     for number, text in enumerate(_text(file.name).splitlines(), 1):
         is_partly = number in open_branches or (number in missed and lines[number])
         kind = "partly" if is_partly else "missed" if number in missed else "run" if number in lines else ""
-        note = f"  <em>not taken: {escape(', '.join(open_branches[number]))}</em>" if number in open_branches else ""
+        note = f"  <em>{escape(', '.join(open_branches[number]))}</em>" if number in open_branches else ""
         yield f'<span class="{kind}"><b>{number:>5} {_SIGNS[kind]}</b>{escape(text)}{note}</span>'
 
 

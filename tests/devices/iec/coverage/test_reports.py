@@ -148,7 +148,7 @@ def test_tests_without_any_code_are_too_little_coverage(folder: Path) -> None:
     written(folder, own_test="TEST 'own' ASSERT_TRUE(TRUE); END_TEST\n")
     assert iec_test("own_test.st", "--coverage").exit_code == 0
     done = iec_test("own_test.st", "--fail-under", "1")
-    assert (done.exit_code, done.stderr) == (1, "coverage: the tests need no code of a program\n")
+    assert (done.exit_code, done.stderr) == (1, "coverage: no code of a program was needed\n")
 
 
 def test_json_has_no_table_beside_it(folder: Path) -> None:

@@ -27,7 +27,7 @@ END_PROGRAM
 
 def played(text: str, dialect: str, cycles: int, *, is_covered: bool) -> tuple[dict[str, Value], str, int, int]:
     """Return the values, the fault, the processor time and the size of the code of a program."""
-    with collecting() if is_covered else nullcontext():
+    with collecting(is_detailed=True) if is_covered else nullcontext():
         bench = IecBench(text, DIALECTS[dialect])
         used = 0
         for number in range(cycles):
@@ -46,7 +46,15 @@ def test_small_programs_have_the_same_results_and_take_the_same_time(file: Path)
 
 
 NAMES = st.sampled_from(["a", "b", "c"])
-CONDITIONS = st.builds("{} {} {}".format, NAMES, st.sampled_from(["<", "=", ">"]), st.integers(-2, 4))
+SINGLE = st.builds("{} {} {}".format, NAMES, st.sampled_from(["<", "=", ">"]), st.integers(-2, 4))
+CONDITIONS = st.recursive(
+    SINGLE,
+    lambda inner: (
+        st.builds("NOT ({})".format, inner)
+        | st.builds("({} {} {})".format, inner, st.sampled_from(["AND", "OR", "XOR"]), inner)
+    ),
+    max_leaves=4,
+)
 SIMPLE = st.builds("{} := {} + {};".format, NAMES, NAMES, st.integers(-3, 3))
 COUNTED = st.just("n := n + 1; m := m MOD 3 + 1; IF n > 20 THEN RETURN; END_IF")
 """The begin of every loop: `n` is never reset within a cycle, so a loop within another ends too."""
