@@ -33,9 +33,11 @@ class Mistake:
     key: str
     what: str
     remedy: str = ""
+    column: int | None = None
+    """The column of a mistake in a program."""
 
     def __str__(self) -> str:
-        place = f"{self.file}:{self.line}" if self.line is not None else self.file
+        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
         head = ": ".join(part for part in (place, self.key, self.what) if part)
         return f"{head}\n    {self.remedy}" if self.remedy else head
 

@@ -222,7 +222,7 @@ devices:
 """
     )
     found = json.loads(rig.tool("check", "wrong.yaml", "--json").stdout)
-    assert {"file", "line", "key", "what", "remedy"} == set(found[0])
+    assert {"file", "line", "column", "key", "what", "remedy"} == set(found[0])
     assert {item["line"] for item in found} <= set(range(1, 20))
     assert (rig.tool("check", "lab.yaml", "--json").stdout, rig.tool("check", "lab.yaml", "--json").returncode) == (
         "[]\n",

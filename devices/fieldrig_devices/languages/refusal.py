@@ -15,8 +15,8 @@ def refused(wrong: CompileError, paths: Mapping[str, str]) -> ConfigError:
 def _mistakes(paths: Mapping[str, str], mistakes: Sequence[Mistake]) -> list[Wrong]:
     wrong = []
     for mistake in mistakes:
-        place = f"{paths.get(mistake.file, mistake.file)}:{mistake.line}:{mistake.column}"
+        file = paths.get(mistake.file, mistake.file)
         expected = f"expected {mistake.expected}" if mistake.expected else ""
         remedy = "\n    ".join(part for part in (expected, mistake.hint) if part)
-        wrong.append(Wrong(place, None, "program", mistake.what, remedy))
+        wrong.append(Wrong(file, mistake.line, "program", mistake.what, remedy, mistake.column))
     return wrong

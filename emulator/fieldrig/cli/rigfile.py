@@ -39,7 +39,7 @@ def check(
     mistakes: list[Mistake] = []
     warnings: list[Mistake] = []
     for file in files:
-        config, wrong, doubts = _looked_through(file, overrides or ())
+        config, wrong, doubts = look_at(file, overrides or ())
         mistakes += wrong
         warnings += doubts
         if as_json:
@@ -56,8 +56,8 @@ def check(
         raise ConfigError(list(dict.fromkeys(mistakes)))  # files that extend the same one have its mistakes in common
 
 
-def _looked_through(file: Path, overrides: Sequence[str]) -> "tuple[RigConfig | None, list[Mistake], list[Mistake]]":
-    """Return the rig, its mistakes, and its doubts."""
+def look_at(file: Path, overrides: Sequence[str]) -> "tuple[RigConfig | None, list[Mistake], list[Mistake]]":
+    """Return the rig of a file, or None if it is wrong; its mistakes and those of its programs; and its doubts."""
     from fieldrig.config.build import try_devices
     from fieldrig.config.rig_file import look_through
     from fieldrig.config.source import gather

@@ -48,4 +48,4 @@ def read_program(path: Path, number: int) -> bytes:
 
 def _shown(path: Path, mistake: Mistake) -> Wrong:
     expected = f"expected {mistake.expected}" if mistake.expected else ""
-    return Wrong(f"{path}:{mistake.line}:{mistake.column}", None, "", mistake.what, expected)
+    return Wrong(str(path), mistake.line, "", mistake.what, expected, mistake.column)
