@@ -149,6 +149,18 @@ def test_fmt_leaves_a_file_with_mistakes_and_xml(tmp_path: Path) -> None:
     assert (broken.read_text(), xml.read_text()) == ("PROGRAM PLC_PRG a := ; END_PROGRAM", "<project/>")
 
 
+def test_fmt_writes_the_standard_input_to_the_standard_output() -> None:
+    text = "program PLC_PRG var a:INT; (* Größe *) end_var a:=a+1; end_program"
+    done = CliRunner().invoke(app, ["fmt", "-"], input=text.encode())
+    assert done.exit_code == 0
+    assert "    a : INT; (* Größe *)\n" in done.stdout_bytes.decode()
+    again = CliRunner().invoke(app, ["fmt", "-"], input=done.stdout_bytes)
+    assert again.stdout_bytes == done.stdout_bytes
+    wrong = CliRunner().invoke(app, ["fmt", "-"], input="PROGRAM PLC_PRG a := ; END_PROGRAM")
+    assert (wrong.exit_code, wrong.stdout, wrong.stderr.partition(" ")[0]) == (2, "", "-:1:22:")
+    assert "one of several files" in str(iec("fmt", "-", "a.st").exception)
+
+
 # ---- run
 
 

@@ -57,6 +57,15 @@ def test_fmt_writes_one_layout(tmp_path: Path) -> None:
     assert run("fmt", file, "--check") == (0, "")
 
 
+def test_fmt_writes_the_standard_input_to_the_standard_output() -> None:
+    text = "APPLICATION\nNAME=a V1.00;\n BASIC_PAM_CYCLE =3 ; // 1 ms\nEND\n"
+    done = CliRunner().invoke(app, ["fmt", "-"], input=text)
+    assert done.exit_code == 0
+    assert done.stdout == "APPLICATION\n  NAME = a V1.00;\n  BASIC_PAM_CYCLE = 3;  // 1 ms\nEND\n"
+    done = CliRunner().invoke(app, ["fmt", "-"], input="no text of a PAM")
+    assert (done.exit_code, done.stdout, done.stderr.partition(" ")[0]) == (2, "", "-:1:1:")
+
+
 @pytest.mark.parametrize(
     ("data", "said"), [(b"\x00\xf7NODE\x10", "has no meaning here"), (b"time: real\nname: a\n", "no text of a PAM")]
 )

@@ -2,6 +2,7 @@
 
 from fieldrig.cli.common import command_group
 from fieldrig_devices.arp.commands import parameters, values
+from fieldrig_devices.arp.commands.checking import check
 from fieldrig_devices.arp.commands.compiling import compile_
 from fieldrig_devices.arp.commands.debugging import debug
 from fieldrig_devices.arp.commands.program import download, reset, run, state, stop, upload
@@ -16,13 +17,14 @@ def arp() -> None:
     """Compile, load and debug programs of ARP two-axis cards.
 
     \b
-    All commands but compile connect to a card; give its USER port by --port, FIELDRIG_ARP_PORT or --rig:
+    All commands but check and compile connect to a card; give its USER port by --port, FIELDRIG_ARP_PORT or --rig:
         fieldrig arp download cam.I01 --port /dev/ttyUSB0
         fieldrig arp state --port socket://127.0.0.1:7011
         fieldrig arp debug cam.I01 --rig arp-cell.yaml --card card1
     """
 
 
+app.command()(check)
 app.command("compile")(compile_)
 app.command()(download)
 app.command()(upload)

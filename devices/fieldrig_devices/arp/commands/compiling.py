@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from fieldrig.cli.common import reading, writing
-from fieldrig.errors import UsageError
+from fieldrig.cli.common import writing
 from fieldrig.system.exits import Exit
+from fieldrig_devices.arp.commands.checking import read_text
 
 
 def compile_(
@@ -42,12 +42,7 @@ def compile_(
         )
     if named is not None and named != address:
         raise typer.BadParameter(f"{file.name} is for system {named:02}, not {address:02}")
-    with reading(file):
-        data = file.read_bytes()
-    try:
-        text = decoded(data)
-    except ValueError as cause:
-        raise UsageError(f"{file} cannot be read", str(cause)) from cause
+    text = read_text(file)
     folder = out or file.parent
     try:
         compiled = compile_text(text)

@@ -1,12 +1,16 @@
 """The command `fieldrig iec fmt`."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fieldrig.cli.common import writing
 from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands.sources import DialectOption, Files, dialect_named, read_sources
+from fieldrig_devices.languages.standard_streams import is_standard, read_standard, write_standard
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.dialect import Dialect
 
 
 def fmt(
@@ -21,28 +25,29 @@ def fmt(
     \b
         fieldrig iec fmt conveyor.st
         fieldrig iec fmt project/ --check
+        fieldrig iec fmt - < conveyor.st
 
-    Only text files are formatted; a file with mistakes stays as it is, and its mistakes are listed.
+    Only text files are formatted; a file with mistakes stays as it is, and its mistakes are listed. With -, the
+    standard input is formatted and written to the standard output.
     """
     from pathlib import Path
 
     from fieldrig.storage.store import replace_file
-    from fieldrig_devices.iec.parser import parse
-    from fieldrig_devices.iec.printer import print_unit
 
     rules = dialect_named(dialect)
+    if is_standard(files):
+        printed = _printed(read_standard(), "-", rules)
+        if printed is None:
+            raise typer.Exit(Exit.WRONG)
+        write_standard(printed)
+        return
     is_wrong = False
     for source in read_sources(files):
         if source.text.lstrip().startswith("<"):
             continue
-        unit, mistakes = parse(source.text, source.name, rules)
-        for mistake in mistakes:
-            typer.echo(str(mistake), err=True)
-            is_wrong = is_wrong or not mistake.is_note
-        if any(not mistake.is_note for mistake in mistakes):
-            continue
-        printed = print_unit(unit)
-        if printed == source.text:
+        printed = _printed(source.text, source.name, rules)
+        is_wrong = is_wrong or printed is None
+        if printed is None or printed == source.text:
             continue
         typer.echo(f"{source.name}: {'not formatted' if is_check else 'formatted'}")
         if is_check:
@@ -52,3 +57,14 @@ def fmt(
                 replace_file(Path(source.name), printed.encode())
     if is_wrong:
         raise typer.Exit(Exit.WRONG)
+
+
+def _printed(text: str, name: str, rules: "Dialect") -> str | None:
+    """Return a text in one layout, or None if it has mistakes, which are listed."""
+    from fieldrig_devices.iec.parser import parse
+    from fieldrig_devices.iec.printer import print_unit
+
+    unit, mistakes = parse(text, name, rules)
+    for mistake in mistakes:
+        typer.echo(str(mistake), err=True)
+    return None if any(not mistake.is_note for mistake in mistakes) else print_unit(unit)

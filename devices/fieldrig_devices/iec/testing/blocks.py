@@ -49,6 +49,13 @@ class BlockSource:
         rigs += [self._test.unit.rig] if self._test.unit.rig is not None else []
         return {*(one.path for one in found), *(self._file.parent / rig.file for rig in rigs)}
 
+    def mistakes(self) -> Sequence[Mistake]:
+        """Return the mistakes and notes of the test file and its code."""
+        try:
+            return self._compiled().compiled.notes
+        except CompileError as wrong:
+            return wrong.mistakes
+
     def run(self, chosen: Sequence[Case], limits: Limits) -> Iterator[Outcome]:
         try:
             tested = self._compiled()

@@ -56,6 +56,7 @@ class Adapter:
         self._commands: dict[str, Callable[[Mapping[str, Any]], dict[str, Any] | None]] = {
             "initialize": self._initialize,
             "attach": self._attach,
+            "launch": self._attach,  # an editor that has started the rig itself ends it with the session
             "configurationDone": self._show_breakpoints,
             "setBreakpoints": self._set_breakpoints,
             "setExceptionBreakpoints": lambda _: None,

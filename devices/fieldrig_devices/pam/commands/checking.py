@@ -1,15 +1,17 @@
 """The command `fieldrig pam check`."""
 
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fieldrig.cli.common import AsJson, argument, echo_json, reading
+from fieldrig.cli.common import AsJson, argument, reading
 from fieldrig.system.exits import Exit
+from fieldrig_devices.languages.told_mistakes import tell
 
 if TYPE_CHECKING:
+    from fieldrig_devices.languages.mistakes import Mistake
+    from fieldrig_devices.pam.language.items import Program
     from fieldrig_devices.pam.runtime.compiler import Compiled
 
 File = Annotated[Path, argument("FILE", "The source file of the application; it may include others beside it.")]
@@ -41,6 +43,16 @@ def compiled(file: Path, *, ignores_case: bool) -> "Compiled":
         raise typer.Exit(Exit.WRONG) from wrong
 
 
+def looked_through(file: Path, *, ignores_case: bool) -> "tuple[Program, list[Mistake]]":
+    """Return an application with its mistakes and notes."""
+    from fieldrig_devices.pam.application_files import reader_beside
+    from fieldrig_devices.pam.language.compiler import checked
+    from fieldrig_devices.pam.runtime.compiler import too_large, wrong_counts
+
+    program, mistakes = checked(read_text(file), str(file), reader_beside(file), ignores_case=ignores_case)
+    return program, mistakes + (too_large(program, mistakes) or wrong_counts(program, mistakes))
+
+
 def check(file: File, as_json: AsJson = False, ignores_case: IgnoresCase = False) -> None:
     """Check an application, and list all its mistakes at once.
 
@@ -50,19 +62,5 @@ def check(file: File, as_json: AsJson = False, ignores_case: IgnoresCase = False
     The exit code is 0 if the application is right, and 2 if it has mistakes. Notes, such as old names that release 2.5
     still takes, are no mistakes.
     """
-    from fieldrig_devices.pam.application_files import reader_beside
-    from fieldrig_devices.pam.language.compiler import checked
-    from fieldrig_devices.pam.runtime.compiler import too_large, wrong_counts
-
-    program, all_mistakes = checked(read_text(file), str(file), reader_beside(file), ignores_case=ignores_case)
-    all_mistakes += too_large(program, all_mistakes) or wrong_counts(program, all_mistakes)
-    mistakes = [mistake for mistake in all_mistakes if not mistake.is_note]
-    if as_json:
-        echo_json([dataclasses.asdict(mistake) for mistake in all_mistakes])
-    else:
-        for mistake in all_mistakes:
-            typer.echo(str(mistake), err=not mistake.is_note)
-        if not mistakes:
-            typer.echo(f"{file} is right: {len(program.items)} objects.")
-    if mistakes:
-        raise typer.Exit(Exit.WRONG)
+    program, mistakes = looked_through(file, ignores_case=ignores_case)
+    tell(mistakes, f"{file} is right: {len(program.items)} objects.", as_json=as_json)

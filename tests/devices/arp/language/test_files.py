@@ -1,5 +1,6 @@
 """The files of a program, and `fieldrig arp compile` (manual 5.2)."""
 
+import json
 import zlib
 from pathlib import Path
 
@@ -206,3 +207,20 @@ def test_bytes_that_are_no_text_are_mistakes(tmp_path: Path) -> None:
     source = tmp_path / "bad.I01"
     source.write_bytes(b"BEG M\n\xff\x00 == 1\nEND\n")
     assert compile_file(source)[0] == 2
+
+
+def test_check_lists_mistakes_with_their_places_and_writes_nothing(tmp_path: Path) -> None:
+    right, wrong = tmp_path / "a.I01", tmp_path / "b.I01"
+    right.write_text(SOURCE)
+    wrong.write_text("BEG MAIN\nV1 = 2\nV2000 == 1\nEND\n")
+    done = CliRunner().invoke(app, ["check", str(right)])
+    assert (done.exit_code, done.stdout) == (0, f"{right} is right.\n")
+    done = CliRunner().invoke(app, ["check", str(wrong)])
+    assert done.exit_code == 2
+    assert [line.partition(": ")[0] for line in done.stderr.splitlines()] == [f"{wrong}:2:4", f"{wrong}:3:1"]
+    found = json.loads(CliRunner().invoke(app, ["check", str(wrong), "--json"]).stdout)
+    assert [(one["file"], one["line"], one["column"], one["is_note"]) for one in found] == [
+        (str(wrong), 2, 4, False),
+        (str(wrong), 3, 1, False),
+    ]
+    assert sorted(tmp_path.iterdir()) == [right, wrong]
