@@ -54,7 +54,8 @@ def _of_rig(file: Path) -> Iterator[Problem]:
 
 def _words(wrong: Wrong) -> str:
     head = wrong.what if wrong.column is not None else ": ".join(part for part in (wrong.key, wrong.what) if part)
-    return "\n".join(part for part in (head, wrong.remedy) if part)
+    remedy = (line.strip() for line in wrong.remedy.splitlines())
+    return "\n".join((head, *remedy))
 
 
 # ---- programs

@@ -19,7 +19,7 @@ def is_standard(paths: Sequence[Path]) -> bool:
 
 def read_standard() -> str:
     """Return the text of the standard input.  UsageError if it cannot be read."""
-    from fieldrig_devices.languages.source_file import decoded
+    from fieldrig.text.source_text import decoded
 
     try:
         return decoded(sys.stdin.buffer.read())

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from textmate import pieces
 
+from fieldrig.text.source_text import decoded
 from fieldrig_devices.arp.language import instructions
 from fieldrig_devices.arp.language import tokens as arp_tokens
 from fieldrig_devices.editor.grammars import GRAMMARS, iec
 from fieldrig_devices.iec.dialect import CODESYS, DIALECTS
 from fieldrig_devices.iec.tokens import INTEGER, REAL, STRING, keywords, tokens
-from fieldrig_devices.languages.source_file import decoded
 from fieldrig_devices.pam.language.reserved import RESERVED
 from fieldrig_devices.pam.language.tokens import split
 

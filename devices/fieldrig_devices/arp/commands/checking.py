@@ -18,7 +18,7 @@ File = Annotated[Path, argument("FILE", "Source file, NAME.Inn.")]
 
 def read_text(file: Path) -> str:
     """Return the text of a source file.  UsageError if it cannot be read."""
-    from fieldrig_devices.languages.source_file import decoded
+    from fieldrig.text.source_text import decoded
 
     with reading(file):
         data = file.read_bytes()

@@ -29,7 +29,6 @@ def compile_(
         fieldrig arp compile cam.I01
         fieldrig arp compile cam.txt --system 1 --out build
     """
-    from fieldrig.text.source_text import decoded
     from fieldrig_devices.arp.language.compiler import compile_text
     from fieldrig_devices.arp.language.files import HIGHEST_SYSTEM, failed, outputs, system_of
     from fieldrig_devices.languages.mistakes import CompileError

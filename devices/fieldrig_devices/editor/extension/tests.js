@@ -8,6 +8,7 @@ const vscode = require("vscode");
 const { coverageOf } = require("./coverage");
 
 const WATCHED = "**/*.{st,ST,il,TcPOU,plcproj}";
+const LONG = 40; // characters of a value, such as a structure, that is better shown beside the expected one
 const SETTLED_MS = 300; // a save of several files is one change
 
 class Tests {
@@ -167,7 +168,7 @@ function report(run, item, outcome) {
 // The first line is shown beside the source, so it has the values too.
 function message(failure) {
   const { kind, expected, actual, file, line, diagram } = failure;
-  const isCompared = expected && kind !== "mistake";
+  const isCompared = kind !== "mistake" && Math.max(expected.length, actual.length) > LONG;
   const text = [kind === "mistake" ? mistake(failure) : assertion(failure), ...diagram].join("\n");
   const shown = isCompared ? vscode.TestMessage.diff(text, expected, actual) : new vscode.TestMessage(text);
   shown.location = new vscode.Location(vscode.Uri.file(file), new vscode.Position(Math.max(line, 1) - 1, 0));

@@ -221,10 +221,19 @@ test("a run asks for each file once, and reports failures with values, file and 
   assert.deepStrictEqual(run.outcomes.map(({ verdict, name }) => [verdict, name]), [["failed", "one"], ["errored", "two"], ["errored", "gone"]]);
   const [message] = run.outcomes[0].messages;
   assert.strictEqual(message.message, "a is wrong: expected 4, got 3\na 3");
-  assert.deepStrictEqual([message.expectedOutput, message.actualOutput, message.location.position.line], ["4", "3", 6]);
+  assert.deepStrictEqual([message.expectedOutput, message.location.position.line], [undefined, 6]);
   assert.strictEqual(run.outcomes[1].messages[0].message, "got ;; expected a variable");
   const ran = fieldrig.asked.filter((words) => !words.includes("--list"));
   assert.deepStrictEqual(ran, [["iec", "test", one.id, two.id, third.id, "--dialect", "epas-4", "--json"]]);
+});
+
+test("long values are shown beside each other", async () => {
+  const one = listed("one", 1);
+  const [expected, actual] = ["(a := 1, b := 2, c := 3, d := 4, e := 5, f := 6)", "(a := 1)"];
+  const { controller } = await explorer([one], () => [outcome(one, "failed", [{ ...failure, expected, actual }])]);
+  await controller.profiles[0].run({}, new vscode.CancellationTokenSource().token);
+  const [message] = controller.lastRun.outcomes[0].messages;
+  assert.deepStrictEqual([message.expectedOutput, message.actualOutput], [expected, actual]);
 });
 
 test("suites of a project are run by their names, and what is excluded is not", async () => {

@@ -182,6 +182,7 @@ module.exports = {
   DebugAdapterExecutable: record("command", "args", "options"),
   window: {
     createOutputChannel: () => ({ append: (text) => registered.log.push(text), appendLine: (text) => registered.log.push(text) }),
+    setStatusBarMessage: (text) => registered.log.push(text),
     showErrorMessage: (text) => registered.errors.push(text),
     showQuickPick: async (items) => items[0],
     activeTextEditor: undefined,
