@@ -83,6 +83,15 @@ def test_get_and_set(rig: RunningRig) -> None:
     assert rig.json("get", "lamp/colour") == {"lamp/colour": "green"}
 
 
+@pytest.mark.parametrize("wrong", ["switch/onn=true", "lamp/tims=1"])
+def test_set_writes_nothing_if_a_name_is_wrong(rig: RunningRig, wrong: str) -> None:
+    """Once, what stood before the wrong name was written."""
+    before = rig.json("get", "lamp/colour")
+    other = "red" if before["lamp/colour"] == "green" else "green"
+    assert "did you mean" in rig.tool("set", f"lamp/colour={other}", wrong).stderr
+    assert rig.json("get", "lamp/colour") == before
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "what"),
     [

@@ -77,6 +77,8 @@ def set_(
         parts = Parts(client)
         for device in wanted:  # before anything is written
             check_name(device, parts.devices, f"{parts.rig} has no device")
+        for device, device_values in wanted.items() if len(wanted) > 1 else ():
+            parts.ask_device(device, "get", {"keys": list(device_values)})
         for device, device_values in wanted.items():
             got = parts.ask_device(device, "set", {"values": device_values})
             values |= {f"{device}/{key}": value for key, value in got.items()}

@@ -115,8 +115,10 @@ def answers(source: Source) -> Answer:
             case "get", {"keys": list(keys)}:
                 return source.values(items(keys, str, MOST_KEYS, "keys"))
             case "set", {"values": dict(values)}:
-                for key, value in values.items():
-                    source.set(key, _taken(key, value, source.values([key])[key]))
+                present = source.values(values)  # a name that is wrong is refused before anything is written
+                taken = {key: _taken(key, value, present[key]) for key, value in values.items()}
+                for key, value in taken.items():
+                    source.set(key, value)
                 return source.values(values)
         if verb in VERBS:
             return answer_of_faults(source, verb, message)

@@ -117,3 +117,11 @@ def test_the_facts_are_the_same_in_both_times(source: Callable[[], AbstractConte
         facts = answer_of(points, "keys", None)
         assert facts["v3"] == {"unit": "m", "about": "", "writable": True}
         assert answer_of(points, "set", {"values": {"v3": 7}}) == {"v3": 7}
+
+
+@pytest.mark.parametrize("wrong", [{"w3": 1}, {"v4": "much"}])
+def test_nothing_is_set_if_a_name_or_a_type_is_wrong(wrong: dict[str, Any]) -> None:
+    with in_virtual_time() as points:
+        with pytest.raises(ControlError):
+            answer_of(points, "set", {"values": {"v3": 7, **wrong}})
+        assert answer_of(points, "get", {"keys": ["v3"]}) == {"v3": 0}
