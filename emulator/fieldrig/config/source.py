@@ -169,7 +169,7 @@ def _override(source: Source, override: str) -> None:
     if (unknown := _unknown_part(source.data, path)) is not None:
         source.mistakes.append(Mistake(*place, key, *unknown))
         return
-    inner = source.data
+    inner: Any = source.data
     for length, part in enumerate(path[:-1], start=1):
         if isinstance(inner, dict) and part not in inner:
             inner[part] = {}

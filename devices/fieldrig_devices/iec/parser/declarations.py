@@ -17,6 +17,8 @@ SECTIONS: Final = {section.value: section for section in tree.Section}
 _LONG: Final = frozenset({"LWORD", "LINT", "ULINT"})
 BEHIND: Final = frozenset({"FUNCTION", "FUNCTION_BLOCK", "CLASS", "TYPE", "ACTION", "METHOD", "RESOURCE"})
 """Words that show that the END of a block of declarations is missing."""
+_OUTSIDE: Final = BEHIND | {"PROGRAM", "CONFIGURATION", "IF", "CASE", "FOR", "WHILE", "REPEAT", token.NATIVE}
+"""Words that begin what is behind a block of declarations."""
 _ENDS: Final = frozenset({"END_VAR", "END_STRUCT", "END_UNION", "END_TYPE"})
 
 _TYPES: Final = frozenset({token.NAME, "ARRAY", "POINTER", "REFERENCE", "REF_TO", "STRUCT", "UNION"})
@@ -133,12 +135,8 @@ class Declarations(Types):
     def _is_outside(self, at: int) -> bool:
         """True if a token shows that END_VAR was forgotten."""
         kind = self.kinds[at]
-        if kind in ("IF", "CASE", "FOR", "WHILE", "REPEAT", token.NATIVE):
-            return self.kinds[at + 1] != ":"
-        if kind in SECTIONS:
-            return True
-        if kind in BEHIND or kind in ("PROGRAM", "CONFIGURATION"):
-            return True
+        if kind in _OUTSIDE or kind in SECTIONS:
+            return self.kinds[at + 1] != ":"  # a keyword with a colon is a variable with a wrong name
         if kind.startswith("END_") or kind == token.END:
             return True
         if kind != token.NAME or self.kinds[at + 1] not in (":=", "(", ".", "["):
@@ -165,8 +163,11 @@ class Declarations(Types):
         kinds = self.kinds
         if self.i == start and kinds[self.i] not in _ENDS:
             self.i += 1
-        while kinds[self.i] not in _ENDS and not self._is_outside(self.i):
+        while kinds[self.i] not in _ENDS:
             if kinds[self.i - 1] == ";":
+                break
+            is_inside = kinds[self.i] == token.NAME and not self.is_next_line()  # such as BYTE in by : BYTE := 2;
+            if not is_inside and self._is_outside(self.i):
                 break
             if self.is_next_line() and kinds[self.i] == token.NAME and kinds[self.i + 1] in (":", "AT"):
                 break

@@ -4,6 +4,7 @@ import pytest
 
 from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
 from fieldrig_devices.iec.parser import parse, parse_body
+from fieldrig_devices.iec.tokens import KEYWORDS
 
 # A body of ST, and the messages about it as `line:column what; expected`.
 STATEMENTS = [
@@ -262,3 +263,14 @@ def test_what_the_controller_does_not_have_is_skipped_to_its_end() -> None:
     assert messages("FUNCTION_BLOCK PUBLIC f\nEND_FUNCTION_BLOCK") == [
         "1:16 got PUBLIC; the name of the FUNCTION_BLOCK"
     ]
+
+
+@pytest.mark.parametrize("behind", ["b : STRUCT m : INT; END_STRUCT;", "b : ARRAY[1..2] OF INT;", "b, c : INT := 3;"])
+def test_a_keyword_as_the_name_of_a_variable_is_one_mistake(behind: str) -> None:
+    for word in KEYWORDS - {"AT"}:
+        if not word.startswith("END_"):
+            for front in ("", "a : INT; "):
+                _, mistakes = parse(
+                    f"PROGRAM p\nVAR\n {front}{word} : BYTE := 200; {behind}\nEND_VAR\nEND_PROGRAM\n", "p.st"
+                )
+                assert len(mistakes) == 1, (word, mistakes)
