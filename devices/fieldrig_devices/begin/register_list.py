@@ -5,40 +5,22 @@ assumed, and what cannot be read is left out; the notes say both, with the lines
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
+from unicodedata import combining, normalize
 
 from pydantic import ValidationError
 
 from fieldrig.text.flow import flow
+from fieldrig_devices.begin.list_columns import NUMBERED, address_in, columns_of, is_in_hex, is_numbered_list
 from fieldrig_devices.begin.list_scales import NOTHING, PRODUCT, factor, name_registers
 from fieldrig_devices.registers.entries import Bit, Register, words_of
 from fieldrig_devices.registers.table import SPACES
 from fieldrig_devices.registers.type_names import meant
 from fieldrig_devices.sources.sheet import Sheet, read_sheet
 
-HEADINGS: Final[Mapping[str, Sequence[str]]] = {
-    "address": ("address", "addr", "modbus address", "register address", "reg address", "reg addr", "start address",
-                "register", "reg", "register number", "start", "adresse", "register no", "address dec", "address hex"),
-    "name": ("name", "parameter name", "signal name", "variable name", "parameter",
-             "tag", "tag name", "signal", "variable", "point", "point name", "register name",
-             "description", "beschreibung", "bezeichnung"),
-    "type": ("type", "data type", "datatype", "format", "data format", "datentyp", "encoding"),
-    "space": ("function", "function code", "fc", "table", "register type", "object type", "area", "space", "reg type"),
-    "unit": ("unit", "units", "einheit", "uom", "engineering unit"),
-    "scale": ("scale", "scaling", "factor", "scale factor", "multiplier", "gain", "resolution", "faktor"),
-    "divisor": ("divisor", "divider", "div"),
-    "offset": ("offset",),
-    "access": ("access", "r/w", "rw", "read/write", "r w", "mode", "zugriff"),
-    "min": ("min", "minimum", "low", "lower limit"),
-    "max": ("max", "maximum", "high", "upper limit"),
-    "initial": ("default", "default value", "initial", "initial value", "value"),
-    "length": ("length", "count", "size", "words", "registers", "quantity", "number of registers", "no of registers"),
-    "about": ("about", "comment", "comments", "description", "remark", "remarks", "note", "notes"),
-}  # fmt: skip
-"""The words in the first line for each thing that a list says, the most certain ones first."""
 SPACE_WORDS: Final = {
     "coils": ("1", "5", "15", "coil", "coils", "0x", "do", "digital output"),
     "discrete_inputs": ("2", "discrete input", "discrete inputs", "discrete", "1x", "di", "digital input"),
@@ -51,11 +33,11 @@ OWN_COLUMNS: Final = (
     "address", "name", "type", "space", "unit", "scale", "offset", "access", "min", "max", "initial", "about",
 )  # fmt: skip
 """The first line of a list that `fieldrig export` has written; its names are those of a register table as they are."""
-NUMBERED: Final = re.compile(r"([0134])(\d{4,5})(?!\d)")
 ORDERS: Final = {"abcd": {}, "cdab": {"word_order": "little"}, "badc": {"byte_order": "little"},
                  "dcba": {"word_order": "little", "byte_order": "little"}}  # fmt: skip
 TYPES_BY_WORDS: Final = {1: "u16", 2: "u32", 4: "u64"}
 ONES: Final = ("initial", "min", "max")
+UMLAUTS: Final = {"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss", "ø": "o", "æ": "ae"}
 
 
 @dataclass
@@ -78,15 +60,19 @@ class RegisterList:
 def read_list(file: Path) -> RegisterList:
     """Read a list.  ValueError if there is no column of addresses, or no row that can be read."""
     sheet = read_sheet(file)
-    columns = _columns(sheet)
+    columns = columns_of(sheet)
     if "address" not in columns:
         raise ValueError(f"expected a column such as `address`, got {', '.join(sheet.names)}")
     made = RegisterList()
     rows = list(_rows(sheet, columns))
-    is_numbered = _is_numbered([row["address"] for _, row in rows])
+    cells = [row["address"] for _, row in rows]
+    is_hex = is_in_hex(sheet.names[columns["address"]], cells)
+    is_numbered = not is_hex and is_numbered_list([(row["address"], _is_bit(row)) for _, row in rows])
+    if is_hex:
+        made.notes.append("Addresses were taken as hexadecimal numbers.")
     if is_numbered:
         made.notes.append("Addresses such as 40001 were taken as numbers that count from 1.")
-    reader = _Reader(sheet, is_numbered, made)
+    reader = _Reader(sheet, made, is_numbered=is_numbered, is_hex=is_hex)
     for line, row in rows:
         reader.take(line, row)
     reader.finish()
@@ -100,8 +86,8 @@ def read_list(file: Path) -> RegisterList:
 class _Reader:
     """Makes an entry of each row."""
 
-    def __init__(self, sheet: Sheet, is_numbered: bool, made: RegisterList) -> None:
-        self._sheet, self._is_numbered, self._made = sheet, is_numbered, made
+    def __init__(self, sheet: Sheet, made: RegisterList, *, is_numbered: bool, is_hex: bool) -> None:
+        self._sheet, self._is_numbered, self._is_hex, self._made = sheet, is_numbered, is_hex, made
         self._as_name: Callable[[str], str] = str if tuple(sheet.names) == OWN_COLUMNS else _as_name
         self._names: set[str] = set()
         self._taken: dict[str, dict[int, str]] = {space: {} for space in SPACES}
@@ -137,7 +123,7 @@ class _Reader:
 
     def _assume(self, line: int, row: Mapping[str, str], space: str, entry: Mapping[str, Any], words: int) -> None:
         """Keep what other rows need, and note what is assumed."""
-        name, scale, length = entry["name"], row.get("scale", ""), _address(row.get("length", ""))
+        name, scale, length = entry["name"], row.get("scale", ""), address_in(row.get("length", ""))
         self._names.add(name)
         self._lines[name] = line
         if entry.get("type") == "s16" and "sunssf" in row.get("type", "").casefold():
@@ -162,7 +148,7 @@ class _Reader:
         entry: dict[str, Any] = {"address": address, "name": self._name(row, space, address)}
         if space in SPACES[2:]:
             entry |= _type(row)
-            entry |= {"unit": row["unit"]} if row.get("unit") else {}
+            entry |= {"unit": row["unit"]} if row.get("unit", "").casefold() not in NOTHING else {}
         entry |= self._values(row, entry.get("type", "bool"))
         access = _access(row.get("access", ""))
         if access is not None and space in ("coils", "holding_registers"):
@@ -171,17 +157,17 @@ class _Reader:
         return space, entry | ({"about": about} if about and about != entry["name"] else {})
 
     def _place(self, row: Mapping[str, str]) -> tuple[str, int]:
-        number = _address(row["address"])
+        number = address_in(row["address"], is_hex=self._is_hex)
         if number is None:
             raise ValueError(f"{row['address']!r} is no address")
         space = _space(row.get("space", ""))
         if self._is_numbered:
-            numbered = NUMBERED.match(row["address"])
-            assert numbered is not None, "all of the list are"
+            numbered = NUMBERED.match(row["address"].replace(",", ""))
+            if numbered is None:  # a spreadsheet has removed the zeros in front of a coil's
+                return space or "coils", number - 1
             return space or FAMILIES[numbered[1]], int(numbered[2]) - 1
         if space is None:
-            is_bit = meant(row.get("type", "")) == "bool" and not row.get("length")
-            space = "coils" if is_bit else "holding_registers"
+            space = "coils" if _is_bit(row) else "holding_registers"
         if not 0 <= number <= 0xFFFF:
             raise ValueError(f"{number} is no address from 0 to 65535")
         return space, number
@@ -216,42 +202,24 @@ class _Reader:
         return numbers | {key: _short(value) for key, value in limits.items() if value is not None}
 
 
+def _is_bit(row: Mapping[str, str]) -> bool:
+    return meant(row.get("type", "")) == "bool" and row.get("length", "") in ("", "1")
+
+
 def _as_name(text: str) -> str:
+    plain = "".join(UMLAUTS.get(letter, letter) for letter in text)
+    # Other accents stand beside their letters in this form, and are left out.
+    plain = "".join(letter for letter in normalize("NFKD", plain) if not combining(letter))
+    return _joined(plain)
+
+
+def _joined(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_").lower()[:60].strip("_")
-
-
-def _columns(sheet: Sheet) -> dict[str, int]:
-    """Return the positions of the columns by what they say; a column says one thing."""
-    words = [" ".join(re.sub(r"[^\w/]+|_", " ", name).split()).casefold() for name in sheet.names]
-    found: dict[str, int] = {}
-    for what, headings in HEADINGS.items():
-        for heading in headings:
-            place = next((place for place, word in enumerate(words) if word == heading), None)
-            if place is not None and place not in found.values():
-                found[what] = place
-                break
-    return found
 
 
 def _rows(sheet: Sheet, columns: Mapping[str, int]) -> Iterator[tuple[int, dict[str, str]]]:
     for line, row in zip(sheet.lines, sheet.rows, strict=True):
         yield line, {what: row[place].strip() if place < len(row) else "" for what, place in columns.items()}
-
-
-def _is_numbered(addresses: Sequence[str]) -> bool:
-    """True if all addresses are numbers such as 40001 or 300001, with the digit of the space in front."""
-    known = [text for text in addresses if _address(text) is not None]
-    numbers = [NUMBERED.match(text) for text in known]
-    return bool(known) and all(number is not None and int(number[2]) > 0 for number in numbers)
-
-
-def _address(text: str) -> int | None:
-    """Return the first number of an address such as `100`, `0x64`, `64h` or `100-101`."""
-    match = re.fullmatch(r"(?:0x([0-9a-f]{1,5})|([0-9a-f]{1,5})h|(\d{1,6}))(?:\s*[-:.…]+\s*\w+)?", text.strip().lower())
-    if match is None:
-        return None
-    digits = match[1] or match[2]
-    return int(match[3]) if digits is None else int(digits, 16)
 
 
 def _space(text: str) -> str | None:
@@ -268,7 +236,7 @@ def _space(text: str) -> str | None:
 def _type(row: Mapping[str, str]) -> dict[str, Any]:
     """Return the type and the orders of a row; without a type, what its number of registers means."""
     text = row.get("type", "")
-    length = _address(row.get("length", ""))
+    length = address_in(row.get("length", ""))
     order: dict[str, Any] = next(
         (ORDERS[word] for word in re.findall(r"[a-d]{4}", text.casefold()) if word in ORDERS), {}
     )
@@ -276,6 +244,8 @@ def _type(row: Mapping[str, str]) -> dict[str, Any]:
     type = next((known for word in (text, *words) if (known := meant(word.replace(" ", "")))), None)
     if not text:
         type = TYPES_BY_WORDS.get(length or 1)
+    if length in (2, 4) and text.strip().casefold() in ("signed", "unsigned"):
+        type = f"{text.strip()[0].lower()}{16 * length}"
     array = re.search(r"\[(\d+)\]", text)
     if array is not None and type in ("u8", "s8"):  # a text in C
         type = "string[n]"

@@ -81,6 +81,18 @@ def test_a_list_becomes_a_table_and_says_what_was_assumed_and_left_out(tmp_path:
         ("address,name,type,scale\n1,A,int16,A_SF\n2,A_SF,sunssf,\n", "type: s16, exponent_from: a_sf"),
         ("address,name,scale\n2,Gain,\n1,A,gain\n", "name: a, type: u16, factor_from: gain"),
         ("address,mode\n1,write only\n2,Read\n", "access: wo}\n  - {address: 2, name: holding_register_2, type: u16, "),
+        ("address,type,gain\n1,I32,1000\n", "type: s32, scale: 0.001"),
+        ("Physical address;Data Format\n000Ch;INT32\n", "{address: 12, name: holding_register_12, type: s32}"),
+        ("Start Reg (Hex)\tSize\tData type\n1000\t2\tUnsigned\n", "{address: 4096, name: holding_register_4096, type: u32}"),
+        ("Start Reg (Hex)\tSize\tRes.\tData type\n1000\t4\t0,01\tSigned\n", "type: s64, scale: 0.01"),
+        ("Register;Address;Action;Type;Units\n3000;0BB7;R;Float32;A\n5250;1481;W;UInt16;-\n",
+         "{address: 2999, name: holding_register_2999, type: f32, unit: A, access: ro}\n  - {address: 5249, "),
+        ("Adresse;Bezeichnung;Typ\n1;Pumpe läuft;Coil\n40010;Zähler;DINT\n",
+         "coils:\n  - {address: 0, name: pumpe_laeuft}\n\nholding_registers:\n  - {address: 9, name: zaehler, "),
+        ("Registers,Parameter\n40001-40002,État\n", "{address: 0, name: etat, type: u16}"),
+        ('Registers,Parameter\n"40,020",Mode\n', "{address: 19, name: mode, type: u16}"),
+        ("Unit ID,Address Offset,Name\n7,16,A\n", "{address: 16, name: a, type: u16}"),
+        ("address,unit\n1,N/A\n", "{address: 1, name: holding_register_1, type: u16}"),
     ],
 )  # fmt: skip
 def test_what_people_write_is_understood(tmp_path: Path, text: str, entry: str) -> None:

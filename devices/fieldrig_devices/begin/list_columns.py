@@ -1,0 +1,98 @@
+"""The columns of a list of registers by what people call them, and the addresses as people write them."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from fieldrig_devices.sources.sheet import Sheet
+
+HEADINGS: Final[Mapping[str, Sequence[str]]] = {
+    "address": ("address", "addr", "modbus address", "register address", "reg address", "reg addr", "start address",
+                "register", "reg", "register number", "start", "adresse", "register no", "address dec", "address hex",
+                "start reg", "first register", "registeradresse", "registernummer", "registers"),
+    "name": ("name", "parameter name", "signal name", "variable name", "parameter",
+             "tag", "tag name", "signal", "variable", "point", "point name", "register name",
+             "description", "beschreibung", "bezeichnung", "quantity name", "designation", "measurement"),
+    "type": ("type", "data type", "datatype", "format", "data format", "datentyp", "encoding", "typ", "datenformat"),
+    "space": ("function", "function code", "fc", "table", "register type", "object type", "area", "space", "reg type"),
+    "unit": ("unit", "units", "einheit", "uom", "engineering unit", "eng unit"),
+    "scale": ("scale", "scaling", "factor", "scale factor", "multiplier", "resolution", "faktor", "res", "auflösung"),
+    "divisor": ("divisor", "divider", "div", "gain"),
+    "offset": ("offset",),
+    "access": ("access", "r/w", "rw", "read/write", "r w", "mode", "zugriff", "action", "rd/wr"),
+    "min": ("min", "minimum", "low", "lower limit"),
+    "max": ("max", "maximum", "high", "upper limit"),
+    "initial": ("default", "default value", "initial", "initial value", "value"),
+    "length": ("length", "count", "size", "words", "registers", "quantity", "number of registers", "no of registers"),
+    "about": ("about", "comment", "comments", "description", "remark", "remarks", "note", "notes", "details"),
+}  # fmt: skip
+"""The words in the first line for each thing that a list says, the most certain ones first.
+
+The makers of inverters give a gain, by which the value was multiplied to become a whole number.
+"""
+LOOSE: Final = ("address", "name", "type", "unit", "scale", "access", "length")
+"""Things that are also found as words among others, such as `Physical address` or `Start Reg (Hex)`."""
+NOT_MEANT: Final = frozenset({"id", "slave", "unit id", "station"})
+"""Words beside which `unit` and `address` are those of a device."""
+NUMBERED: Final = re.compile(r"([0134])(\d{4,5})(?!\d)")
+HEX: Final = re.compile(r"[0-9a-f]{2,5}h?", re.IGNORECASE)
+
+
+def columns_of(sheet: Sheet) -> dict[str, int]:
+    """Return the positions of the columns by what they say; a column says one thing."""
+    words = [" ".join(re.sub(r"[^\w/]+|_", " ", name).split()).casefold() for name in sheet.names]
+    found: dict[str, int] = {}
+    for what, headings in HEADINGS.items():
+        for heading in headings:
+            place = next((place for place, word in enumerate(words) if word == heading), None)
+            if place is not None and place not in found.values():
+                found[what] = place
+                break
+    for what in LOOSE:
+        if what not in found and (place := _among_others(words, HEADINGS[what], set(found.values()))) is not None:
+            found[what] = place
+    return found
+
+
+def _among_others(words: Sequence[str], headings: Sequence[str], taken: set[int]) -> int | None:
+    for heading in headings:
+        for place, word in enumerate(words):
+            if place not in taken and f" {heading} " in f" {word} " and not NOT_MEANT & set(word.split()):
+                return place
+    return None
+
+
+def is_in_hex(heading: str, cells: Sequence[str]) -> bool:
+    """True if a column has hexadecimal numbers without a mark: by its heading, or as some have letters."""
+    known = [cell.strip() for cell in cells if cell.strip()]
+    if not known or not all(HEX.fullmatch(cell) for cell in known):
+        return False
+    return "hex" in heading.casefold() or any(re.search("[a-f]", cell.rstrip("hH"), re.IGNORECASE) for cell in known)
+
+
+def address_in(text: str, *, is_hex: bool = False) -> int | None:
+    """Return the first number of an address such as `100`, `0x64`, `64h`, `40,001` or `100-101`."""
+    plain = text.strip().lower()
+    if is_hex:
+        return int(plain.rstrip("h"), 16) if HEX.fullmatch(plain) else None
+    plain = re.sub(r"(?<=\d),(?=\d{3}(?!\d))", "", plain)
+    match = re.fullmatch(r"(?:0x([0-9a-f]{1,5})|([0-9a-f]{1,5})h|(\d{1,6}))(?:\s*[-–:.…]+\s*\w+)?", plain)
+    if match is None:
+        return None
+    digits = match[1] or match[2]
+    return int(match[3]) if digits is None else int(digits, 16)
+
+
+def is_numbered_list(cells: Sequence[tuple[str, bool]]) -> bool:
+    """True if all addresses are numbers such as 40001 or 300001, with the digit of the space in front.
+
+    With each address it is told whether it is one of a bit: the zeros in front of a coil's may be lost.
+    """
+    known = [(text.replace(",", ""), is_bit) for text, is_bit in cells if address_in(text) is not None]
+    numbers = [(NUMBERED.match(text), text, is_bit) for text, is_bit in known]
+    if not any(number for number, _, _ in numbers):
+        return False
+    return all(
+        int(number[2]) > 0 if number is not None else is_bit and 0 < (address_in(text) or 0) < 10_000
+        for number, text, is_bit in numbers
+    )
