@@ -86,7 +86,7 @@ def address_in(text: str, *, is_hex: bool = False) -> int | None:
 def is_numbered_list(cells: Sequence[tuple[str, bool]]) -> bool:
     """True if all addresses are numbers such as 40001 or 300001, with the digit of the space in front.
 
-    With each address it is told whether it is one of a bit: the zeros in front of a coil's may be lost.
+    Each address has with it whether it is one of a bit: the zeros in front of a coil's may be lost.
     """
     known = [(text.replace(",", ""), is_bit) for text, is_bit in cells if address_in(text) is not None]
     numbers = [(NUMBERED.match(text), text, is_bit) for text, is_bit in known]

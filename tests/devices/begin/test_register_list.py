@@ -83,7 +83,7 @@ def test_a_list_becomes_a_table_and_says_what_was_assumed_and_left_out(tmp_path:
         ("address,mode\n1,write only\n2,Read\n", "access: wo}\n  - {address: 2, name: holding_register_2, type: u16, "),
         ("address,type,gain\n1,I32,1000\n", "type: s32, scale: 0.001"),
         ("Physical address;Data Format\n000Ch;INT32\n", "{address: 12, name: holding_register_12, type: s32}"),
-        ("Start Reg (Hex)\tSize\tData type\n1000\t2\tUnsigned\n", "{address: 4096, name: holding_register_4096, type: u32}"),
+        ("Start Reg (Hex)\tSize\tData type\n1000\t2\tUnsigned\n", "4096, name: holding_register_4096, type: u32}"),
         ("Start Reg (Hex)\tSize\tRes.\tData type\n1000\t4\t0,01\tSigned\n", "type: s64, scale: 0.01"),
         ("Register;Address;Action;Type;Units\n3000;0BB7;R;Float32;A\n5250;1481;W;UInt16;-\n",
          "{address: 2999, name: holding_register_2999, type: f32, unit: A, access: ro}\n  - {address: 5249, "),
