@@ -28,7 +28,7 @@ from fieldrig_page.rig_link import End, RigLink
 FIRST_ROWS: Final = 500
 """Messages that a page gets when it begins to look."""
 MOST_ROWS: Final = 200
-"""Messages in one frame."""
+"""Messages of a bus in a further frame."""
 MOST_LOOKED_AT: Final = 2_000
 """Messages that are compared with the filter of a page for one frame."""
 MOST_BUSES: Final = 64
@@ -125,8 +125,9 @@ class Traffic:
             at = newest
         found = [_shown(name, row) for row in record.rows(at, MOST_LOOKED_AT) if view.filter.takes(row)]
         view.at[name] = record.next
-        view.left_out[name] += max(len(found) - MOST_ROWS, 0)
-        return found[-MOST_ROWS:]
+        most = FIRST_ROWS if view.is_whole else MOST_ROWS
+        view.left_out[name] += max(len(found) - most, 0)
+        return found[-most:]
 
     def _gap(self, view: _View, name: str) -> dict[str, int]:
         lost, left_out = self._records[name].lost - view.lost[name], view.left_out[name]

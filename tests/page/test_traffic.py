@@ -68,6 +68,25 @@ async def test_what_was_recorded_is_read_and_downloaded() -> None:
 
 @pytest.mark.long
 @in_loop
+async def test_who_looks_later_begins_with_the_last_messages_and_nothing_is_said_to_be_left_out() -> None:
+    async with page_of(LAB) as page:
+        first = await looking(page)
+        for _ in range(30):  # 20 heartbeats each
+            await page.call("POST", "rig/step", {"for": "10 s"})
+        while len((await page.get("buses/can0/messages")).json) < 590:
+            await asyncio.sleep(0)
+        later = await page.socket()
+        await later.send({"t": "want", "topic": "traffic", "wish": {"buses": ["can0"]}})
+        frame = await later.until("traffic")
+        assert len(frame["rows"]) == 500
+        assert "gaps" not in frame
+        assert frame["rows"][-1][1] > 290 * 10**9
+        await first.close()
+        await later.close()
+
+
+@pytest.mark.long
+@in_loop
 async def test_what_was_configured_before_a_page_looked_has_its_names_too() -> None:
     async with page_of(LAB) as page:
         await page.call("PUT", "devices/io/points/1800:01", {"value": 0x195})  # another COB-ID of TPDO 1

@@ -301,11 +301,11 @@ function drawCursor(g, plot, instantNs, name, look, xOf) {
   if (x < plot.x || x > plot.x + plot.width) return;
   g.fillStyle = look.ink;
   for (let y = 0; y < plot.bottom; y += 6) g.fillRect(x - 0.5, y, 1, 3);
-  g.fillRect(x - 7, 0, 14, 14);
+  g.fillRect(x - 7, plot.bottom + 3, 14, 14); // below the lanes, which have their names at the top
   g.fillStyle = look.card;
   g.textAlign = 'center';
   g.textBaseline = 'middle';
-  g.fillText(name, x, 7.5);
+  g.fillText(name, x, plot.bottom + 10.5);
 }
 
 // Draws two signals over each other.

@@ -29,7 +29,7 @@ export function Values({ id, isStill, columns, colours, lost, pauses, newest, cu
         ? html`<th scope="col" class="number">A ${exactly(a - zeroNs)}</th><th scope="col" class="number">B ${exactly(b - zeroNs)}</th><th scope="col" class="number">B − A</th>`
         : html`<th scope="col" class="number">value</th>`}</tr></thead>
       <tbody>${columns.map((column, row) => html`<tr key=${column.name}>
-        <th scope="row"><span class="swatch" style=${{ background: colours[row] }}></span>${column.name}
+        <th scope="row"><span class="swatch" style=${{ background: colours[row] }}></span>${column.name.split(/(?<=[/.])/).map((part) => html`${part}<wbr />`)}
           ${lost[row] > 0 && html` <span class="pill down">${lost[row]} lost</span>`}
           ${lost[row] === 0 && pauses[row] > 0 && html` <span class="pill late">not sampled ${pauses[row] === 1 ? 'once' : `${pauses[row]} times`}</span>`}
           ${column.trouble && html` <span class="pill down">not recorded</span>`}</th>
