@@ -30,6 +30,9 @@ _MAGIC: Final = {0xA1B2C3D4: 1000, 0xA1B23C4D: 1}
 """The first word of a file, and its unit of time in nanoseconds."""
 _HEAD_SIZE, _PACKET_SIZE = 24, 16
 _LAST_S: Final = 0xFFFF_FFFF
+_ZEROS: Final = bytes(_PACKET_SIZE)
+_MOST_ZEROS: Final = 1_000
+"""Empty packets at instant 0 in a row, which are no packets: room on a disk that was never written."""
 _LARGEST_WRITTEN: Final = 65_535
 
 
@@ -43,9 +46,13 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     order, unit_ns, link_type = _head(file.read(_HEAD_SIZE))
     link, reader = Link(link_type, _bus_of(link_type)), PacketReader(odd)
     odd.unit, odd.number = "packet", 0
-    at, unpack = _HEAD_SIZE, struct.Struct(f"{order}IIII").unpack
+    at, unpack, zeros = _HEAD_SIZE, struct.Struct(f"{order}IIII").unpack, 0
     while head := file.read(_PACKET_SIZE):
         odd.number += 1
+        zeros = zeros + 1 if head == _ZEROS else 0
+        if zeros > _MOST_ZEROS:
+            odd.report("the rest of the file is zeros", f", from byte {at - _MOST_ZEROS * _PACKET_SIZE} on")
+            break
         seconds, rest, captured, _ = unpack(head) if len(head) == _PACKET_SIZE else (0, 0, 0, 0)
         if captured > LARGEST:
             raise UsageError(f"packet {odd.number} at byte {at} claims to have {captured} bytes", REMEDY)

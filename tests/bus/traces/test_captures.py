@@ -316,3 +316,12 @@ def test_messages_are_written_and_come_back() -> None:
     file, odd = io.BytesIO(), Oddities()
     assert pcap.write([*can, *modbus, can[0]._replace(bus="can1")], file, 0, odd) == 3
     assert [oddity.what for oddity in odd] == ["the format has no buses, so their messages are not kept apart"]
+
+
+def test_room_on_a_disk_that_was_never_written_ends_a_capture() -> None:
+    odd = Oddities()
+    head = struct.pack("<IHHIIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 227)
+    packet = bytes.fromhex("0000018101000000 05".replace(" ", ""))
+    data = head + struct.pack("<IIII", 5, 0, len(packet), len(packet)) + packet + bytes(10 << 20)
+    assert [one.time_ns for one in pcap.read(io.BytesIO(data), odd)] == [5_000_000_000]
+    assert "the rest of the file is zeros, from byte 49 on" in [str(one).partition(": ")[2] for one in odd]
