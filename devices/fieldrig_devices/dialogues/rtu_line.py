@@ -1,8 +1,9 @@
-"""Modbus RTU in the bytes of a serial line: requests and responses, as a tap or a sniffer has them.
+"""Modbus RTU or ASCII in the bytes of a serial line: requests and responses, as a tap or a sniffer has them.
 
-Source: Modbus over serial line V1.02, 2.4 and 2.5.1.  The stamps of captures say little about silences, so a frame is
-what has the length of its function and the right CRC.  Requests and responses alternate on a line; a capture may say
-which side has sent a byte, and need not.
+Source: Modbus over serial line V1.02, 2.4, 2.5.1 and 2.5.2.  The stamps of captures say little about silences, so a
+frame of RTU is what has the length of its function and the right CRC, and one of ASCII what has a right LRC between a
+colon and CR LF.  Requests and responses alternate on a line; a capture may say which side has sent a byte, and need
+not.
 """
 
 from collections.abc import Iterator
@@ -11,6 +12,8 @@ from typing import Final, NamedTuple
 from fieldrig.clock import S
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.codec import encode
+from fieldrig_bus.modbus.framing_ascii import COLON, DIGITS
+from fieldrig_bus.modbus.framing_ascii import LONGEST as MOST_DIGITS
 from fieldrig_bus.modbus.framing_rtu import LONGEST, SHORTEST, crc16, request_size, response_size
 from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
 from fieldrig_bus.serial.codec import DATA
@@ -22,6 +25,8 @@ PAUSE_NS: Final = S // 2
 """Silence after which what is left of a frame is given up."""
 HEAD: Final = 16
 """Bytes that say how long a frame is."""
+CR_LF: Final = b"\r\n"
+LONGEST_ASCII: Final = 1 + MOST_DIGITS + len(CR_LF)
 MOST_SENDERS: Final = 8
 
 
@@ -58,11 +63,14 @@ class RtuLine:
             if size is None:
                 del buffer[0]
                 self.skipped += 1
+                continue
+            frame = bytes(buffer[:size])
+            del buffer[:size]
+            self.frames += 1
+            if body := _ascii_body(frame):
+                yield self._message(entry, body[0], body[1:], is_ascii=True)
             else:
-                frame = bytes(buffer[:size])
-                del buffer[:size]
-                self.frames += 1
-                yield self._message(entry, frame[0], frame[1:-2])
+                yield self._message(entry, frame[0], frame[1:-2], is_ascii=False)
 
     def _forget(self) -> None:
         for buffer in self._buffers.values():
@@ -73,6 +81,8 @@ class RtuLine:
         """Return the size of the frame at the beginning; 0 if more bytes may complete one, None if there is none."""
         if len(buffer) < SHORTEST:
             return 0
+        if buffer[0] == COLON and (ascii_size := _ascii_size(buffer)) is not None:
+            return ascii_size
         sizes = {
             size for size_of in (response_size, request_size) if (size := size_of(bytes(buffer[:HEAD]))) is not None
         }
@@ -81,7 +91,7 @@ class RtuLine:
             return max(whole)
         return 0 if any(len(buffer) < size <= LONGEST for size in sizes) else None
 
-    def _message(self, entry: TraceEntry, unit: int, pdu: bytes) -> TraceEntry:
+    def _message(self, entry: TraceEntry, unit: int, pdu: bytes, *, is_ascii: bool) -> TraceEntry:
         asked = self._asked
         is_late = asked is not None and entry.time_ns - asked.time_ns > LATEST_NS
         if asked is not None and not is_late and unit == asked.unit and is_answer(asked.pdu, pdu):
@@ -90,8 +100,27 @@ class RtuLine:
         else:
             self._exchange += 1
             self._asked = _Asked(entry.time_ns, unit, pdu) if unit else None
-            message = ModbusRequest(unit, pdu, self._exchange, LineState())
+            message = ModbusRequest(unit, pdu, self._exchange, LineState(is_ascii=is_ascii))
         return TraceEntry(entry.time_ns, entry.bus, "modbus", entry.sender, encode(message))
+
+
+def _ascii_size(buffer: bytearray) -> int | None:
+    """Return the size of the ASCII frame at the beginning; 0 if more may come, None if what begins with it is none."""
+    end = buffer.find(CR_LF, 1, LONGEST_ASCII)
+    if end >= 0:
+        size = end + len(CR_LF)
+        return size if _ascii_body(bytes(buffer[:size])) else None
+    digits = bytes(buffer[1:]).removesuffix(CR_LF[:1])
+    return 0 if len(buffer) < LONGEST_ASCII and set(digits) <= DIGITS else None
+
+
+def _ascii_body(frame: bytes) -> bytes:
+    """Return unit and PDU of a whole ASCII frame with a right LRC; empty for anything else."""
+    digits = frame[1 : -len(CR_LF)]
+    if frame[:1] != bytes((COLON,)) or not frame.endswith(CR_LF) or len(digits) % 2 or not set(digits) <= DIGITS:
+        return b""
+    body = bytes.fromhex(digits.decode("ascii"))
+    return body[:-1] if len(body) >= 3 and sum(body) & 0xFF == 0 else b""
 
 
 def _is_right(frame: bytes) -> bool:

@@ -1,4 +1,4 @@
-"""The serial lines of a log that carry Modbus RTU: their bytes become requests and responses.
+"""The serial lines of a log that carry Modbus RTU or ASCII: their bytes become requests and responses.
 
 A line is recognised by its first frames with a right checksum.  Until then its messages are kept, up to a bound; those
 of a line with another protocol stay what they are.
@@ -20,7 +20,7 @@ MOST_LINES: Final = 64
 
 
 class _Line:
-    """A line of which it is not known, or is known, that it carries Modbus RTU."""
+    """A line of which it is not known, or is known, that it carries Modbus."""
 
     def __init__(self) -> None:
         self.rtu = RtuLine()
@@ -65,7 +65,7 @@ class RtuLines:
         self._lines: OrderedDict[str, _Line] = OrderedDict()
 
     def of(self, entries: Iterable[TraceEntry]) -> Iterator[TraceEntry]:
-        """Yield the messages of a log, with Modbus messages instead of the bytes of lines that carry Modbus RTU.
+        """Yield the messages of a log, with Modbus messages instead of the bytes of lines that carry it.
 
         Messages that were kept for a while may come after others of a later time.
         """
@@ -85,5 +85,5 @@ class RtuLines:
 
     @property
     def skipped(self) -> dict[str, int]:
-        """The bytes of each line with Modbus RTU that are in no frame."""
+        """The bytes of each line with Modbus that are in no frame."""
         return {bus: line.rtu.skipped for bus, line in self._lines.items() if line.is_modbus and line.rtu.skipped}

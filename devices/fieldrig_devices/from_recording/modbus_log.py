@@ -32,7 +32,8 @@ from fieldrig_devices.registers.table import SPACES
 
 STATUS, SERVER_ID, INTERFACE, READ_DEVICE_ID = 7, 17, 43, 14
 EXCEPTION: Final = 0x80
-ON_LINE: Final = (bytes((REQUEST_ON_RTU,)), bytes((REQUEST_ON_ASCII,)))
+ON_ASCII: Final = bytes((REQUEST_ON_ASCII,))
+ON_LINE: Final = (bytes((REQUEST_ON_RTU,)), ON_ASCII)
 """The first byte of the requests of a serial line."""
 MOST_INSTANTS: Final = 4_096
 MOST_SERVERS: Final = 64
@@ -142,13 +143,14 @@ class ModbusLog:
         """The servers of a capture of a network by their addresses, as each has units of its own."""
         self.start_ns = self.end_ns = 0
         self.broadcasts = 0
-        self.is_line = False
+        self.is_line = self.is_ascii = False
         self._dialogues = ModbusDialogues()
         self._room = Room()
 
     def take(self, number: int, entry: TraceEntry) -> None:
         """Take a message; `number` is its place in the recording, from 0."""
         self.is_line |= entry.data[:1] in ON_LINE
+        self.is_ascii |= entry.data[:1] == ON_ASCII
         self._take_all(self._dialogues.take(number, entry))
 
     def end(self, start_ns: int, end_ns: int) -> None:
@@ -181,7 +183,8 @@ class ModbusLog:
     def _settle(self) -> None:
         """Give a single server what belongs to no server, such as requests without an answer."""
         for log in self.servers.values():
-            log.start_ns, log.end_ns, log.is_line = self.start_ns, self.end_ns, self.is_line
+            log.start_ns, log.end_ns = self.start_ns, self.end_ns
+            log.is_line, log.is_ascii = self.is_line, self.is_ascii
         if len(self.servers) == 1:
             (only,) = self.servers.values()
             self.servers = {}

@@ -82,7 +82,7 @@ def _bus(name: str, log: ModbusLog, remarks: list[str], place: int, direct: int 
         yield from comment(remark, 2)
     yield f"  {name}:"
     if log.is_line:
-        yield "    kind: modbus.rtu"
+        yield f"    kind: modbus.{'ascii' if log.is_ascii else 'rtu'}"
         yield f"    baud: {BAUD}  # the recording does not say it: set that of your line"
         yield f"    pty: {name}"
     else:

@@ -83,7 +83,7 @@ class Recording:
                 del self.buses[bus]
                 self.others["serial"] += count
             elif line.skipped:
-                self.odd.report("bytes that are in no frame of Modbus RTU are left out", f", on {bus}")
+                self.odd.report("bytes that are in no frame of Modbus are left out", f", on {bus}")
         self.buses = {
             name: log
             for bus, of_bus in self.buses.items()

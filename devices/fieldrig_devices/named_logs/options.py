@@ -66,7 +66,7 @@ def chosen_by(
 
 
 def report_skipped(lines: "RtuLines", odd: "Oddities") -> None:
-    """Report the bytes of lines with Modbus RTU that are in no frame."""
+    """Report the bytes of lines with Modbus that are in no frame."""
     odd.number = 0  # it is no single place
     for bus, count in lines.skipped.items():
-        odd.report("bytes are in no frame of Modbus RTU", f": {count} on {bus}")
+        odd.report("bytes are in no frame of Modbus", f": {count} on {bus}")

@@ -1,4 +1,4 @@
-"""Serial lines with Modbus RTU: the frames are the published examples of simplymodbus.ca for function 3."""
+"""Serial lines with Modbus: the frames are published examples of simplymodbus.ca; those of ASCII are by pymodbus."""
 
 from itertools import pairwise
 
@@ -42,6 +42,32 @@ def test_any_cut_of_the_bytes_gives_the_same_exchanges(cuts: set[int]) -> None:
     data = (ASK + VALUES) * 2
     pieces = [data[begin:end] for begin, end in pairwise([0, *sorted(cuts), len(data)])]
     assert exchanges(line(*pieces)) == [EXCHANGE, EXCHANGE]
+
+
+ASCII_ASK, ASCII_VALUES = b":1103006B00037E\r\n", b":110306AE4156524340CC\r\n"
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.sets(st.integers(1, 2 * len(ASCII_ASK + ASCII_VALUES) - 1)))
+def test_ascii_is_put_together_from_any_pieces(cuts: set[int]) -> None:
+    data = (ASCII_ASK + ASCII_VALUES) * 2
+    pieces = [data[begin:end] for begin, end in pairwise([0, *sorted(cuts), len(data)])]
+    assert exchanges(line(*pieces)) == [EXCHANGE, EXCHANGE]
+
+
+def test_damaged_ascii_is_skipped_up_to_the_next_colon() -> None:
+    lines = RtuLines()
+    damaged = ASCII_ASK.replace(b"7E", b"7F") + b":1103" + b"noise"
+    pieces = [ASCII_ASK, ASCII_VALUES, damaged, ASCII_ASK, ASCII_VALUES]
+    found = list(lines.of(line(*pieces, gap_ns=S)))
+    assert [one.data[:1] for one in found] == [b"\x03", b"\x00"] * 2
+    assert lines.skipped == {"tty": len(damaged)}
+
+
+def test_unit_58_of_rtu_is_no_ascii() -> None:
+    """Its first byte is a colon; the checksum is that of pymodbus."""
+    ask = bytes.fromhex("3A 03 00 6B 00 03 70 9C")
+    assert exchanges(line(ask)) == [(58, ask[1:-2], None)]
 
 
 def test_a_request_without_an_answer_is_unanswered() -> None:

@@ -148,6 +148,21 @@ def test_a_serial_capture_of_rtu_is_put_together(tmp_path: Path, sides: tuple[st
         assert [answer.pdu for answer in received] == [bytes.fromhex(VALUES)]
 
 
+def test_a_serial_capture_of_ascii_makes_a_line_of_ascii(tmp_path: Path) -> None:
+    """The checksums are those of pymodbus."""
+    texts = (b":1103006B00037E\r\n", b":110306022B0000006455\r\n")
+    chunks = [(turn + place / 50, "", text.hex()) for turn in range(4) for place, text in enumerate(texts)]
+    path = rig_file(save(serial(*chunks), tmp_path / "line.jsonl"))
+    assert keys_of(path)["buses"]["line"]["kind"] == "modbus.ascii"
+    with virtual(path) as rig:
+        received: list[ModbusResponse] = []
+        master = rig.attach("master").link("line")
+        master.on_receive(received.append)
+        master.send(ModbusRequest(0x11, bytes.fromhex(READ)))
+        rig.run_for(1 * S)
+        assert [answer.pdu for answer in received] == [bytes.fromhex(VALUES)]
+
+
 def test_a_serial_line_that_speaks_something_else_is_left_out(tmp_path: Path) -> None:
     log = save(serial((0, "tx", "41 54 0D"), (1, "rx", "4F 4B 0D 0A")), tmp_path / "line.jsonl")
     with pytest.raises(UsageError, match="shows no device") as refused:
