@@ -1,6 +1,5 @@
 """The files of a rig that is made from a recording."""
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from string import Template
@@ -10,6 +9,7 @@ from typing import Final, NamedTuple
 from fieldrig.errors import UsageError
 from fieldrig.points.values import counted
 from fieldrig.text.device_names import name_for
+from fieldrig_devices.dialogues.modbus_servers import plain_bus
 from fieldrig_devices.from_recording.can_log import CanLog
 from fieldrig_devices.from_recording.can_part import can_part
 from fieldrig_devices.from_recording.known_files import KnownFile, check_used, known_file
@@ -89,8 +89,7 @@ def _named(buses: Mapping[str, BusLog]) -> list[tuple[str, str, BusLog]]:
     """Return the buses with names that a rig file allows."""
     named: list[tuple[str, str, BusLog]] = []
     for bus, log in buses.items():
-        plain = re.sub(r"[^a-z0-9_-]+", "-", bus.lower()).strip("-_")
-        name = plain if re.match(r"[a-z]", plain) else f"bus-{plain}".rstrip("-")
+        name = plain_bus(bus)
         taken = {other for other, _, _ in named}
         named.append((next(word for word in _numbered(name) if word not in taken), bus, log))
     return named

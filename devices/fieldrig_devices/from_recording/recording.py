@@ -8,6 +8,7 @@ from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import read
+from fieldrig_devices.dialogues.modbus_servers import bus_of_server
 from fieldrig_devices.dialogues.power_on import HEAD, rig_instant_ns
 from fieldrig_devices.dialogues.rtu_line import RtuLine
 from fieldrig_devices.from_recording.can_log import CanLog
@@ -96,4 +97,4 @@ def _servers(bus: str, log: BusLog) -> list[tuple[str, BusLog]]:
     """Return the servers of a network, each as a bus of its own."""
     if not isinstance(log, ModbusLog):
         return []
-    return [(f"{bus}-{address.removesuffix(':502')}", server) for address, server in log.servers.items()]
+    return [(bus_of_server(bus, address), server) for address, server in log.servers.items()]

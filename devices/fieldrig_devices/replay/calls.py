@@ -1,6 +1,7 @@
 """The calls of users: two logs compared, and a log played back to a rig."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +17,7 @@ from fieldrig_devices.replay.comparison import HORIZON_NS, TOLERANCE_NS, compare
 from fieldrig_devices.replay.diff_result import DiffResult
 from fieldrig_devices.replay.judge import NOTHING_EXPECTED, Judge
 from fieldrig_devices.replay.leave_out import leaving_out
+from fieldrig_devices.replay.log_lines import lines_of
 from fieldrig_devices.replay.log_names import LogNames
 from fieldrig_devices.replay.player import Pace
 from fieldrig_devices.replay.replay_result import ReplayResult
@@ -92,11 +94,11 @@ def replay(
     file is played in real time, that many times faster than recorded, to the rig that runs at its control endpoint, or
     else to one that is started.  UsageError for a file that is no log, or has nothing of this rig.
     """
-    entries = read(Path(log)) if isinstance(log, str | Path) else log
     if isinstance(rig, Rig | RigConfig):
         config = rig.config if isinstance(rig, Rig) else rig
     else:
         config = load(rig, ("time=virtual",) if speed is None else ())
+    entries = lines_of(read(Path(log)) if isinstance(log, str | Path) else log, config, buses or {})
     for bus in (buses or {}).values():
         if bus not in config.buses:
             raise UsageError(f"the rig has no bus {bus!r}", closest(bus, list(config.buses)))
@@ -118,7 +120,7 @@ def replay(
         play_live(
             lambda now_ns: _begun(entries, sides, judge, now_ns, settle_ns, timeout_ns, speed), config, sides, judge
         )
-        _check_not_strange(sides, judge, config.name)
+        _tell_absent(sides, judge, config.name)
         return result
     with Rig(without(config, selection.devices)) as running:
         _play(entries, running, sides, judge, timeout_ns, settle_ns)
@@ -130,7 +132,7 @@ def _play(
 ) -> None:
     log, pace = _begun(entries, sides, judge, rig.now_ns, settle_ns, timeout_ns, 1.0)
     play_virtual(log, rig, sides, judge, pace)
-    _check_not_strange(sides, judge, rig.config.name)
+    _tell_absent(sides, judge, rig.config.name)
 
 
 def _begun(
@@ -143,16 +145,23 @@ def _begun(
     speed: float,
 ) -> tuple[Iterable[TraceEntry], Pace]:
     begin = begin_of(entries, sides, now_ns, settle_ns)
-    judge.was_on = begin.heard_ns > 0
+    judge.was_on, judge.log_ns = begin.heard_ns > 0, begin.log_ns
     if begin.started:
         nodes = ", ".join(map(str, begin.started))
         judge.result.note(f"the nodes {nodes} are operational when the log begins, so they are started before")
     return begin.log, Pace(begin.begin_ns, begin.log_ns, speed, timeout_ns, begin.heard_ns)
 
 
-def _check_not_strange(sides: Sides, judge: Judge, name: str) -> None:
-    """UsageError for a log of another machine: one that shows nodes or units, but none of this rig."""
-    is_strange = bool(sides.strangers or sides.strange_units or not judge.result.played)
-    if is_strange and not judge.expected:
-        why = "; ".join(note for note in judge.result.notes if note != NOTHING_EXPECTED) or "it has no messages"
-        raise UsageError(f"the log has nothing of the devices of {name}", why)
+def _tell_absent(sides: Sides, judge: Judge, name: str) -> None:
+    """Report what the rig does not have.
+
+    UsageError for a log of another machine: one that shows nodes or units, but none of this rig.
+    """
+    if (sides.absent or not judge.result.played) and not judge.expected:
+        notes = [note for note in judge.result.notes if note != NOTHING_EXPECTED]
+        absent = [f"the rig does not have {sides.absent.text}"] if sides.absent else []
+        raise UsageError(
+            f"the log has nothing of the devices of {name}", "; ".join(absent + notes) or "it has no messages"
+        )
+    sides.absent.tell(judge, judge.log_ns)
+    judge.result.differences.sort(key=attrgetter("time_ns"))

@@ -25,6 +25,8 @@ class Grounds:
         """True if the rig ran before the log begins."""
         self.begin_ns = 0
         """The instant of the rig at which the log begins."""
+        self.log_ns = 0
+        """The instant of the log that `begin_ns` is."""
         self.first_ns = 0
         """The instant of the rig of the first message of the log."""
         self.buses: set[str] = set()

@@ -20,12 +20,10 @@ from fieldrig_devices.replay.log_names import LogNames
 from fieldrig_devices.replay.modbus_answers import ModbusAnswers
 from fieldrig_devices.replay.replay_result import ReplayResult
 from fieldrig_devices.replay.sdo_answers import SdoAnswers
-from fieldrig_devices.replay.streams import Streams
+from fieldrig_devices.replay.streams import COMPARED, Streams
 from fieldrig_devices.replay.tolerances import Tolerances
 from fieldrig_devices.replay.unasked import Unasked
 
-COMPARED: Final = frozenset({"can", "modbus", "serial"})
-"""Families whose messages are compared.  Wires and rings are inside of a machine, and no log of one has them."""
 NOTHING_EXPECTED: Final = "the log has no message of the rig's devices, so nothing is compared"
 HEAD_OF_FRAME: Final = 5
 

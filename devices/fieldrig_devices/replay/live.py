@@ -20,10 +20,11 @@ from fieldrig.link import Link
 from fieldrig.real.live_rig import LiveRig
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
-from fieldrig_devices.replay.judge import COMPARED, Judge
+from fieldrig_devices.replay.judge import Judge
 from fieldrig_devices.replay.player import Pace, Player
 from fieldrig_devices.replay.schedule import schedule
 from fieldrig_devices.replay.sides import Sides
+from fieldrig_devices.replay.streams import COMPARED
 
 MEMBER: Final = "replay"
 LEAD_NS: Final = 200 * MS

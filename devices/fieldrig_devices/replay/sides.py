@@ -5,7 +5,7 @@ decides where it has one of the rig's names.  Otherwise the identifier of CAN do
 and the PDOs of the nodes' EDS files), and on Modbus the direction: requests come from outside.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from fnmatch import fnmatchcase
@@ -19,14 +19,19 @@ from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
 from fieldrig_bus.modbus.codec import RESPONSE
 from fieldrig_devices.canopen.names import ERROR_CONTROL, NMT, SDO_REQUEST, SYNC, TIME, CanopenNames
+from fieldrig_devices.dialogues.modbus_dialogues import is_address
+from fieldrig_devices.replay.absent import Absent
 from fieldrig_devices.replay.log_names import bus_in
 from fieldrig_devices.replay.selection import Selection
+from fieldrig_devices.replay.streams import COMPARED
 
 HEAD_OF_FRAME: Final = 5
 OPERATIONAL: Final = b"\x05"
 TPDO_1, TPDO_4 = 0x180, 0x480
 """The predefined identifiers of TPDOs (CiA 301, 7.3.5)."""
 MOST_BUSES: Final = 10_000
+NO_TARGET: Final = (10, 11)
+"""Exceptions of a gateway that reaches no device (V1.1b3, chapter 7)."""
 
 
 class Side(Enum):
@@ -61,10 +66,10 @@ class Sides:
     selection: Selection
     buses: Mapping[str, str] = field(default_factory=dict)
     """The bus of the rig by that of the log, where the names say nothing."""
-    strangers: dict[int, None] = field(default_factory=dict)
-    """The nodes of the log that the rig does not have, and whose messages are played."""
-    strange_units: dict[int, None] = field(default_factory=dict)
-    """The Modbus units of the log that the rig does not have."""
+    absent: Absent = field(default_factory=Absent)
+    """The buses, nodes and units of the log that the rig does not have."""
+    _taken: dict[str, str] = field(default_factory=dict)
+    """The bus of the log that each bus of the rig is."""
     _known: dict[str, _Bus | None] = field(default_factory=dict)
 
     def bus_of(self, entry: TraceEntry) -> str | None:
@@ -76,6 +81,8 @@ class Sides:
         """Return the side of a message."""
         known = self._of(entry)
         if known is None:
+            if entry.family in COMPARED:
+                self.absent.take("bus", entry.bus, "", entry.time_ns)
             return Side.OUTSIDE
         if entry.family == "can":
             return self._can(known, entry)
@@ -86,6 +93,12 @@ class Sides:
             return self._of_device(device)
         is_wanted = self._is_sender(entry.sender) or (self.selection.is_master and bool(entry.sender))
         return Side.PLAYED if is_wanted else Side.OUTSIDE
+
+    def expect_buses(self, head: Iterable[TraceEntry]) -> None:
+        """Take the first messages of a log, so that a bus goes to the one of its name, whichever comes first."""
+        for entry in head:
+            if entry.bus in self.config.buses:
+                self._taken.setdefault(entry.bus, entry.bus)
 
     def running_node(self, entry: TraceEntry) -> int | None:
         """Return the node of the rig that a message shows to be operational: by its heartbeat, or by a TPDO."""
@@ -116,10 +129,15 @@ class Sides:
             return self._of_device(device)
         if not entry.sender and known.mastered and _is_of_master(identifier, known.mastered):
             return Side.EXPECTED
-        if node is not None and selection.is_master:
-            self.strangers[node] = None
-        is_wanted = selection.is_master or self._is_sender(entry.sender)
-        return Side.PLAYED if is_wanted else Side.OUTSIDE
+        if self._is_sender(entry.sender):
+            return Side.PLAYED
+        if not selection.is_master:
+            self.absent.take("sender", known.name, entry.sender or "its master", entry.time_ns, is_sure=False)
+            return Side.OUTSIDE
+        if node is not None:  # a master has a heartbeat too
+            is_sure = identifier & 0x780 != ERROR_CONTROL
+            self.absent.take("node", known.name, str(node), entry.time_ns, is_sure=is_sure)
+        return Side.PLAYED
 
     def _node(self, known: _Bus, word: int) -> int | None:
         """Return the node-ID of the node that sends this identifier, as far as it is known."""
@@ -134,7 +152,11 @@ class Sides:
         if kind == RESPONSE:
             if unit in self.selection.units:
                 return Side.PLAYED
-            return Side.EXPECTED if unit in known.units or unit in (0, 255) or device else Side.OUTSIDE
+            if unit in known.units or unit in (0, 255) or device:
+                return Side.EXPECTED
+            is_there = not (entry.data[-2:-1] > b"\x80" and entry.data[-1] in NO_TARGET)
+            self.absent.take("unit", known.name, str(unit), entry.time_ns, is_sure=is_there)
+            return Side.OUTSIDE
         if kind > 3:
             return Side.OUTSIDE
         if device is not None:
@@ -143,7 +165,7 @@ class Sides:
             return Side.EXPECTED
         is_there = unit in known.units or unit in (0, 255)
         if not is_there:
-            self.strange_units[unit] = None
+            self.absent.take("unit", known.name, str(unit), entry.time_ns, is_sure=False)
         is_wanted = self.selection.is_master or self._is_sender(entry.sender)
         return Side.PLAYED if is_wanted and is_there else Side.OUTSIDE
 
@@ -154,7 +176,8 @@ class Sides:
         return self.config.devices.get(sender)
 
     def _is_sender(self, sender: str) -> bool:
-        return any(fnmatchcase(sender, pattern) for pattern in self.selection.senders)
+        names = (sender, sender.rpartition(":")[0]) if is_address(sender) else (sender,)
+        return any(fnmatchcase(name, pattern) for name in names for pattern in self.selection.senders)
 
     def _of(self, entry: TraceEntry) -> _Bus | None:
         if entry.bus not in self._known:
@@ -167,6 +190,9 @@ class Sides:
         name = bus_in(self.config, entry.bus, entry.family, self.buses)
         if name is None or self.config.buses[name].bus.family != entry.family:
             return None
+        is_said = name == entry.bus or entry.bus in self.buses
+        if self._taken.setdefault(name, entry.bus) != entry.bus and not is_said:
+            return None  # two networks whose nodes have the same numbers
         selected = self.selection
         members = [member for member in members_of(self.config, name) if member.entry.name not in selected.devices]
         return _Bus(

@@ -42,6 +42,7 @@ def begin_of(entries: Iterable[TraceEntry], sides: Sides, now_ns: int, settle_ns
     rest = iter(entries)
     head = list(islice(rest, HEAD))
     log = chain(head, rest)
+    sides.expect_buses(head)
     first_ns = min((entry.time_ns for entry in head), default=0)
     if settle_ns is None and now_ns == 0 and rig_instant_ns(head) == 0:  # the clock of the log is that of its rig
         begin_ns, log_ns, before_ns = 0, 0, first_ns

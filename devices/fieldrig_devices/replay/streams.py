@@ -22,6 +22,8 @@ from fieldrig_bus.signals.pulse_train import PulseTrain
 from fieldrig_bus.signals.pwm import Pwm
 from fieldrig_bus.signals.signal import Motion
 
+COMPARED: Final = frozenset({"can", "modbus", "serial"})
+"""Families whose messages a replay compares.  Wires and rings are inside of a machine, and no log of one has them."""
 PAUSE_NS: Final = 10 * MS
 """Silence of a sender after which its next bytes on a serial line are another telegram."""
 LONGEST_TELEGRAM: Final = 4_096

@@ -57,11 +57,11 @@ class Tolerances:
 
 
 def _names(node: str, key: str, name: str) -> set[str]:
-    """Return how a user may call an object: with and without its device, which is `io` of `node 5 (io)`."""
+    """Return how a user may call an object: with and without its device, which is `io` of `node 5 (io)`, or by it."""
     texts = {text.lower() for text in (key, name) if text}
     within = node.partition("(")[2].rstrip(")")
     devices = {device.lower() for device in (node, within) if device}
-    return texts | {f"{device}/{text}" for device in devices for text in texts}
+    return texts | devices | {f"{device}/{text}" for device in devices for text in texts}
 
 
 @lru_cache(maxsize=1_024)

@@ -11,10 +11,11 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig.virtual.node import EventNode
 from fieldrig.virtual.rig import Rig
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
-from fieldrig_devices.replay.judge import COMPARED, Judge
+from fieldrig_devices.replay.judge import Judge
 from fieldrig_devices.replay.player import Pace, Player
 from fieldrig_devices.replay.schedule import schedule
 from fieldrig_devices.replay.sides import Sides
+from fieldrig_devices.replay.streams import COMPARED
 
 MEMBER: Final = "replay"
 MOST_MEMBERS: Final = 64
