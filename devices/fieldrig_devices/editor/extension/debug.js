@@ -5,7 +5,7 @@ const path = require("node:path");
 const vscode = require("vscode");
 const { isProgram, nameIn } = require("./languages");
 
-const LOOK_MS = 500; // between two questions to a rig that starts
+const LOOK_MS = 1000; // between two questions to a rig that starts
 const PATIENCE_MS = 120000;
 
 class Debugging {
