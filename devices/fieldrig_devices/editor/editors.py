@@ -17,6 +17,8 @@ from fieldrig.errors import UsageError
 from fieldrig.storage.store import replace_file
 
 _LIST: Final = "extensions.json"
+_OBSOLETE: Final = ".obsolete"
+"""The file with the folders of extensions that the editor removes when it starts, after they were uninstalled."""
 _PATIENCE_S: Final = 120.0
 """The longest time that an editor's command may take."""
 
@@ -90,7 +92,18 @@ def unpack(folder: Path, manifest: Mapping[str, Any], files: Mapping[str, bytes]
         "metadata": {"isApplicationScoped": False, "isMachineScoped": False, "isBuiltin": False, "source": "vsix"},
     }
     replace_file(folder / _LIST, json.dumps([*others, entry]).encode())
+    _keep(folder / _OBSOLETE, own.name)
     return own
+
+
+def _keep(file: Path, name: str) -> None:
+    """Take a folder out of those that are removed; what cannot be read is left to the editor."""
+    try:
+        names = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return
+    if isinstance(names, dict) and names.pop(name, None) is not None:
+        replace_file(file, json.dumps(names).encode())
 
 
 def _listed(file: Path) -> Sequence[dict[str, Any]]:

@@ -121,6 +121,14 @@ def test_an_older_version_goes_and_other_extensions_stay(tmp_path: Path) -> None
     assert [entry["version"] for entry in listed] == ["1.0.0", manifest()["version"]]
 
 
+def test_an_extension_that_was_uninstalled_before_is_not_removed_at_the_next_start(tmp_path: Path) -> None:
+    own = f"fieldrig.fieldrig-{manifest()['version']}"
+    file = tmp_path / ".obsolete"
+    file.write_text(json.dumps({own: True, "a.b-1.0.0": True}))
+    assert editor("install", "--into", tmp_path).exit_code == 0
+    assert json.loads(file.read_text()) == {"a.b-1.0.0": True}
+
+
 @pytest.mark.parametrize("text", ["{", "{}", "[1]", "\x00"])
 def test_a_list_that_cannot_be_read_is_left_alone(tmp_path: Path, text: str) -> None:
     file = tmp_path / "extensions.json"

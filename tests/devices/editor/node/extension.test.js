@@ -370,3 +370,22 @@ test("what is no variable has no hover, and while a program stands the editor as
   const { text: shown, asked } = await hovered("PROGRAM Main\na := 1;\n", 1, "a", { "Main.a": value("Main.a", 7) });
   assert.deepStrictEqual([shown, asked], [undefined, []]);
 });
+
+// ---- rig files
+
+test("the YAML extension gets the schema for rig files only, and it is made once", async () => {
+  const given = {};
+  vscode.extensions.getExtension = (id) => ({
+    activate: async () => ({ registerContributor: (...parts) => (given[id] = parts) }),
+  });
+  const fieldrig = new Answers(() => ({ code: 0, stdout: "{}" }));
+  load("schema.js").register(fieldrig);
+  await new Promise((resolve) => setImmediate(resolve));
+  const [scheme, schemaOf, contentOf] = given["redhat.vscode-yaml"];
+  const [rig, other] = [document("rig.yaml", "devices: {}", "yaml"), document("a.yaml", "services: {}", "yaml")];
+  vscode.workspace.textDocuments = [rig, other];
+  const [found, nothing] = [rig, other].map((one) => schemaOf(one.uri.toString()));
+  assert.deepStrictEqual([new URL(found).protocol, nothing], [`${scheme}:`, undefined]);
+  assert.deepStrictEqual([await contentOf(found), await contentOf(found)], ["{}", "{}"]);
+  assert.deepStrictEqual(fieldrig.asked, [["schema"]]);
+});
