@@ -51,10 +51,10 @@ COMMANDS: Final = "fieldrig.commands"
 
 
 SECTIONS: Final = {
-    "Run a rig": ("up", "restart", "stop", "pause", "step", "run", "exec"),
+    "Run a rig": ("up", "restart", "stop", "pause", "step", "back", "run", "exec"),
     "Look and change": ("help", "status", "watch", "get", "set", "fault", "record", "trace"),
     "Files": ("check", "schema"),
-    "Programs": (),
+    "Programs": ("coverage",),
     "Devices": ("devices",),
 }
 """The groups of the help, with our own commands in them.
