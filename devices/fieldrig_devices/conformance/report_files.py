@@ -6,6 +6,7 @@ of each case.
 
 from xml.etree import ElementTree as Xml
 
+from fieldrig.text.junit import Case, Failed, junit
 from fieldrig_devices.conformance.report import Report, seconds, shown_frames
 from fieldrig_devices.conformance.suite import Result, Verdict
 
@@ -19,45 +20,25 @@ small { color: #777 } summary { cursor: pointer; color: #555 }
 """
 
 
-def to_junit(report: Report) -> str:
-    root = Xml.Element("testsuites", {"name": f"CANopen conformance of node {report.node_id}", **_counts(report)})
-    for family in report.families:
-        suite = Xml.SubElement(root, "testsuite", {"name": family, **_counts(report, family)})
-        for result in (found for found in report.results if found.case.family == family):
-            _junit_case(suite, report, result)
-    Xml.indent(root)
-    return Xml.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
-
-
-def _counts(report: Report, family: str | None = None) -> dict[str, str]:
-    results = [result for result in report.results if family in (None, result.case.family)]
-    return {
-        "tests": str(len(results)),
-        "failures": str(report.count(Verdict.FAILED, family)),
-        "errors": "0",
-        "skipped": str(report.count(Verdict.NOT_APPLICABLE, family)),
-        "time": f"{sum(map(seconds, results)):.3f}",
+def to_junit(report: Report) -> bytes:
+    suites = {
+        family: [_junit_case(report, result) for result in report.results if result.case.family == family]
+        for family in report.families
     }
+    return junit(f"CANopen conformance of node {report.node_id}", suites)
 
 
-def _junit_case(suite: Xml.Element, report: Report, result: Result) -> None:
-    case = result.case
-    element = Xml.SubElement(
-        suite,
-        "testcase",
-        name=f"{case.number} {case.name}",
-        classname=f"canopen.node{report.node_id}.{case.family.replace(' ', '_')}",
-        time=f"{seconds(result):.3f}",
-    )
+def _junit_case(report: Report, result: Result) -> Case:
+    case, failures, skipped = result.case, list[Failed](), None
     if result.verdict is Verdict.FAILED:
-        failure = Xml.SubElement(element, "failure", message=result.reason)
-        failure.text = f"{case.requirement}\n{case.clause}\nexpected {result.expected}\ncame {result.came}"
+        text = f"{case.requirement}\n{case.clause}\nexpected {result.expected}\ncame {result.came}"
+        failures = [Failed(result.reason, text)]
     elif result.verdict is Verdict.NOT_APPLICABLE:
-        Xml.SubElement(element, "skipped", message=result.reason)
-    output = Xml.SubElement(element, "system-out")
-    output.text = "\n".join(
-        [case.requirement, case.clause, result.reason, *shown_frames(result), *result.notes, *result.remarks]
-    )
+        skipped = result.reason
+    lines = [case.requirement, case.clause, result.reason, *shown_frames(result), *result.notes, *result.remarks]
+    group = f"canopen.node{report.node_id}.{case.family.replace(' ', '_')}"
+    name = f"{case.number} {case.name}"
+    return Case(name, seconds(result), failures, skipped, output="\n".join(lines), classname=group)
 
 
 def to_html(report: Report) -> str:

@@ -146,7 +146,7 @@ def replay(
     report_oddities(file, odd)
     if junit is not None:
         with writing(junit):
-            junit.write_text(to_junit(result, file.name, rig.name), encoding="utf-8")
+            junit.write_bytes(to_junit(result, file.name, rig.name))
     if as_json:
         echo_json(result.as_data())
     else:

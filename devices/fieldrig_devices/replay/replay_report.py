@@ -1,10 +1,11 @@
 """The result of `fieldrig replay` for people and for build servers."""
 
-from xml.etree import ElementTree as Xml
+from collections.abc import Sequence
 
 import typer
 
 from fieldrig.clock import S
+from fieldrig.text.junit import Case, Failed, junit
 from fieldrig_devices.replay.replay_result import MOST_KEPT, Difference, ReplayResult
 from fieldrig_devices.replay.words import time_words
 
@@ -23,26 +24,19 @@ def show(result: ReplayResult) -> None:
     typer.echo(f"{result.summary} in {result.duration_ns / S:.3f} s{shift}")
 
 
-def to_junit(result: ReplayResult, log: str, rig: str) -> str:
+def to_junit(result: ReplayResult, log: str, rig: str) -> bytes:
     """Return a JUnit report: a case for each object, PDO or register of each node, with its differences."""
     cases: dict[tuple[str, str, str], list[Difference]] = {key: [] for key in result.by_subject}
     for each in result.differences:
         cases.setdefault(_case_of(each, cases), []).append(each)
-    failed = sum(bool(differences) for differences in cases.values())
-    counts = {"tests": str(len(cases)), "failures": str(failed), "errors": "0", "skipped": "0"}
-    seconds = f"{result.duration_ns / S:.3f}"
-    root = Xml.Element("testsuites", {"name": f"{log} played to {rig}", **counts, "time": seconds})
-    suite = Xml.SubElement(root, "testsuite", {"name": log, **counts, "time": seconds})
-    for (bus, node, subject), differences in cases.items():
-        name = f"{node} {subject}".strip()
-        case = Xml.SubElement(suite, "testcase", {"classname": f"replay.{bus}", "name": name, "time": "0"})
-        if differences:
-            failure = Xml.SubElement(case, "failure", message=_legal(str(differences[0])))
-            failure.text = _legal("\n".join(map(str, differences)))
-    if result.notes:
-        Xml.SubElement(suite, "system-out").text = _legal("\n".join(result.notes))
-    Xml.indent(root)
-    return Xml.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+    rows = [_junit_case(*key, differences) for key, differences in cases.items()]
+    notes = [Case("notes", result.duration_ns / S, output="\n".join(result.notes))] if result.notes else []
+    return junit(f"{log} played to {rig}", {log: [*rows, *notes]})
+
+
+def _junit_case(bus: str, node: str, subject: str, differences: Sequence[Difference]) -> Case:
+    failures = [Failed(str(differences[0]), "\n".join(map(str, differences)))] if differences else []
+    return Case(f"{node} {subject}".strip(), failures=failures, classname=f"replay.{bus}")
 
 
 def _case_of(each: Difference, cases: dict[tuple[str, str, str], list[Difference]]) -> tuple[str, str, str]:
@@ -51,8 +45,3 @@ def _case_of(each: Difference, cases: dict[tuple[str, str, str], list[Difference
     if exact in cases:
         return exact
     return next((key for key in cases if key[:2] == exact[:2] and key[2] in each.words), exact)
-
-
-def _legal(text: str) -> str:
-    """Return a text without the characters that XML 1.0 cannot have."""
-    return "".join(letter if letter.isprintable() or letter == "\n" else "\N{REPLACEMENT CHARACTER}" for letter in text)

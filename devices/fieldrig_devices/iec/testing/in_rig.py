@@ -22,9 +22,9 @@ from fieldrig_devices.iec.testing.beginning import begin_program
 from fieldrig_devices.iec.testing.case import MISTAKE, Case, Failure, Limits, Outcome, Verdict
 from fieldrig_devices.iec.testing.compiled import Tested
 from fieldrig_devices.iec.testing.extension import CaseBlock
-from fieldrig_devices.iec.testing.places import place_of
 from fieldrig_devices.iec.testing.runner import Runner
 from fieldrig_devices.iec.types import StringType, Value
+from fieldrig_devices.scenarios.places import place_of
 
 if TYPE_CHECKING:
     from fieldrig.virtual.rig import Rig

@@ -3,17 +3,17 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
+from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.points.names import split_point
 from fieldrig.text.nearest import closest
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.iec.types import Value
 
 if TYPE_CHECKING:
     from fieldrig.virtual.rig import Rig
 
 MEMBER = "test"
-"""The name of the test among the members of a bus."""
+"""The name of the test, or scenario, among the members of a bus."""
 
 
 class RigPlace(Protocol):

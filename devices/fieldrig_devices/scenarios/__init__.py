@@ -1,0 +1,1 @@
+"""Scenarios: what happens to a rig, and what has to hold meanwhile."""

@@ -1,0 +1,51 @@
+"""What is done to a rig from outside: one form for scenarios, for the schedules of a search, and for what it finds."""
+
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple
+
+from fieldrig.device import Value
+
+Verb = Literal["set", "press", "fault", "clear", "restart"]
+
+
+class Act(NamedTuple):
+    """One action."""
+
+    at_ns: int
+    """From the begin of the scenario."""
+    verb: Verb
+    """`press` is a value for a time, and then the one before; `clear` ends all faults of a bus or a device."""
+    where: str
+    """A place, such as `panel/start`; a bus or a device for `fault`, `clear` and `restart`."""
+    value: Value | Mapping[str, Any] | None = None
+    """The value of a place, or a fault in its one form."""
+    hold_ns: int = 0
+    """The duration of `press`."""
+
+    @property
+    def end_ns(self) -> int:
+        """The instant at which it is over; a fault may last longer."""
+        return self.at_ns + self.hold_ns
+
+    def __str__(self) -> str:
+        match self.verb:
+            case "set":
+                return f"{self.where} = {_shown(self.value)}"
+            case "press":
+                return f"{self.where} = {_shown(self.value)} for {self.hold_ns / 1e6:g} ms"
+            case "fault":
+                assert isinstance(self.value, Mapping)
+                return f"fault {self.where} {_words(self.value)}"
+        return f"{self.verb} {self.where}"
+
+
+Schedule = tuple[Act, ...]
+"""Actions in the order of their instants."""
+
+
+def _shown(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _words(fault: Mapping[str, Any]) -> str:
+    return " ".join([str(fault["what"]), *(f"{key}={_shown(value)}" for key, value in fault.items() if key != "what")])

@@ -1,0 +1,107 @@
+"""`fieldrig scenario`: plays scenarios to their rigs, and says what did not hold."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fieldrig.cli.common import AsJson, Overrides, argument, command_group, echo_json, writing
+from fieldrig.system.exits import Exit
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fieldrig_devices.scenarios.report import Outcome
+
+SECTION = "Run a rig"
+"""The group of the command in the help of `fieldrig`."""
+app = command_group()
+Files = Annotated[list[Path], argument("FILE...", "Scenario files; a folder means all .yaml files in it.")]
+
+
+@app.callback()
+def scenario() -> None:
+    """Play scenarios: what happens to a rig, and what has to hold meanwhile.
+
+    \b
+        fieldrig scenario run configs/scenarios/feeder-trip.yaml
+        fieldrig scenario check configs/scenarios
+    """
+
+
+@app.command()
+def check(files: Files) -> None:
+    """Check scenario files and their rigs, and list all mistakes."""
+    for file in _found(files):
+        _check(file)
+        typer.echo(f"{file}: no mistakes")
+
+
+@app.command()
+def run(
+    files: Files,
+    overrides: Overrides = None,
+    pictures: Annotated[
+        Path | None,
+        typer.Option("--pictures", metavar="FOLDER", help="Write a picture of each scenario.", show_default=False),
+    ] = None,
+    junit: Annotated[
+        Path | None, typer.Option("--junit", metavar="FILE", help="Write a JUnit report.", show_default=False)
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Play scenarios in virtual time. The exit code is 1 if a property does not hold."""
+    from fieldrig_devices.scenarios.report import as_json as outcome_json
+    from fieldrig_devices.scenarios.report import junit as junit_of
+    from fieldrig_devices.scenarios.report import lines_of
+
+    outcomes = list["Outcome"]()
+    for file in _found(files):
+        outcomes.append(_played(file, overrides or ()))
+        for line in () if as_json else lines_of(outcomes[-1]):
+            typer.echo(line)
+        if pictures is not None:
+            _draw(outcomes[-1], pictures)
+    if junit is not None:
+        with writing(junit):
+            junit.write_bytes(junit_of(outcomes))
+    if as_json:
+        echo_json([outcome_json(one) for one in outcomes])
+    if not all(one.is_good for one in outcomes):
+        raise typer.Exit(Exit.TESTS_FAILED)
+
+
+def _found(files: "Sequence[Path]") -> list[Path]:
+    return [one for file in files for one in (sorted(file.glob("*.yaml")) if file.is_dir() else [file])]
+
+
+def _check(file: Path) -> None:
+    from fieldrig.config.rig_file import load
+    from fieldrig_devices.scenarios.scenario_file import load_scenario
+
+    scenario = load_scenario(file)
+    load(scenario.rig, ("time=virtual", *scenario.overrides))
+
+
+def _played(file: Path, overrides: "Sequence[str]") -> "Outcome":
+    from fieldrig.config.rig_file import load
+    from fieldrig.system.stopwatch import Stopwatch
+    from fieldrig.virtual.rig import Rig
+    from fieldrig_devices.scenarios.play import play
+    from fieldrig_devices.scenarios.report import Outcome
+    from fieldrig_devices.scenarios.scenario_file import load_scenario
+
+    watch, scenario = Stopwatch(), load_scenario(file)
+    with Rig(load(scenario.rig, ("time=virtual", *scenario.overrides, *overrides))) as rig:
+        rig.run_until(scenario.after_ns)
+        played = play(rig, scenario.schedule, scenario.properties, scenario.length_ns)
+    return Outcome(file, scenario, played, watch.seconds)
+
+
+def _draw(outcome: "Outcome", folder: Path) -> None:
+    from fieldrig_devices.scenarios.picture import picture
+
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        made = picture(outcome.file.stem, outcome.played, outcome.scenario.schedule)
+        (folder / f"{outcome.file.stem}.svg").write_text(made, encoding="utf-8")

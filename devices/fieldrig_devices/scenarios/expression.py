@@ -1,0 +1,184 @@
+"""Expressions over the places of a rig: `belt/speed > 477.0 and not wires/feeder.seal`.
+
+Names of places may have signs in them, such as `io/6041:00` or `stop-key/pressed`, so operators stand between blanks.
+A word with a slash is a place; all others are numbers, texts in quotes, true, false, operators and functions.
+From the weakest to the strongest: or; and; not; == != < <= > >=; |; &; + -; * /; - of a single value.
+"""
+
+import operator
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+from fieldrig.device import Value
+
+LONGEST: Final = 2_000
+"""Characters of an expression."""
+DEEPEST: Final = 50
+"""Brackets and signs within one another."""
+
+Evaluate = Callable[[Mapping[str, Value]], Any]
+
+_WORD: Final = re.compile(r"""\s*("[^"]*"|'[^']*'|[(),]|[^\s(),'"]+)""")
+_NUMBER: Final = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|0[bB][01]+|\d+(\.\d+)?([eE][+-]?\d+)?)")
+_LEVELS: Final[Sequence[Mapping[str, Callable[[Any, Any], Any]]]] = (
+    {"==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge},
+    {"|": operator.or_},
+    {"&": operator.and_},
+    {"+": operator.add, "-": operator.sub},
+    {"*": operator.mul, "/": operator.truediv},
+)
+_FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {"abs": abs, "min": min, "max": max}
+_CONSTANTS: Final[Mapping[str, Value]] = {"true": True, "false": False}
+
+
+class Expression(NamedTuple):
+    text: str
+    places: tuple[str, ...]
+    """The places that it reads, each once."""
+    evaluate: Evaluate
+
+    def __reduce__(self) -> tuple[Callable[[str], "Expression"], tuple[str]]:
+        """An expression crosses a pipe as its text."""
+        return expression_of, (self.text,)
+
+    def holds(self, values: Mapping[str, Value]) -> bool:
+        """Return whether it is true.  TypeError for values that cannot be compared or counted with."""
+        try:
+            return bool(self.evaluate(values))
+        except ZeroDivisionError:
+            return False
+
+
+def expression_of(text: str) -> Expression:
+    """Return the expression of a text.  ValueError, saying what was expected and where, for any other text."""
+    if len(text) > LONGEST:
+        raise ValueError(f"it has {len(text)} characters\nexpected at most {LONGEST}")
+    parser = _Parser(_words(text))
+    evaluate = parser.disjunction()
+    parser.expect_end()
+    return Expression(text, tuple(dict.fromkeys(parser.places)), evaluate)
+
+
+def _words(text: str) -> list[str]:
+    words, at = list[str](), 0
+    while text[at:].strip():
+        found = _WORD.match(text, at)
+        if found is None:
+            raise ValueError(
+                f"the quote at {text[at:].strip()[:20]!r} has no end\nexpected another one behind the text"
+            )
+        words.append(found[1])
+        at = found.end()
+    return words
+
+
+class _Parser:
+    """Recursive descent; each method returns what evaluates its part."""
+
+    def __init__(self, words: Sequence[str]) -> None:
+        self._words, self._at, self._depth = words, 0, 0
+        self.places: list[str] = []
+
+    def expect_end(self) -> None:
+        if self._at < len(self._words):
+            raise ValueError(
+                f"{self._words[self._at]!r} does not go on\nexpected an operator between blanks, or the end"
+            )
+
+    def disjunction(self) -> Evaluate:
+        parts = [self._conjunction()]
+        while self._takes("or"):
+            parts.append(self._conjunction())
+        return parts[0] if len(parts) == 1 else lambda values: any(part(values) for part in parts)
+
+    def _conjunction(self) -> Evaluate:
+        parts = [self._negation()]
+        while self._takes("and"):
+            parts.append(self._negation())
+        return parts[0] if len(parts) == 1 else lambda values: all(part(values) for part in parts)
+
+    def _negation(self) -> Evaluate:
+        if self._takes("not"):
+            inner = self._deeper(self._negation)
+            return lambda values: not inner(values)
+        return self._level(0)
+
+    def _level(self, number: int) -> Evaluate:
+        """Read operators of one rank, from left to right."""
+        if number == len(_LEVELS):
+            return self._signed()
+        left, operators = self._level(number + 1), _LEVELS[number]
+        while (word := self._word()) in operators:
+            self._at += 1
+            left = _applied(operators[word], left, self._level(number + 1))
+            if number == 0:
+                break
+        return left
+
+    def _signed(self) -> Evaluate:
+        if self._takes("-"):
+            inner = self._deeper(self._signed)
+            return lambda values: -inner(values)
+        return self._single()
+
+    def _single(self) -> Evaluate:
+        word = self._word()
+        self._at += 1
+        if word == "(":
+            inner = self._deeper(self.disjunction)
+            self._expect(")")
+            return inner
+        if word in _FUNCTIONS and self._takes("("):
+            return self._call(word)
+        if word[:1] in ("'", '"') and word:
+            return _constant(word[1:-1])
+        if word.lower() in _CONSTANTS:
+            return _constant(_CONSTANTS[word.lower()])
+        if _NUMBER.fullmatch(word):
+            return _constant(float(word) if re.search(r"[.eE]", word) and "x" not in word.lower() else int(word, 0))
+        if "/" in word.strip("/"):
+            self.places.append(word)
+            return lambda values: values[word]
+        got = f"got {word!r}" if word else "got the end"
+        raise ValueError(f"{got}\nexpected a place such as tank/level, a number, true, false or a text in quotes")
+
+    def _call(self, name: str) -> Evaluate:
+        arguments = [self._deeper(self.disjunction)]
+        while self._takes(","):
+            arguments.append(self._deeper(self.disjunction))
+        self._expect(")")
+        function = _FUNCTIONS[name]
+        if (name == "abs") is not (len(arguments) == 1):
+            raise ValueError(
+                f"{name} has {len(arguments)} values\nexpected {'one' if name == 'abs' else 'at least two'}"
+            )
+        return lambda values: function(*(argument(values) for argument in arguments))
+
+    def _deeper(self, read: Callable[[], Evaluate]) -> Evaluate:
+        self._depth += 1
+        if self._depth > DEEPEST:
+            raise ValueError(f"it is nested too deeply\nexpected at most {DEEPEST} brackets within one another")
+        inner = read()
+        self._depth -= 1
+        return inner
+
+    def _word(self) -> str:
+        return self._words[self._at] if self._at < len(self._words) else ""
+
+    def _takes(self, word: str) -> bool:
+        is_there = self._word().lower() == word
+        self._at += is_there
+        return is_there
+
+    def _expect(self, word: str) -> None:
+        if not self._takes(word):
+            raise ValueError(f"got {self._word()!r}\nexpected {word!r}")
+
+
+def _constant(value: Value) -> Evaluate:
+    return lambda values: value
+
+
+def _applied(function: Callable[[Any, Any], Any], left: Evaluate, right: Evaluate) -> Evaluate:
+    return lambda values: function(left(values), right(values))
