@@ -109,8 +109,10 @@ def test_the_help_has_the_commands_in_groups() -> None:
     shown = CliRunner().invoke(app, ["--help"]).stdout
     groups = dict(re.findall(r"^([A-Z][a-z ]+):\n((?:  \S.*\n?)+)", shown, re.MULTILINE))
     in_groups = {group: [line.split()[0] for line in text.splitlines()] for group, text in groups.items()}
-    assert in_groups["Run a rig"] == ["up", "exec", "step", "pause", "run", "stop", "restart", "replay"]
+    assert in_groups["Run a rig"] == [
+        *("up", "exec", "step", "back", "pause", "run", "stop", "restart", "replay", "scenario"),
+    ]
     assert in_groups["Look and change"] == ["help", "status", "watch", "get", "set", "fault", "record", "trace"]
     assert in_groups["Files"] == ["check", "schema", "diff", "draw", "eds", "export", "new"]
-    assert in_groups["Programs"] == ["arp", "debug", "debug-adapter", "iec", "pam"]
+    assert in_groups["Programs"] == ["coverage", "arp", "debug", "debug-adapter", "iec", "pam"]
     assert in_groups["Devices"] == ["devices", "conform", "dial", "nameplate"]

@@ -1,4 +1,4 @@
-"""What is done to a rig from outside: one form for scenarios, for the schedules of a search, and for what it finds."""
+"""Actions on a rig from outside: one form for scenarios, for the schedules of a search, and for what it finds."""
 
 from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
@@ -12,7 +12,7 @@ class Act(NamedTuple):
     """One action."""
 
     at_ns: int
-    """From the begin of the scenario."""
+    """The instant from the begin of the scenario, in nanoseconds."""
     verb: Verb
     """`press` is a value for a time, and then the one before; `clear` ends all faults of a bus or a device."""
     where: str

@@ -28,7 +28,7 @@ Track = Sequence[tuple[int, Value]]
 
 
 class Played(NamedTuple):
-    """What a scenario has shown."""
+    """The outcome of a scenario."""
 
     violations: tuple[Violation, ...]
     """In the order in which they were seen."""

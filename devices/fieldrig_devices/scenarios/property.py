@@ -1,4 +1,4 @@
-"""What has to hold in a scenario, over time."""
+"""The properties that have to hold in a scenario, over time."""
 
 from enum import StrEnum
 from typing import NamedTuple
@@ -42,7 +42,7 @@ class Violation(NamedTuple):
 
     property: str
     at_ns: int
-    """From the begin of the scenario."""
+    """The instant from the begin of the scenario, in nanoseconds."""
     what: str
     """The reason, as a sentence."""
     values: tuple[tuple[str, object], ...]

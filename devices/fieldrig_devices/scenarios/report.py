@@ -12,7 +12,7 @@ from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.scenarios.scenario_file import Scenario
 
 BEFORE_NS: Final = 50 * MS
-"""The time in front of a violation whose changes are told."""
+"""The time in front of a violation whose changes are shown."""
 MOST_TOLD: Final = 12
 
 

@@ -119,7 +119,7 @@ class PropertySettings(Settings):
         if kind is not Kind.STAYS and self.until is not None:
             yield WrongKey(("until",), f"{name} has no end", "only `stays` has `until`")
         if kind in (Kind.ALWAYS, Kind.NEVER) and self.within is not None:
-            yield WrongKey(("within",), f"{name} has no time", "`expect` and `eventually` have `within`")
+            yield WrongKey(("within",), f"{name} takes no time", "`expect` and `eventually` have `within`")
         if kind is Kind.EVENTUALLY and self.after is not None:
             yield WrongKey(("after",), "eventually begins when all faults are over", "leave `after` out")
 

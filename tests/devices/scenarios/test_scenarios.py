@@ -1,4 +1,4 @@
-"""Scenario files: what they may say, how they are played, and what is told of them."""
+"""Scenario files: what they may say, how they are played, and what is reported of them."""
 
 import json
 from pathlib import Path
@@ -52,7 +52,7 @@ def run(*arguments: object) -> Result:
         ("properties: {a: {always: x/y, never: x/y}}\n", "2: properties.a: it has always and never"),
         ("properties: {a: {expect: x/y}}\n", "2: properties.a.within: expect needs a time"),
         ("properties: {a: {stays: x/y}}\n", "2: properties.a.until: stays needs an end"),
-        ("properties: {a: {never: x/y, within: 1s}}\n", "2: properties.a.within: never has no time"),
+        ("properties: {a: {never: x/y, within: 1s}}\n", "2: properties.a.within: never takes no time"),
         ("properties: {a: {never: level > 3}}\n", "2: properties.a.never: got 'level'"),
         ("properties: {a: {never: 3}}\n", "2: properties.a.never: "),
         (f"steps: [{{at: 5, clear: io}}]\n{LEVEL}", "2: steps[0].at: expected a time with a unit"),
