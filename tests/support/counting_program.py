@@ -3,7 +3,17 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from fieldrig.device import Value
-from fieldrig_devices.languages.debugging.debuggee import Frame, ProgramState, Reset, Step, ThreadView, Variable
+from fieldrig_devices.languages.debugging.debuggee import (
+    At,
+    Frame,
+    Looks,
+    ProgramState,
+    Reset,
+    Step,
+    ThreadView,
+    Variable,
+    evaluated,
+)
 
 
 class CountingProgram:
@@ -25,9 +35,14 @@ class CountingProgram:
         self.code_lines = {1, 2}
         """Lines with an instruction."""
         self.done: list[object] = []
+        self.looks: Looks | None = None
 
     def run_line(self) -> None:
         """Run one line as the program's cycle does, and stop at a breakpoint in front of the next."""
+        if self.looks is not None:
+            self.looks[0](1)
+            if self.state is ProgramState.PAUSED:
+                return
         if self.line == 1:
             self.values["n"] = int(self.values["n"]) + 1
         else:
@@ -36,6 +51,10 @@ class CountingProgram:
                 self.on_sample()
         self.values |= self.forced_values
         self.line = 3 - self.line
+        if self.looks is not None:
+            self.looks[1](1)
+            if self.state is ProgramState.PAUSED:
+                return
         if self.line in self.stops.get("count.txt", ()):
             self.state = ProgramState.PAUSED
             self.on_stop()
@@ -49,6 +68,20 @@ class CountingProgram:
     def break_at(self, places: Mapping[str, set[int]]) -> Mapping[str, set[int]]:
         self.stops = {file: lines & self.code_lines for file, lines in places.items()}
         return self.stops
+
+    def look_on(self, looks: Looks | None) -> None:
+        self.looks = looks
+
+    def at(self, thread: int) -> At | None:
+        return At("count.txt", self.line, 0, True)
+
+    def halt(self, thread: int) -> bool:
+        self.state = ProgramState.PAUSED
+        self.on_stop()
+        return True
+
+    def reader(self, text: str) -> Callable[[], Value | None]:
+        return evaluated(self, text)
 
     def goes_on(self, file: str, first: int, last: int) -> bool:
         return False

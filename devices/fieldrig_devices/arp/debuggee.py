@@ -5,6 +5,7 @@ and both see the same program: breakpoints set at one place replace those of the
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Final
 
 from fieldrig.device import Value
@@ -19,7 +20,17 @@ from fieldrig_devices.arp.runtime.program import ArpProgram
 from fieldrig_devices.arp.runtime.program import ProgramState as Activity
 from fieldrig_devices.arp.user_port.debugging import WHY_NOT, line_of
 from fieldrig_devices.arp.user_port.wording import CODES
-from fieldrig_devices.languages.debugging.debuggee import Frame, ProgramState, Reset, Step, ThreadView, Variable
+from fieldrig_devices.languages.debugging.debuggee import (
+    At,
+    Frame,
+    Looks,
+    ProgramState,
+    Reset,
+    Step,
+    ThreadView,
+    Variable,
+    evaluated,
+)
 
 THREAD: Final = 1
 _RUNNING: Final = "the program is running: expected `stop` first"
@@ -47,6 +58,7 @@ class ArpDebuggee:
         self._downloads = 0
         self._values = CardValues(card, lambda: self._source.equs)
         self._watched: ArpProgram | None = None
+        self._looks: Looks | None = None
         self._known: dict[bytes, SourceText] = {}
         self._shown: tuple[bytes, SourceText] = b"", SourceText("", "")
         self.force_inputs, self.force_outputs = self._values.force_inputs, self._values.force_outputs
@@ -66,6 +78,7 @@ class ArpDebuggee:
         self._watched = self._card.program
         if self._watched is not None:
             self._watched.on_stop = lambda: self.on_stop()
+            self.look_on(self._looks)
             self.on_load()
 
     def _program(self) -> ArpProgram:
@@ -124,6 +137,21 @@ class ArpDebuggee:
         stops = program.break_at(places.get(own, set()))
         return {file: stops if file == own else set() for file in places}
 
+    def look_on(self, looks: Looks | None) -> None:
+        self._looks, program = looks, self._card.program
+        if program is not None:
+            program.looks = None if looks is None else (partial(looks[0], THREAD), partial(looks[1], THREAD))
+
+    def at(self, thread: int) -> At | None:
+        program = self._program()
+        if not program.is_within:
+            return None
+        line, is_beginning = program.at
+        return At(self._source.name, line, len(program.calls), is_beginning)
+
+    def halt(self, thread: int) -> bool:
+        return self._program().halt()
+
     def goes_on(self, file: str, first: int, last: int) -> bool:
         return False  # each line of a program is a statement
 
@@ -169,6 +197,9 @@ class ArpDebuggee:
 
     def evaluate(self, text: str, thread: int | None = None, frame: int = 0) -> Variable:
         return self._values.evaluate(text)
+
+    def reader(self, text: str) -> Callable[[], Value | None]:
+        return evaluated(self, text)
 
     def write(self, path: str, value: Value) -> None:
         self._values.write(path, value)

@@ -6,6 +6,7 @@ reaches it, and the other tasks go on.  A pause stops all tasks where they are, 
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from fieldrig.clock import MS
 from fieldrig.device import Value
@@ -27,12 +28,15 @@ from fieldrig_devices.iec.types import EnumType, StringType, Type
 from fieldrig_devices.iec.watch import evaluate, expression_of, path_of
 from fieldrig_devices.languages.debugging import spans
 from fieldrig_devices.languages.debugging.debuggee import (
+    At,
     Frame,
+    Looks,
     ProgramState,
     Reset,
     Step,
     ThreadView,
     Variable,
+    evaluated,
 )
 from fieldrig_devices.languages.resumable import Code
 
@@ -136,6 +140,21 @@ class IecDebuggee:
         lines_of_tokens = [position.line for position in scanned.positions[:-1]]
         return spans.goes_on(list(zip(scanned.kinds, lines_of_tokens, strict=False)), last, _ENDS)
 
+    def look_on(self, looks: Looks | None) -> None:
+        program = self.program
+        if program is None:
+            return
+        for task in program.scheduler.tasks:
+            for thread in program.threads.get(task.name, ()):
+                number = task.number + 1
+                thread.look_on(None if looks is None else (partial(looks[0], number), partial(looks[1], number)))
+
+    def at(self, thread: int) -> At | None:
+        return _thread(self._task(thread)).at
+
+    def halt(self, thread: int) -> bool:
+        return _thread(self._task(thread)).halt()
+
     def _prepare(self, runtime: Runtime) -> None:
         """Make what breakpoints and steps need beside the device, so that its cycles go on."""
         code, order = runtime.code, Order.of(runtime.compiled, runtime.code)
@@ -229,6 +248,24 @@ class IecDebuggee:
             if other is None:
                 raise
             return other
+
+    def reader(self, text: str) -> Callable[[], Value | None]:
+        runtime = self._loaded().runtime
+        compiled, symbol = runtime.compiled, runtime.symbols.find(text)
+        slow = evaluated(self, text)
+        if symbol is None or storage(symbol.type) is None:
+            return slow
+
+        def read() -> Value | None:
+            program = self.program
+            if program is None or program.runtime.compiled is not compiled:
+                return slow()
+            try:
+                return program.runtime.read(symbol)
+            except ValueError:
+                return None
+
+        return read
 
     def write(self, path: str, value: Value) -> None:
         program = self._loaded()

@@ -1,6 +1,6 @@
 """One thread of a loaded program: a POU that a task runs from its beginning to its end in each of its cycles."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Final
@@ -9,7 +9,7 @@ from fieldrig_devices.iec.host import Pending
 from fieldrig_devices.iec.layout import stack_of
 from fieldrig_devices.iec.natives import NOTHING, Waiting
 from fieldrig_devices.iec.tasks.task import WorkState
-from fieldrig_devices.languages.debugging.debuggee import Frame, Step
+from fieldrig_devices.languages.debugging.debuggee import At, Frame, Step
 from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.faults import RunError
 from fieldrig_devices.languages.task import Task, TaskState
@@ -64,6 +64,7 @@ class Thread:
         self.is_watched = runtime.has_breakpoints
         """True if the thread stops at breakpoints."""
         self._task = Task(runtime.code)
+        self._looks: tuple[Callable[[], None], Callable[[], None]] | None = None
         self._entry: tuple[str, int] | None = None
         """The routine of the program and the address of its variables, once it has been started."""
 
@@ -71,6 +72,7 @@ class Thread:
         """Use the code of the runtime after an online change; only between two cycles."""
         self._task = Task(self._runtime.code)
         self._waiting, self._goal, self._entry = NOTHING, None, None
+        self.look_on(self._looks)
 
     # ---- running
 
@@ -129,6 +131,24 @@ class Thread:
         return left
 
     # ---- debugging
+
+    def look_on(self, looks: tuple[Callable[[], None], Callable[[], None]] | None) -> None:
+        """Call the first one in front of each instruction, where it may `halt`, and the second one behind it."""
+        self._looks = looks
+        self._task.ahead, self._task.look = (None, None) if looks is None else looks
+
+    def halt(self) -> bool:
+        """Stop in front of the next instruction; false if there is none."""
+        return self._task.halt()
+
+    @property
+    def at(self) -> At | None:
+        """The next instruction; None between two cycles."""
+        task, code = self._task, self._runtime.code
+        if task.state in (TaskState.IDLE, TaskState.ENDED):
+            return None
+        lowered, (line, is_beginning) = self._runtime.compiled.code, code.begins(task.routine, task.pc)
+        return At(lowered.files[code.names_of_routines[task.routine]], line, len(task.stack), is_beginning)
 
     def go_on(self) -> None:
         """Continue after a breakpoint or a step."""

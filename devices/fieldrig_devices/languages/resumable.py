@@ -253,6 +253,11 @@ class Code:
         """Return the source line of an instruction."""
         return self.routines[routine].lines[pc]
 
+    def begins(self, routine: int, pc: int) -> tuple[int, bool]:
+        """Return the source line of an instruction, and whether it is the first one of it."""
+        lines = self.routines[routine].lines
+        return lines[pc], pc == 0 or lines[pc - 1] != lines[pc]
+
     def stop_at(self, lines: set[int]) -> set[int]:
         """Replace all breakpoints by these source lines; return those lines that have an instruction to stop at."""
         stops = set()

@@ -46,6 +46,8 @@ class Task:
         """True if the last step was an instruction that waits."""
         self.look: Callable[[], None] | None = None
         """Called after each instruction, for a watch that misses no change; the task stops at the same places."""
+        self.ahead: Callable[[], None] | None = None
+        """Called in front of each instruction; it may `halt` the task there."""
         self.unused = 0
         """Budget that was left when it began to wait."""
         self._limit = 0
@@ -86,8 +88,8 @@ class Task:
         slice, so the result is 0 or less then too.
         """
         self.has_waited = False
-        if self.look is not None:
-            return self._run_and_look(budget, self.look)
+        if self.look is not None or self.ahead is not None:
+            return self._run_and_look(budget)
         code = self._code
         code.limit[0] = self._limit
         build = Build.WATCHED if self.is_watched else Build.FAST
@@ -148,11 +150,13 @@ class Task:
         if self.state is TaskState.STOPPED:
             self.state = TaskState.READY
         self._code.limit[0] = self._limit
-        return self._step()[1] if self.state is TaskState.READY else 0
+        return self._looked_at()[1] if self.state is TaskState.READY and not self._is_halted() else 0
 
-    def halt(self) -> None:
-        """Stop in front of the next instruction, as at a breakpoint."""
-        self.state = TaskState.STOPPED
+    def halt(self) -> bool:
+        """Stop in front of the next instruction, as at a breakpoint; false if there is none."""
+        if self.state is TaskState.READY:
+            self.state = TaskState.STOPPED
+        return self.state is TaskState.STOPPED
 
     def go_on(self) -> None:
         """Continue from a breakpoint: `run` starts with the next instruction even if it has a breakpoint."""
@@ -178,7 +182,20 @@ class Task:
                 break
         return budget
 
-    def _run_and_look(self, budget: int, look: Callable[[], None]) -> int:
+    def _is_halted(self) -> bool:
+        """Look ahead, and return whether that has halted the task."""
+        if self.ahead is not None:
+            self.ahead()
+        return self.state is TaskState.STOPPED
+
+    def _looked_at(self) -> tuple[int, int]:
+        """Run one instruction, then look."""
+        done = self._step()
+        if self.look is not None:
+            self.look()
+        return done
+
+    def _run_and_look(self, budget: int) -> int:
         """Do the same as `run` by single instructions: a slice ends only where the fast build can be entered."""
         build = Build.WATCHED if self.is_watched else Build.FAST
         self._code.limit[0] = self._limit
@@ -186,10 +203,11 @@ class Task:
             if self._is_stop():
                 self.state = TaskState.STOPPED
                 break
-            why, cost = self._step()
+            if self._is_halted():
+                break
+            why, cost = self._looked_at()
             self._is_between = not self._code.is_leader(self.routine, self.pc, build)
             budget -= cost
-            look()
             if why != WAIT:
                 self._passed = None
                 continue

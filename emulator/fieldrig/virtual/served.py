@@ -12,6 +12,7 @@ from functools import partial
 from typing import Any, Final, NamedTuple
 
 from fieldrig.bus import Bus, Delivery
+from fieldrig.clock import MS
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.recording.record_set import RecordSet
 from fieldrig.recording.signals import Column, Rhythm
@@ -20,6 +21,8 @@ from fieldrig.virtual.branch import Asked, repeat_one
 from fieldrig.virtual.recorded import RigSource
 from fieldrig.virtual.rig import Rig
 
+LATEST_NS: Final = 10 * MS
+"""How much later a device may notice that it is there."""
 CALLS: Final = ("again", "acknowledge", "flush", "end")
 """The calls of a recording."""
 
@@ -135,7 +138,8 @@ class ServedRig(Rig):
     def repeat_until_there(self, asked: Sequence[Asked], until_ns: int, is_there: Callable[["ServedRig"], bool]) -> int:
         """Repeat what was asked up to `until_ns`; return how much it was.
 
-        At that very instant it is repeated only until `is_there(rig)` is true.
+        At that very instant it is repeated only until `is_there(rig)` is true, and the rig goes on until it is: a
+        device may notice later, by the time of its processor, what happened then.
         """
         done = 0
         for at_ns, has_run, call, arguments in asked:
@@ -148,6 +152,8 @@ class ServedRig(Rig):
             repeat_one(self, call, arguments)
             done += 1
         self.run_until(max(until_ns, self.now_ns))
+        while not is_there(self) and (next_ns := self.next_ns()) is not None and next_ns <= until_ns + LATEST_NS:
+            self.step()
         return done
 
     def _become_branch(self, seed: int | None) -> None:

@@ -9,6 +9,7 @@ program stops, and so do events; outputs keep their state.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
+from functools import partial
 from typing import Final, Protocol
 
 from fieldrig.coverage import collecting
@@ -93,6 +94,8 @@ class ArpProgram:
         """Called when the program pauses at a breakpoint or after a step to another line, and when it fails."""
         self.look: Callable[[], None] | None = None
         """Called after each instruction while points of the card are watched."""
+        self.looks: tuple[Callable[[], None], Callable[[], None]] | None = None
+        """Called in front of each instruction, where they may `halt` the program, and behind it."""
         self._goal: Goal | None = None
 
     # ---- run
@@ -126,16 +129,37 @@ class ArpProgram:
             thread = self._next_thread()
             if thread.wake_ns > now_ns:
                 return budget
+            thread.task.ahead, thread.task.look = self._hooks()
             if self._goal is not None:
                 thread.task.step()
                 budget -= 1
-                if self.look is not None:
-                    self.look()
             else:
-                thread.task.look = self.look
                 budget = thread.task.run(budget)
             self._look_at(thread)
         return budget
+
+    def _hooks(self) -> tuple[Callable[[], None] | None, Callable[[], None] | None]:
+        """Return the calls in front of each instruction and behind it."""
+        look, looks = self.look, self.looks
+        if looks is None:
+            return None, look
+        ahead, behind = looks
+        return ahead, behind if look is None else partial(_both, look, behind)
+
+    def halt(self) -> bool:
+        """Stop in front of the next instruction, as at a breakpoint; false if there is none."""
+        return self._active.task.halt()
+
+    @property
+    def is_within(self) -> bool:
+        """True if the program has a next instruction."""
+        return self._active.task.state not in (TaskState.IDLE, TaskState.ENDED)
+
+    @property
+    def at(self) -> tuple[int, bool]:
+        """The line of the next instruction, and whether it is the first one of it."""
+        task = self._active.task
+        return self.code.begins(task.routine, task.pc)
 
     def _next_thread(self) -> _Thread:
         if self._active is self._main and (routine := self._events.due()) is not None:
@@ -220,3 +244,8 @@ class ArpProgram:
         """Places to which the callers return, outermost first."""
         stack = self._active.task.stack
         return [Place(self._routine_names[routine], self.code.line(routine, pc)) for routine, pc, *_ in stack]
+
+
+def _both(first: Callable[[], None], second: Callable[[], None]) -> None:
+    first()
+    second()

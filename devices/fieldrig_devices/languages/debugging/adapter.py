@@ -5,7 +5,9 @@ Source: Debug Adapter Protocol, version 1.6x.  The adapter translates between th
 the editor.  Requests whose command begins with "fieldrig." reach the debugging service as they are, for what the
 protocol does not have, such as forcing, a download, and the trace.
 
-Left out on purpose: launching a rig (start it with `fieldrig up`), and breakpoints on functions and data.
+A rig in virtual time goes back: `stepBack` and `reverseContinue` are for all devices, buses and plants of it.
+
+Left out on purpose: launching a rig (start it with `fieldrig up`), and breakpoints on functions.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,6 +17,9 @@ from typing import Any, Final
 from fieldrig.errors import RigError
 from fieldrig.outside.untrusted import field, items, typed
 from fieldrig_devices.languages.debugging.framing import Framer, framed
+from fieldrig_devices.languages.debugging.service import MOST_WATCHED
+from fieldrig_devices.languages.debugging.texts import shown
+from fieldrig_devices.languages.debugging.travel import Travel
 
 OWN: Final = "fieldrig."
 CAPABILITIES: Final = {
@@ -24,6 +29,7 @@ CAPABILITIES: Final = {
     "supportsSetVariable": True,
     "supportsSetExpression": True,
     "supportsRestartRequest": True,
+    "supportsDataBreakpoints": True,
 }
 REASONS: Final = {"paused": "breakpoint", "failed": "exception"}
 MOST_BREAKPOINTS: Final = 1_000
@@ -35,8 +41,9 @@ Ask = Callable[[Mapping[str, Any]], dict[str, Any]]
 class Adapter:
     """One session of an editor."""
 
-    def __init__(self, ask: Ask) -> None:
-        self._ask = ask
+    def __init__(self, ask: Ask, travel: Travel | None = None) -> None:
+        """`travel` is the way back; None if there is none, as outside of a rig."""
+        self._ask, self._travel = ask, travel
         self._framer = Framer()
         self._sequence = 0
         self._out: list[bytes] = []
@@ -74,6 +81,13 @@ class Adapter:
             "next": lambda arguments: self._step(arguments, "over"),
             "stepIn": lambda arguments: self._step(arguments, "into"),
             "stepOut": lambda arguments: self._step(arguments, "out"),
+            "stepBack": self._step_back,
+            "reverseContinue": self._reverse_continue,
+            "fieldrig.back": self._back,
+            "fieldrig.backTo": self._back_to,
+            "fieldrig.lastChange": self._last_change,
+            "dataBreakpointInfo": self._data_breakpoint_info,
+            "setDataBreakpoints": self._set_data_breakpoints,
             "restart": self._restart,
             "disconnect": self._disconnect,
         }
@@ -126,9 +140,9 @@ class Adapter:
 
     def _answer(self, command: str, arguments: Any) -> dict[str, Any] | None:
         typed(arguments, dict, "arguments")
-        if command.startswith(OWN):
-            return self._ask({**arguments, "command": command.removeprefix(OWN)})
         action = self._commands.get(command)
+        if action is None and command.startswith(OWN):
+            return self._ask({**arguments, "command": command.removeprefix(OWN)})
         if action is None:
             raise ValueError(f"the adapter has no request {command!r}")
         return action(arguments)
@@ -136,7 +150,7 @@ class Adapter:
     # ---- the session
 
     def _initialize(self, _: Mapping[str, Any]) -> dict[str, Any]:
-        return dict(CAPABILITIES)
+        return CAPABILITIES | {"supportsStepBack": self._travel is not None and self._travel.is_possible}
 
     def _attach(self, arguments: Mapping[str, Any]) -> None:
         """Attach; `sources` is the folder that has the program's files.
@@ -168,8 +182,10 @@ class Adapter:
     def _disconnect(self, _: Mapping[str, Any]) -> None:
         for file in {stop["file"] for stop in self._ask({"command": "breakpoints"})["breakpoints"]}:
             self._ask({"command": "breakpoints", "file": file, "breakpoints": []})
+        self._ask({"command": "watch", "names": []})
         if self._ask({"command": "state"})["state"] == "paused":
             self._ask({"command": "continue"})
+        self._run_rig()
 
     def _restart(self, _: Mapping[str, Any]) -> None:
         self._ask({"command": "stop"})
@@ -193,6 +209,7 @@ class Adapter:
             reason = REASONS.get(thread["state"])
             if reason is not None:
                 why = self._why if self._why and reason == "breakpoint" else reason
+                why = "data breakpoint" if "change" in thread else why
                 body = {"reason": why, "threadId": thread["number"], "allThreadsStopped": False}
                 self._event("stopped", **body, **({"text": thread["about"]} if thread["about"] else {}))
         self._why = ""
@@ -209,11 +226,85 @@ class Adapter:
     def _continue(self, _: Mapping[str, Any]) -> dict[str, Any]:
         self._why = ""
         self._only("continue")
+        self._run_rig()
         return {"allThreadsContinued": True}
 
     def _step(self, arguments: Mapping[str, Any], kind: str) -> None:
         self._why = "step"
         self._ask({"command": "step", "thread": field(arguments, "threadId", int), "kind": kind})
+        self._run_rig()
+
+    # ---- going back
+
+    def _way_back(self) -> Travel:
+        if self._travel is None:
+            raise ValueError("this program cannot go back: expected one in a rig with `time: virtual`")
+        return self._travel
+
+    def _run_rig(self) -> None:
+        """Let a rig run on that a way back has paused."""
+        if self._travel is not None:
+            self._travel.run()
+
+    def _is_back(self, why: str) -> None:
+        """Show at the next look where the program is now."""
+        self._stops, self._why = -1, why
+
+    def _step_back(self, arguments: Mapping[str, Any]) -> None:
+        self._way_back().back_by_line(field(arguments, "threadId", int))
+        self._is_back("step")
+
+    def _reverse_continue(self, _: Mapping[str, Any]) -> None:
+        found = self._way_back().reverse_continue()
+        self._is_back("data breakpoint" if "change" in found else "breakpoint")
+
+    def _back(self, arguments: Mapping[str, Any]) -> None:
+        self._way_back().back(field(arguments, "ns", int))
+        self._is_back("goto")
+
+    def _back_to(self, arguments: Mapping[str, Any]) -> None:
+        name = self._file_of(field(arguments, "source", dict))
+        self._way_back().back_to([{"file": name, "line": field(arguments, "line", int)}])
+        self._is_back("goto")
+
+    def _last_change(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        return dict(self._way_back().last_change(field(arguments, "name", str)))
+
+    # ---- data breakpoints
+
+    def _data_breakpoint_info(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the path of a variable as its identity; a variable of a call and a group have none."""
+        name = field(arguments, "name", str)
+        if arguments.get("variablesReference"):
+            variables = self._ask({"command": "variables", "path": self._group(arguments)})["variables"]
+            variable = next((each for each in variables if each["name"] == name), None)
+        else:
+            [variable] = self._ask({"command": "read", "names": [name]})["variables"]
+        if variable is None or "error" in variable:
+            return {"dataId": None, "description": f"{name} is not a variable of the program"}
+        path = str(variable["path"])
+        if variable["value"] is None or path.startswith("@"):
+            what = "is a group of values" if variable["value"] is None else "ends with its call"
+            return {"dataId": None, "description": f"{name} {what}"}
+        return {"dataId": path, "description": path, "accessTypes": ["write"], "canPersist": True}
+
+    def _set_data_breakpoints(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Replace the data breakpoints: the program stops behind a statement that gives such a variable a new value."""
+        wanted = [
+            field(each, "dataId", str)
+            for each in items(arguments.get("breakpoints") or [], dict, MOST_WATCHED, "breakpoints")
+        ]
+        read = self._ask({"command": "read", "names": wanted})["variables"] if wanted else []
+        wrong = ["error" in variable or variable["value"] is None for variable in read]
+        self._ask(
+            {"command": "watch", "names": [name for name, is_wrong in zip(wanted, wrong, strict=True) if not is_wrong]}
+        )
+        return {
+            "breakpoints": [
+                {"verified": False, "message": "there is no such value"} if is_wrong else {"verified": True}
+                for is_wrong in wrong
+            ]
+        }
 
     # ---- places
 
@@ -382,17 +473,3 @@ class Adapter:
             "type": shown["type"],
             "variablesReference": shown["variablesReference"],
         }
-
-
-def shown(variable: Mapping[str, Any]) -> str:
-    """Return the value of a variable in an answer as its language writes it."""
-    return str(variable["text"]) or text_of(variable["value"])
-
-
-def text_of(value: Any) -> str:
-    """Return a value as the languages write it; nothing for None."""
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return "TRUE" if value else "FALSE"
-    return f"'{value}'" if isinstance(value, str) else str(value)

@@ -121,7 +121,7 @@ def _picture(program: Alone, names: Sequence[str], now_ns: int) -> Any:
 
 
 def _row(variable: Variable) -> tuple[str, str, str]:
-    from fieldrig_devices.languages.debugging.adapter import text_of
+    from fieldrig_devices.languages.debugging.texts import text_of
 
     return variable.path, variable.type, variable.text or text_of(variable.value)
 

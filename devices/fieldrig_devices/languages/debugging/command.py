@@ -31,10 +31,11 @@ def debug_adapter(
     from fieldrig.system.this_process import exit_on_signals
     from fieldrig_devices.languages.debugging.adapter import Adapter
     from fieldrig_devices.languages.debugging.prompt import ENDING
-    from fieldrig_devices.languages.debugging.questions import asker
+    from fieldrig_devices.languages.debugging.questions import asker, travel_of
 
     with Client(endpoint) as client:
-        adapter = Adapter(asker(client, device))
+        ask = asker(client, device)
+        adapter = Adapter(ask, travel_of(client, device, ask))
         exit_on_signals(ENDING)
         try:
             for data in chunks(MOMENT_S):

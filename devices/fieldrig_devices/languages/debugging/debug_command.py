@@ -34,12 +34,13 @@ def debug(device: DeviceName, endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
     from fieldrig.errors import ControlError
     from fieldrig_devices.languages.debugging.debugger import Debugger
     from fieldrig_devices.languages.debugging.prompt import SCRIPT_LIMIT_S, converse, is_script
-    from fieldrig_devices.languages.debugging.questions import asker, settled
+    from fieldrig_devices.languages.debugging.questions import asker, settled, travel_of
 
     with Client(endpoint) as client:
         ask = asker(client, device)
         state = settled(ask, moments(None), _quietly)
-        debugger = Debugger(ask, typer.echo, moments, SCRIPT_LIMIT_S if is_script() else None)
+        limit_s = SCRIPT_LIMIT_S if is_script() else None
+        debugger = Debugger(ask, typer.echo, moments, limit_s, travel_of(client, device, ask))
         typer.echo(f"{device}, {state['language']}; `help` explains the commands")
         debugger.begin()
         converse(debugger, PROMPT, (ControlError,))

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from fieldrig.device import Value
 
@@ -50,6 +50,21 @@ class Frame:
         return f"{self.routine} ({self.file}:{self.line})"
 
 
+class At(NamedTuple):
+    """The next instruction of a thread, or the one that it has just done."""
+
+    file: str
+    line: int
+    depth: int
+    """The number of callers."""
+    is_beginning: bool
+    """True if it is the first instruction of its line, where a breakpoint stops."""
+
+
+Looks = tuple[Callable[[int], None], Callable[[int], None]]
+"""Two calls with the number of a thread: in front of each of its instructions, and behind it."""
+
+
 @dataclass(frozen=True, slots=True)
 class ThreadView:
     """A task, or a program that runs by itself."""
@@ -76,6 +91,22 @@ class Variable:
     about: str = ""
     text: str = ""
     """The value as the language writes it, such as T#5s; empty if truth values, numbers and texts say it all."""
+
+
+class Evaluating(Protocol):
+    def evaluate(self, text: str, thread: int | None = None, frame: int = 0) -> Variable: ...
+
+
+def evaluated(debuggee: Evaluating, text: str) -> Callable[[], Value | None]:
+    """Return a function for the value of an expression; None where there is none at present."""
+
+    def read() -> Value | None:
+        try:
+            return debuggee.evaluate(text).value
+        except ValueError:
+            return None
+
+    return read
 
 
 class Debuggee(Protocol):
@@ -122,6 +153,18 @@ class Debuggee(Protocol):
 
     def reset(self, kind: Reset) -> None: ...
 
+    def look_on(self, looks: Looks | None) -> None:
+        """Have every instruction looked at, in the thread and at the instant in which it runs; None ends it.
+
+        A look may halt the thread.  Everything else is the same with looks and without.
+        """
+
+    def at(self, thread: int) -> At | None:
+        """Return where a thread is; None between two of its cycles."""
+
+    def halt(self, thread: int) -> bool:
+        """Stop a thread in front of its next instruction, as at a breakpoint; false if it has none."""
+
     def pause(self) -> None:
         """Pause all threads; `on_stop` is not called, as the one who pauses knows."""
 
@@ -139,6 +182,9 @@ class Debuggee(Protocol):
 
     def evaluate(self, text: str, thread: int | None = None, frame: int = 0) -> Variable:
         """Return a variable, or the value of an expression in the scope of a frame of a thread, 0 for the innermost."""
+
+    def reader(self, text: str) -> Callable[[], Value | None]:
+        """Return a fast function for the value of `evaluate(text)`; None where there is none, as after a download."""
 
     def write(self, path: str, value: Value) -> None:
         """Write a variable.  A text may be a literal of the language, as people type it: `T#5s`, `16#FF`, `TRUE`."""

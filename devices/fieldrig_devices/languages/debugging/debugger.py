@@ -7,12 +7,14 @@ wait for the program pauses the program.  `ask` raises the errors of the connect
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final
 
+from fieldrig.text.durations import duration_ns
 from fieldrig_devices.languages.debugging import values
 from fieldrig_devices.languages.debugging.adapter import Ask
 from fieldrig_devices.languages.debugging.debugger_words import WORDS
 from fieldrig_devices.languages.debugging.prompt import NotStoppedError
 from fieldrig_devices.languages.debugging.sources import Place, Sources
 from fieldrig_devices.languages.debugging.tracing import trace
+from fieldrig_devices.languages.debugging.travel import Travel, changed
 from fieldrig_devices.languages.debugging.words import count, limit, none
 
 REACH: Final = 5
@@ -27,9 +29,20 @@ Moments = Callable[[float | None], Iterator[object]]
 class Debugger:
     """One session."""
 
-    def __init__(self, ask: Ask, say: Callable[[str], None], moments: Moments, limit_s: float | None) -> None:
-        """`limit_s` is the time to wait for a program that runs, in seconds; None means without limit."""
+    def __init__(
+        self,
+        ask: Ask,
+        say: Callable[[str], None],
+        moments: Moments,
+        limit_s: float | None,
+        travel: Travel | None = None,
+    ) -> None:
+        """`limit_s` is the time to wait for a program that runs, in seconds; None means without limit.
+
+        `travel` is the way back, if there is one.
+        """
         self._ask, self._say, self._moments, self._limit_s = ask, say, moments, limit_s
+        self._travel = travel
         self._sources = Sources(ask)
         self._chosen: int | None = None
         self.is_over = False
@@ -44,6 +57,11 @@ class Debugger:
             "reset": self._reset,
             "break": self._break,
             "delete": self._delete,
+            "watch": self._watch,
+            "unwatch": self._unwatch,
+            "back": self._back,
+            "reverse-continue": self._reverse_continue,
+            "last": self._last,
             "list": self._list,
             "where": self._where,
             "threads": self._threads,
@@ -98,7 +116,7 @@ class Debugger:
 
     def _continue(self, arguments: list[str]) -> None:
         state = self._ask({"command": "state"})["state"]
-        is_waited_for = state == "running" and bool(self._stops() or arguments)
+        is_waited_for = state == "running" and bool(self._stops() or self._is_watching() or arguments)
         if not is_waited_for and state not in ("paused", "failed"):
             raise ValueError("the program is not paused\n`run` starts it, `pause` pauses it")
         self._go(None if is_waited_for else "continue", arguments)
@@ -109,7 +127,8 @@ class Debugger:
         before = self._ask({"command": "state"})["stops"]
         if command is not None:
             self._ask({"command": command})
-        if self._stops() or arguments:
+        self._run_rig()
+        if self._stops() or self._is_watching() or arguments:
             self._wait(before, limit_s)
         else:
             self.show_place()
@@ -119,6 +138,7 @@ class Debugger:
             before = self._ask({"command": "state"})["stops"]
             chosen = {} if self._chosen is None else {"thread": self._chosen}
             self._ask({"command": "step", "kind": kind, **chosen})
+            self._run_rig()
             self._until_it_stops(before, self._limit_s)
         self.show_place()
 
@@ -164,6 +184,68 @@ class Debugger:
         for _ in self._moments(LONGEST_START_S):
             if self._ask({"command": "state"})["state"] != "none":
                 return
+
+    # ---- going back
+
+    def _run_rig(self) -> None:
+        """Let a rig run on that a way back has paused."""
+        if self._travel is not None:
+            self._travel.run()
+
+    def _way_back(self) -> Travel:
+        if self._travel is None:
+            raise ValueError("this program cannot go back\nexpected one in a rig with `time: virtual`")
+        return self._travel
+
+    def _back(self, arguments: list[str]) -> None:
+        travel = self._way_back()
+        if arguments[:1] == ["to"] and len(arguments) == 2:
+            place = self._sources.place_of(arguments[1], self._here())
+            travel.back_to([{"file": place.file, "line": place.line}])
+        elif len(arguments) == 1 and not arguments[0].isdecimal():
+            travel.back(duration_ns(arguments[0]))
+        else:
+            for _ in range(count(arguments)):
+                travel.back_by_line(self._standing())
+        self.show_place()
+
+    def _standing(self) -> int:
+        """Return the task that stands, or the chosen one of several.  ValueError if none does."""
+        threads = self._ask({"command": "state"})["threads"]
+        standing = [thread["number"] for thread in threads if thread["state"] in ("paused", "failed")]
+        if not standing:
+            raise ValueError("no task is paused\n`pause` pauses the program, `back 12.34s` goes to a time")
+        chosen = self._chosen
+        return chosen if chosen is not None and chosen in standing else int(standing[0])
+
+    def _reverse_continue(self, arguments: list[str]) -> None:
+        none(arguments)
+        found = self._way_back().reverse_continue()
+        if "change" in found:
+            self._say(changed(found))
+        self.show_place()
+
+    def _last(self, arguments: list[str]) -> None:
+        if len(arguments) != 1:
+            raise ValueError("expected the name of one variable")
+        self._say(changed(self._way_back().last_change(arguments[0])))
+
+    def _watch(self, arguments: list[str]) -> None:
+        names: list[str] = self._ask({"command": "watch"})["names"]
+        if arguments:
+            names = self._ask({"command": "watch", "names": [*names, *arguments]})["names"]
+        self._say_all([f"stops when {name} changes" for name in names] or ["no variable is watched"])
+
+    def _is_watching(self) -> bool:
+        return bool(self._ask({"command": "watch"})["names"])
+
+    def _unwatch(self, arguments: list[str]) -> None:
+        names: list[str] = self._ask({"command": "watch"})["names"]
+        if not set(arguments) <= set(names):
+            raise ValueError("such a variable is not watched\n`watch` lists them")
+        left = [name for name in names if arguments and name not in arguments]
+        self._ask({"command": "watch", "names": left})
+        self._say(f"{len(left)} watched variables left")
 
     # ---- looking
 
@@ -300,9 +382,12 @@ class Debugger:
         self.is_over = True
         if self._stops():
             self._delete([])
+        if self._ask({"command": "watch"})["names"]:
+            self._unwatch([])
         if self._ask({"command": "state"})["state"] == "paused":
             self._ask({"command": "continue"})
             self._say("the program continues")
+        self._run_rig()
 
     def _leave(self, arguments: list[str]) -> None:
         none(arguments)

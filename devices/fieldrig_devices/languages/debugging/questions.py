@@ -6,7 +6,10 @@ from typing import Any, Final
 from fieldrig.cli.names import Parts, check_name
 from fieldrig.control.messages import Client
 from fieldrig_devices.languages.debugging.adapter import Ask
+from fieldrig_devices.languages.debugging.travel import Travel
 
+LONGEST_WAY_S: Final = 600.0
+"""Time limit for a way back, in seconds."""
 LARGEST_PART: Final = 100_000
 """Characters in a part of a download: as JSON at most 600 kB, and a question may have 1 MB."""
 
@@ -22,6 +25,16 @@ def asker(client: Client, device: str) -> Ask:
         return answer
 
     return ask
+
+
+def travel_of(client: Client, device: str, ask: Ask) -> Travel:
+    """Return the way back of the rig of a device."""
+
+    def ask_rig(verb: str, message: Any) -> dict[str, Any]:
+        answer: dict[str, Any] = client.ask(f"rig/{verb}", message, LONGEST_WAY_S)
+        return answer
+
+    return Travel(device, ask, ask_rig)
 
 
 def download(

@@ -14,11 +14,14 @@ from fieldrig.clock import Clock
 from fieldrig.device import Point, Value
 from fieldrig.outside.untrusted import MalformedError, field, items, shown, typed
 from fieldrig_devices.languages.debugging.breakpoints import Breakpoints
-from fieldrig_devices.languages.debugging.debuggee import Debuggee, ProgramState, Reset, Step, Variable
+from fieldrig_devices.languages.debugging.debuggee import Debuggee, ProgramState, Reset, Step, ThreadView, Variable
+from fieldrig_devices.languages.debugging.probes import Place, Probes, Search
+from fieldrig_devices.languages.debugging.probes import shown as found_shown
 from fieldrig_devices.languages.debugging.recorder import Edge, Recorder, RecorderState, Trigger
 
 MOST_NAMES: Final = 1_000
 MOST_BREAKPOINTS: Final = 1_000
+MOST_WATCHED: Final = 16
 MOST_FILES: Final = 1_000
 MOST_SAMPLES_IN_ANSWER: Final = 5_000
 LONGEST_DOWNLOAD: Final = 8 << 20
@@ -47,6 +50,8 @@ class DebugService:
         self._traces: dict[str, _Trace] = {}
         """The traces by the names that their askers gave them, those that were asked about last at the end."""
         self._parts: dict[str, str] = {}
+        self._probes = Probes(clock, debuggee)
+        self._stopped_ns = 0
         debuggee.on_stop, debuggee.on_load = self._on_stop, self._on_load
         self._commands: dict[str, Callable[[Mapping[str, Any]], Answer]] = {
             "state": self._state,
@@ -68,6 +73,9 @@ class DebugService:
             "forced": self._forced,
             "part": self._part,
             "download": self._download,
+            "watch": self._watch,
+            "probe": self._probe,
+            "found": self._found,
             "record": self._record,
             "samples": self._samples,
         }
@@ -108,8 +116,16 @@ class DebugService:
             "progress": debuggee.progress,
             "problem": debuggee.problem,
             "now_ns": self._clock.now_ns(),
-            "threads": [{**asdict(thread), "state": thread.state.value} for thread in debuggee.threads()],
+            "stopped_ns": self._stopped_ns,
+            "threads": [
+                {**asdict(thread), "state": thread.state.value, **self._why(thread)} for thread in debuggee.threads()
+            ],
         }
+
+    def _why(self, thread: ThreadView) -> Answer:
+        """Return the change for which a thread has stopped, if that was a data breakpoint."""
+        change = self._probes.stopped.get(thread.number) if thread.state is ProgramState.PAUSED else None
+        return {} if change is None else {"about": change, "change": change}
 
     def _files(self, _: Mapping[str, Any]) -> Answer:
         return {"files": list(self._debuggee.files)}
@@ -162,12 +178,13 @@ class DebugService:
     def _on_load(self) -> None:
         self._loads += 1
         self._places.reload(self._debuggee)
+        self._probes.reload()
 
     def _pause(self, _: Mapping[str, Any]) -> Answer:
         """Pause the program, which is a stop as at a breakpoint."""
         self._debuggee.pause()
         if self._debuggee.state is ProgramState.PAUSED:
-            self._stops += 1
+            self._count_stop()
         return {"state": self._debuggee.state.value}
 
     def _step(self, message: Mapping[str, Any]) -> Answer:
@@ -200,10 +217,14 @@ class DebugService:
             thread = paused[0].number
             frame = debuggee.stack(thread)[0]
             condition = self._places.conditions.get((frame.file, frame.line), "")
-            if condition and not self._holds(condition, thread):
+            if not self._probes.takes_stop(thread) and condition and not self._holds(condition, thread):
                 debuggee.go_on()
                 return
+        self._count_stop()
+
+    def _count_stop(self) -> None:
         self._stops += 1
+        self._stopped_ns = self._clock.now_ns()
 
     def _holds(self, condition: str, thread: int) -> bool:
         """A condition that cannot be evaluated stops the program, so that its author notices."""
@@ -255,6 +276,47 @@ class DebugService:
                 raise MalformedError(f"{shown(name)}: expected a number, a text, true or false, got {shown(value)}")
             action(name, value)
         return {"variables": [self._value_of(name, None) for name in values]}
+
+    # ---- data breakpoints, and the past
+
+    def _watch(self, message: Mapping[str, Any]) -> Answer:
+        """Replace the data breakpoints: the program stops where one of these variables gets another value.
+
+        Without `names` it says which there are.
+        """
+        if "names" in message:
+            self._probes.watch(list(dict.fromkeys(items(message["names"], str, MOST_WATCHED, "names"))))
+        return {"names": list(self._probes.names)}
+
+    def _probe(self, message: Mapping[str, Any]) -> Answer:
+        """Begin a search of the given name in what runs from now on; with `stop_at`, stop where it found something.
+
+        `places` and `names` are breakpoints and variables that get another value; `thread` and `depth` instead stand
+        for lines of a thread with at most that number of callers.  Without a name, no stop is due any more.
+        """
+        if "probe" not in message:
+            self._probes.clear()
+            return {}
+        name = field(message, "probe", str)
+        if "stop_at" in message:
+            self._probes.aim(name, field(message, "stop_at", int))
+            return {}
+        places = [
+            Place(
+                field(each, "file", str), field(each, "line", int), typed(each.get("condition", ""), str, "condition")
+            )
+            for each in items(message.get("places", []), dict, MOST_BREAKPOINTS, "places")
+        ]
+        names = items(message.get("names", []), str, MOST_WATCHED, "names")
+        thread = field(message, "thread", int) if "thread" in message else None
+        self._probes.search(name, Search(places, names, thread, typed(message.get("depth", 0), int, "depth")))
+        return {}
+
+    def _found(self, message: Mapping[str, Any]) -> Answer:
+        """Return what a search has found last."""
+        name = field(message, "probe", str)
+        is_there = self._probes.is_there(name) and self._debuggee.state is ProgramState.PAUSED
+        return {**found_shown(self._probes.found(name)), "is_there": is_there}
 
     # ---- download
 
@@ -324,16 +386,9 @@ class DebugService:
 
     def _reader(self, name: str) -> Callable[[], Value | None]:
         """Return a function for the value; None where there is none, as after a download or the end of a call."""
-
-        def read() -> Value | None:
-            try:
-                return self._debuggee.evaluate(name).value
-            except ValueError:
-                return None
-
         if self._debuggee.evaluate(name).value is None:
             raise ValueError(f"{shown(name)} is a group of values\nexpected a single value")
-        return read
+        return self._debuggee.reader(name)
 
     def _samples(self, message: Mapping[str, Any]) -> Answer:
         own = _trace_name(message)

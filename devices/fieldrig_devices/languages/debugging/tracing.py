@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any, Final
 from uuid import uuid4
 
-from fieldrig_devices.languages.debugging.adapter import Ask, text_of
+from fieldrig_devices.languages.debugging.adapter import Ask
 from fieldrig_devices.languages.debugging.prompt import NotStoppedError
 from fieldrig_devices.languages.debugging.service import MOST_SAMPLES_IN_ANSWER
+from fieldrig_devices.languages.debugging.texts import text_of
 
 DEPTH: Final = 20
 _NUMBERS: Final = ("every", "depth", "before")

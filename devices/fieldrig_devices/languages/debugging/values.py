@@ -4,7 +4,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from fieldrig_devices.languages.debugging.adapter import Ask, shown
+from fieldrig_devices.languages.debugging.adapter import Ask
+from fieldrig_devices.languages.debugging.texts import shown
 
 MOST_SHOWN: Final = 200
 """Values that one name shows at most."""

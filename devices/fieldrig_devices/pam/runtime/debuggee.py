@@ -6,16 +6,20 @@ and the ring go on.
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from fieldrig.device import Value
 from fieldrig_devices.languages.debugging import spans
 from fieldrig_devices.languages.debugging.debuggee import (
+    At,
     Frame,
+    Looks,
     ProgramState,
     Reset,
     Step,
     ThreadView,
     Variable,
+    evaluated,
 )
 from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.task import TaskState
@@ -40,6 +44,7 @@ class PamDebuggee:
         self.on_load: Callable[[], None] = lambda: None
         self.on_sample: Callable[[], None] | None = None
         self._breakpoints: dict[str, set[int]] = {}
+        self._looks: Looks | None = None
 
     @property
     @abstractmethod
@@ -71,6 +76,7 @@ class PamDebuggee:
         runtime.on_stop = lambda: self.on_stop()
         runtime.on_cycle = self._on_cycle
         self.break_at(self._breakpoints)
+        self.look_on(self._looks)
 
     def _on_cycle(self) -> None:
         if self.on_sample is not None:
@@ -136,6 +142,25 @@ class PamDebuggee:
         for program in runtime.programs:
             program.task.is_watched = bool(stops)
         return {file: {line for name, line in stops if name == file} for file in places}
+
+    def look_on(self, looks: Looks | None) -> None:
+        self._looks, runtime = looks, self.runtime
+        for number, program in enumerate(() if runtime is None else runtime.programs, 1):
+            task = program.task
+            task.ahead, task.look = (
+                (None, None) if looks is None else (partial(looks[0], number), partial(looks[1], number))
+            )
+
+    def at(self, thread: int) -> At | None:
+        task, runtime = self._program(thread).task, self._loaded()
+        if task.state in (TaskState.IDLE, TaskState.ENDED):
+            return None
+        number, is_beginning = runtime.code.begins(task.routine, task.pc)
+        file, line = runtime.program.code.place(number)
+        return At(file, line, len(task.stack), is_beginning)
+
+    def halt(self, thread: int) -> bool:
+        return self._program(thread).task.halt()
 
     def goes_on(self, file: str, first: int, last: int) -> bool:
         lines = self.files.get(file, "").splitlines()[first - 1 : last]
@@ -206,6 +231,9 @@ class PamDebuggee:
                 if formal.name == text:
                     return formal
         return self._values.evaluate(text, item)
+
+    def reader(self, text: str) -> Callable[[], Value | None]:
+        return evaluated(self, text)
 
     def write(self, path: str, value: Value) -> None:
         self._values.write(path, value)
