@@ -239,7 +239,9 @@ class Disturbed(BusModel[M]):
     def _turn(self, fault: Fault[Any], now_ns: int, is_on: bool) -> None:
         deliver = self._strike if self.effects.turns_are_struck else self._push
         for delivery in self.effects.turn(fault, now_ns, is_on):
-            deliver(delivery)
+            # A server for clients outside, which an effect may name, is no member of a rig in virtual time without any.
+            present = tuple(receiver for receiver in delivery.receivers if receiver in self._members)
+            deliver(delivery._replace(receivers=present))
 
     def _strike(self, delivery: Delivery[M]) -> None:
         """Let the faults that are on act on a delivery, one after the other."""

@@ -20,7 +20,7 @@ from fieldrig.master_time.doors import RigDoors, addresses_of
 from fieldrig.master_time.errors import VirtualTimeError
 from fieldrig.master_time.locks import Lock
 from fieldrig.master_time.network import Network, SocketStandIns
-from fieldrig.master_time.scheduler import Scheduler
+from fieldrig.master_time.scheduler import Place, Scheduler
 from fieldrig.master_time.swaps import Swaps
 from fieldrig.master_time.terminals import Terminals
 from fieldrig.master_time.threads import Refusal, hook_without_ends, is_alive, is_no_end, join, thread_swaps
@@ -29,6 +29,8 @@ from fieldrig.virtual.rig import Rig
 
 LIMIT_S: Final = 24 * 3600.0
 PATIENCE_S: Final = 60.0
+ALWAYS_FROZEN: Final = 1000
+"""Objects that are frozen from the start of the process, at most: Python 3.12 has 375, the others none."""
 PROCESS: Final = "a process of its own runs in real time, and cannot be waited for in virtual time"
 FOREIGN_LOOP: Final = "this event loop waits in C, where time is not virtual; asyncio's own loop works"
 PROCESSES: Final = ("fork", "forkpty", "posix_spawn", "posix_spawnp", "system")
@@ -53,7 +55,9 @@ def virtual_time(
     is_frozen = _freeze()
     try:
         doors = scheduler.doors = RigDoors(scheduler, network)
+        scheduler.place = Place.RIG  # the watchdog has patience until the block begins
         _swap(swaps, network, doors.terminals)
+        scheduler.place = Place.MEMBER
         activate(scheduler)
         network.rig_addresses = addresses_of(rig)
         doors.open()
@@ -81,7 +85,7 @@ def _freeze() -> bool:
     What an earlier test has left behind, such as a bus that closes when it is collected, would end at some instant of
     this block.  It is faster, too: a look at all objects of a process takes 0.2 s, and a homing of a minute had two.
     """
-    if gc.get_freeze_count() > 0:
+    if gc.get_freeze_count() > ALWAYS_FROZEN:
         return False
     gc.freeze()
     return True

@@ -8,6 +8,7 @@ from asyncua import Client, ua
 from in_loop import in_loop
 from opcua_bench import server_bench
 
+from fieldrig import Rig, from_dict
 from fieldrig.bus import BusModel, Delivery
 from fieldrig.clock import MS
 from fieldrig.faults.disturbed import medium_of
@@ -70,6 +71,16 @@ def test_a_lost_session_is_told_to_the_server_once() -> None:
     for message in (Hangup(), FaultNote(1, "delayed"), Outcomes(1, (GOOD,))):
         assert traced.decode(traced.encode(message)) == message
         assert traced.show(message)
+
+
+def test_a_session_is_lost_where_no_server_runs() -> None:
+    """A rig in virtual time has a server only for the clients of a master."""
+    with Rig(from_dict({"time": "virtual", "buses": {"opc": {"kind": "opcua.server"}}, "devices": {}})) as rig:
+        number = rig.add_fault("opc", {"what": "lost_session", "duration_ms": 10})
+        rig.run_for(MS)
+        assert rig.faults("opc")[number]["state"] == "on"
+        rig.run_for(10 * MS)
+        assert rig.faults("opc")[number]["state"] == "over"
 
 
 def test_a_device_that_is_not_there_is_refused() -> None:
