@@ -176,6 +176,15 @@ def rows_of(name: str) -> dict[str, Any]:
     return dict(source.data)
 
 
+def starts_of(name: str, own: PersonalitySettings) -> dict[str, Any]:
+    """Return the power-on values of a personality, without a mode or a homing method that `own` does not have."""
+    starts = dict(rows_of(name).get("objects", {}))
+    for key, numbers in (("6060:00", own.modes), ("6098:00", own.homing_methods)):
+        if numbers is not None and starts.get(key, 0) not in (0, *numbers):
+            del starts[key]
+    return starts
+
+
 def personality(name: str | None, own: PersonalitySettings) -> PersonalitySettings:
     """Return the personality of this name with the keys of `own` that are given."""
     of_file = {} if name is None else rows_of(name)

@@ -21,7 +21,7 @@ from fieldrig_devices.cia402.single import foreign
 from fieldrig_devices.cia402.single.faults import AnyDriveFault
 from fieldrig_devices.cia402.single.oddities import oddities
 from fieldrig_devices.cia402.single.own_objects import EDS
-from fieldrig_devices.cia402.single.personality import Name, PersonalitySettings, personality, rows_of, scale_speeds
+from fieldrig_devices.cia402.single.personality import Name, PersonalitySettings, personality, scale_speeds, starts_of
 from fieldrig_devices.drives.load import LoadSettings
 from fieldrig_devices.drives.loops import INNER_NS
 from fieldrig_devices.drives.motor import MotorData
@@ -268,7 +268,7 @@ class Cia402DriveSettings(CanopenSettings):
 
     def _objects_of_personality(self) -> dict[str, bool | int | float | str]:
         """Return the power-on values of the personality, as far as the file of the drive has such objects."""
-        objects = {} if self.personality is None else rows_of(self.personality).get("objects", {})
+        objects = {} if self.personality is None else starts_of(self.personality, self.behaviour)
         known = {variable.key for variable in reader.describe(self.eds, reader.CHECKED_AS).variables}
         return {key: value for key, value in objects.items() if key in known}
 

@@ -525,3 +525,14 @@ def test_an_rpdo_of_another_length_is_signalled() -> None:
     ]
     bench = SingleDriveBench().put(0x6060, PP)
     assert [frame for frame in bench.send("205#0f") if frame.startswith("085")] == ["085#10 82 11 01 02 00 00 00"]
+
+
+@pytest.mark.parametrize(
+    ("name", "own", "index"), [("robot-joint", {"modes": [1]}, 0x6060), ("own-units", {"homing_methods": [35]}, 0x6098)]
+)
+def test_a_mode_or_method_of_the_personality_gives_way_to_single_ones(
+    name: str, own: dict[str, Any], index: int
+) -> None:
+    """The personality starts in mode 7, or with method 37, which these drives do not have."""
+    bench = SingleDriveBench(personality=name, behaviour={"boot_up_ms": 0, "loses_first_sdo": False, **own})
+    assert bench.node.dictionary.number(index, 0) in {0, *next(iter(own.values()))}
