@@ -32,8 +32,9 @@ PATIENCE_S: Final = 5.0
 """Time limit for one answer."""
 END_S: Final = 1.0
 """Time limit for the answers at the end, when the rig may be gone."""
-ACKNOWLEDGE_S: Final = 0.1
-"""Time between two acknowledgements."""
+ACKNOWLEDGE_S: Final = 0.4
+"""Longest time between two acknowledgements.  Each is a question that may delay a cycle: 10 a second would be 1 % of
+the cycles of a ring of 1 ms, and in its p99."""
 EVERY: Final = 8
 """Batches after which an acknowledgement is sent at once."""
 MOST_WAITING: Final = 512
