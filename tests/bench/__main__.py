@@ -90,8 +90,8 @@ Written by `make bench`; don't edit.  Ratios are within one run, against a named
 depend on the machine.  `python tests/bench NAME...` measures single tables again, so each table names its commit.
 """
 MEASURED = (
-    "Measured {day} on commit {commit}, {cores} cores with a load average of {load:.0f} over 5 minutes, {system},"
-    " Python {python}, {peers}.\n"
+    "Measured {day} on commit {commit}, {cores} cores with a load average of {load:.0f} over 5 minutes{before_others},"
+    " {system}, Python {python}, {peers}.\n"
 )
 
 
@@ -114,6 +114,7 @@ def measured() -> str:
         day=date.today().isoformat(),  # noqa: DTZ011  the day where the reader is
         cores=os.cpu_count(),
         load=os.getloadavg()[1],
+        before_others=f" at a niceness of {niceness}" if (niceness := os.nice(0)) else "",
         system=f"{platform.system()} {platform.machine()}",
         python=platform.python_version(),
         peers=", ".join(f"{name} {version(name)}" for name in PEERS),

@@ -18,7 +18,7 @@ from report import Report, progress
 from ring import CASES, DEVICES, DRIVES, SECONDS, Case, Outcome, measured, rig_of
 from running_rig import until
 
-ROUNDS = 6
+ROUNDS = 4
 BUSY = -1
 """Stands for no page, and a core that is busy with something else."""
 WINDOWS = (0, 1, 5, BUSY)
