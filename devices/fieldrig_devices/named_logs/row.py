@@ -48,7 +48,7 @@ class Row:
     @property
     def words(self) -> str:
         """The whole of it in one line."""
-        return " ".join(part for part in (self.kind, self.node, self.text) if part)
+        return " ".join(filter(None, (self.kind, self.node, self.text)))
 
     def as_data(self) -> dict[str, Any]:
         """Return the row as plain data, for JSON."""

@@ -50,6 +50,8 @@ def show_value(value: Any, unit: str = "") -> str:
 
 def with_fewer_digits(text: str) -> str:
     """Return the text of a message with the decimal numbers in it as people read them; a unit may follow each."""
+    if "." not in text:
+        return text
 
     def shorter(match: re.Match[str]) -> str:
         unit = f" {match[2]}" if match[2] else ""
