@@ -53,8 +53,9 @@ class LogLines:
 
         `what` is the kind of oddity, and `is_none` says what the line is not, such as `is not a frame of a TRC log`.
         """
-        if not self.is_cut:
+        if not self.is_cut or self._odd.number == 1:  # a file of one line that is none is no log that was cut
             self._wrong = self._wrong or f"line {self._odd.number} {is_none}: {cause}"
+        if not self.is_cut:
             self._odd.report(what, f": {cause}")
 
     def refuse(self, remedy: str) -> None:
