@@ -18,6 +18,7 @@ import block_status  # noqa: E402
 import branches  # noqa: E402
 import can_hub  # noqa: E402
 import canopen_node  # noqa: E402
+import coverage_cost  # noqa: E402
 import drive_cycle  # noqa: E402
 import flood  # noqa: E402
 import iec_language  # noqa: E402
@@ -66,6 +67,7 @@ BENCHMARKS = (
     virtual_time,
     branches,
     program_tests,
+    coverage_cost,
     master_time,
     arp_language,
     arp_loop,
