@@ -59,7 +59,7 @@ async function debugged(document) {
   const adapter = adapters.createDebugAdapterDescriptor({ configuration, workspaceFolder });
   const position = new vscode.Position(2, 0);
   const hover = await until(() => vscode.registered.hovers[0].provideHover(document, position));
-  await vscode.events.terminated.fire({ configuration });
+  vscode.registered.debuggers.trackers.createDebugAdapterTracker({ configuration }).onExit();
   return {
     request: configuration.request,
     device: configuration.device,

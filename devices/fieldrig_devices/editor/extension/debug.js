@@ -126,8 +126,10 @@ class Debugging {
     return new vscode.DebugAdapterExecutable(program, words, { cwd: this._fieldrig.folder(uri) });
   }
 
-  ended({ configuration }) {
-    this._end(configuration);
+  // A session that has not begun is not told to end, so the adapter's own end counts.
+  createDebugAdapterTracker({ configuration }) {
+    const end = () => this._end(configuration);
+    return { onError: end, onExit: end };
   }
 }
 
@@ -143,6 +145,6 @@ exports.register = (fieldrig) => {
     debugging,
     vscode.debug.registerDebugConfigurationProvider("fieldrig", debugging),
     vscode.debug.registerDebugAdapterDescriptorFactory("fieldrig", debugging),
-    vscode.debug.onDidTerminateDebugSession((session) => debugging.ended(session)),
+    vscode.debug.registerDebugAdapterTrackerFactory("fieldrig", debugging),
   ];
 };

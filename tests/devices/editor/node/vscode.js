@@ -124,7 +124,6 @@ const events = {
   opened: new Emitter(),
   saved: new Emitter(),
   closed: new Emitter(),
-  terminated: new Emitter(),
   changed: new Emitter(),
 };
 const registered = { diagnostics: new Map(), controllers: [], formatters: [], hovers: [], debuggers: {}, log: [], errors: [] };
@@ -215,7 +214,7 @@ module.exports = {
     activeStackItem: undefined,
     registerDebugConfigurationProvider: (_type, provider) => (registered.debuggers.configurations = provider, disposable),
     registerDebugAdapterDescriptorFactory: (_type, factory) => (registered.debuggers.adapters = factory, disposable),
-    onDidTerminateDebugSession: events.terminated.event,
+    registerDebugAdapterTrackerFactory: (_type, factory) => (registered.debuggers.trackers = factory, disposable),
   },
   // What only tests use.
   Document, events, registered, settings,
