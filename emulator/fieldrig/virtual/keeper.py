@@ -3,6 +3,7 @@
 It serves a pipe, as a branch does, and a fork of it is the whole rig: so a rig that is served can be branched as well.
 """
 
+import os
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -51,6 +52,11 @@ class KeptRig(Branch):
     def wait_until_built(self) -> None:
         """Wait for the rig.  RigError if a device cannot be built."""
         self._received()
+
+    def block(self) -> None:
+        """Wait for answers, also after an event loop has looked at the descriptor."""
+        if hasattr(os, "set_blocking"):
+            os.set_blocking(self.fileno(), True)
 
     def fileno(self) -> int:
         """Return the descriptor that can be read when the keeper has answered."""

@@ -5,7 +5,6 @@ process of its own, the keeper.
 """
 
 import asyncio
-import os
 import time
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -150,7 +149,7 @@ class VirtualService:
             await built
         finally:
             self._loop.remove_reader(keeper.fileno())
-            os.set_blocking(keeper.fileno(), True)  # uvloop has changed it
+            keeper.block()  # uvloop has changed it
         keeper.wait_until_built()
         return Journey(keeper, why_no_way_back(self._config))
 
