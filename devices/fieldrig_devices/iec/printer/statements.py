@@ -1,13 +1,16 @@
 """Statements of Structured Text and lines of Instruction List as text."""
 
+import re
 from collections.abc import Sequence
+from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.instructions import CONDITIONAL
+from fieldrig_devices.iec.instructions import CONDITIONAL, SPELLINGS
 from fieldrig_devices.iec.printer.expressions import expression_text as text_of
 from fieldrig_devices.iec.printer.lines import Lines
 
 LONGEST_LINE = 120
+_WORD: Final = re.compile(r"[^\W\d]\w*")
 
 
 def statements(lines: Lines, block: Sequence[tree.AnyStatement]) -> None:
@@ -155,6 +158,12 @@ def _operand(operand: tree.Expression) -> str:
 
 
 def _is_load(first: tree.IlInstruction) -> bool:
-    """True if the instruction behind a bracket is a plain load, whose operand is written alone."""
+    """True if the instruction behind a bracket is a plain load, whose operand is written alone.
+
+    A variable with the name of an operator, such as R, would be read as that.
+    """
     is_plain = first.operator == "LD" and not first.is_negated and not first.label and not first.comments
-    return is_plain and len(first.operands) == 1 and first.deferred is None
+    if not is_plain or len(first.operands) != 1 or first.deferred is not None:
+        return False
+    word = _WORD.match(text_of(first.operands[0]))
+    return word is None or word[0].upper() not in SPELLINGS

@@ -84,6 +84,16 @@ def test_a_comment_in_front_of_an_action_stays_there() -> None:
     assert_survives(unit)
 
 
+@pytest.mark.parametrize("name", ["R", "s", "Ret", "S.x", "R[1]", "Cal^", "Reset"])
+def test_a_variable_with_the_name_of_an_operator_stays_a_variable(name: str) -> None:
+    """Once, `OR ( R` was written for it, which is the operator R."""
+    unit, mistakes = parse(
+        f"PROGRAM p\n    LD a\n    OR (\n        LD {name}\n        NOT\n    )\nEND_PROGRAM\n", "a.st"
+    )
+    assert mistakes == []
+    assert_survives(unit)
+
+
 ENDS = """\
 FUNCTION_BLOCK f
 METHOD m
