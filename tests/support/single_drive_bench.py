@@ -17,8 +17,8 @@ from fieldrig_devices.cia402.single.settings import Cia402DriveSettings
 class SingleDriveBench(ByObject):
     """The drive with these keys of its rig file."""
 
-    def __init__(self, store: Store | None = None, **keys: Any) -> None:
-        self.clock, self.store = VirtualClock(), store or MemoryStore()
+    def __init__(self, store: Store | None = None, clock: VirtualClock | None = None, **keys: Any) -> None:
+        self.clock, self.store = clock or VirtualClock(), store or MemoryStore()
         self.can, self.wires = RecordedCan(), RecordedLink[Signal]()
         settings = Cia402DriveSettings.model_validate({"node_id": 5, **keys})
         self.drive = Cia402Drive(self.clock, "axis", settings, self.can, self.store, self.wires)

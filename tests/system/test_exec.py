@@ -72,3 +72,18 @@ def test_a_program_that_is_not_there_is_named(folder: Path) -> None:
 
 def test_a_module_is_run(folder: Path) -> None:
     assert run(folder, "--", "-m", "calendar").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "last", "is_traceback"),
+    [("def wrong(:\n", "SyntaxError: invalid syntax", False), ("x = {}\nx['a']\n", "KeyError: 'a'", True)],
+)
+def test_an_error_of_the_program_is_shown_as_by_python(folder: Path, text: str, last: str, is_traceback: bool) -> None:
+    """Without our own frames, and those of runpy."""
+    (folder / "wrong.py").write_text(text)
+    done = run(folder, "--", "wrong.py")
+    assert done.returncode == 1
+    assert last in done.stderr
+    assert ('Traceback (most recent call last):\n  File "wrong.py", line 2' in done.stderr) is is_traceback
+    assert "runpy" not in done.stderr
+    assert "fieldrig/cli" not in done.stderr

@@ -3,8 +3,9 @@
 import runpy
 import sys
 import time
+import traceback
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
@@ -15,6 +16,9 @@ from fieldrig.text.nearest import nearest_file
 Program = Annotated[
     list[str], argument("-- PROGRAM.py ...", "The program with its arguments, or `-m MODULE` with them.")
 ]
+
+_OURS: Final = frozenset((__file__, runpy.__file__, "<frozen runpy>"))
+"""The files whose frames a traceback of the program begins with."""
 
 
 def exec_(
@@ -59,8 +63,21 @@ def exec_(
                 _run(program)
         except VirtualTimeError as error:
             raise RigError(error.what, error.remedy) from error
+        except RigError:
+            raise
+        except Exception as error:
+            _show(error)
+            raise SystemExit(1) from error
         finally:
             typer.echo(f"{rig.now_ns / 1e9:g} s of virtual time in {time.monotonic() - began_s:.2f} s", err=True)
+
+
+def _show(error: Exception) -> None:
+    """Print the traceback of the program, without our own frames and those of runpy, as Python would."""
+    frames = error.__traceback__
+    while frames is not None and frames.tb_frame.f_code.co_filename in _OURS:
+        frames = frames.tb_next
+    traceback.print_exception(type(error), error, frames)
 
 
 def _run(program: list[str]) -> None:

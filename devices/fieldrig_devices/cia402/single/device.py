@@ -41,6 +41,8 @@ from fieldrig_devices.drives.position_wire import PositionWire
 LARGEST_LOAD_NM: Final = 1e6
 MOST_CYCLES: Final = 1_000
 """Most cycles to catch up with after a pause of the host; the rest is skipped."""
+MOST_MADE_UP: Final = 500
+"""Most cycles that are made up for, each with a set value of its own."""
 
 
 class _Awake(Service):
@@ -100,7 +102,10 @@ class Cia402Drive(Device):
             end.sync_watch = SyncWatch(clock, self.node.dictionary, manner.missed_syncs, lost)
             self.node.attach(end.sync_watch)
         self._timer = Alarm(clock)
-        self._begin_ns = clock.now_ns()
+        self._begin_ns = self._due_ns = clock.now_ns()
+        """The instants of the first cycle and of the next one."""
+        self._spare = MOST_MADE_UP
+        """Cycles that may still be made up for, so that a host that is always late does not fall behind for good."""
         self._wires = own
         self._brake_wire, self._is_brake_shown = settings.wire_for(name, "brake"), False
         self._position: PositionWire | None = None
@@ -207,22 +212,18 @@ class Cia402Drive(Device):
         """Run the next cycle at its instant, unless that is planned already."""
         if not self._timer.is_set:
             passed = (self._clock.now_ns() - self._begin_ns) // self._cycle_ns
-            self._timer.at(self._begin_ns + (passed + 1) * self._cycle_ns, self._on_cycle)
+            self._due_ns = self._begin_ns + (passed + 1) * self._cycle_ns
+            self._timer.at(self._due_ns, self._on_cycle)
 
     def _on_cycle(self) -> None:
         motor, axis = self.motor, self.axis
-        drive = axis.drive
         now_ns = self._clock.now_ns()
-        is_settled = motor.is_settled
-        passed = (now_ns - motor.at_ns) // self._cycle_ns
-        motor.advance(1 if is_settled else min(max(passed, 1), MOST_CYCLES))
-        if motor.is_changed or axis.pace.is_awake:
-            motor.is_changed = False
-            axis.step()
-        elif drive.is_moving:
-            drive.advance()
-        if motor.is_following:
-            motor.follow(drive.kind, drive.position_demand if drive.kind is Kind.POSITION else drive.set_value)
+        passed = 1 if motor.is_settled else min(max((now_ns - motor.at_ns) // self._cycle_ns, 1), MOST_CYCLES)
+        missed = min(max(now_ns - self._due_ns, 0) // self._cycle_ns, passed - 1, self._spare)
+        self._spare = min(self._spare - missed + 1, MOST_MADE_UP)
+        self._cycle(passed - missed)
+        for _ in range(missed):  # the host was late; without set values the motor would have stopped meanwhile
+            self._cycle(1)
         for variable, read in self.node.watched:
             variable.set(read())
         self._publish()
@@ -230,6 +231,19 @@ class Cia402Drive(Device):
             self._go_on()
         if self.end_of_cycle is not None:
             self.end_of_cycle()
+
+    def _cycle(self, passed: int) -> None:
+        """Advance the motor by these cycles, at the end of which the axis gives it another set value."""
+        motor, axis = self.motor, self.axis
+        drive = axis.drive
+        motor.advance(passed)
+        if motor.is_changed or axis.pace.is_awake:
+            motor.is_changed = False
+            axis.step()
+        elif drive.is_moving:
+            drive.advance()
+        if motor.is_following:
+            motor.follow(drive.kind, drive.position_demand if drive.kind is Kind.POSITION else drive.set_value)
 
     def _publish(self) -> None:
         motor, wires = self.motor, self._wires
