@@ -79,7 +79,7 @@ def test_a_module_is_run(folder: Path) -> None:
     [("def wrong(:\n", "SyntaxError: invalid syntax", False), ("x = {}\nx['a']\n", "KeyError: 'a'", True)],
 )
 def test_an_error_of_the_program_is_shown_as_by_python(folder: Path, text: str, last: str, is_traceback: bool) -> None:
-    """Without our own frames, and those of runpy."""
+    """The frames of ours and those of runpy are left out."""
     (folder / "wrong.py").write_text(text)
     done = run(folder, "--", "wrong.py")
     assert done.returncode == 1

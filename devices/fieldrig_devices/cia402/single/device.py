@@ -105,7 +105,7 @@ class Cia402Drive(Device):
         self._begin_ns = self._due_ns = clock.now_ns()
         """The instants of the first cycle and of the next one."""
         self._spare = MOST_MADE_UP
-        """Cycles that may still be made up for, so that a host that is always late does not fall behind for good."""
+        """Cycles that may still be made up for, so that a host that is always late does not fall behind permanently."""
         self._wires = own
         self._brake_wire, self._is_brake_shown = settings.wire_for(name, "brake"), False
         self._position: PositionWire | None = None
