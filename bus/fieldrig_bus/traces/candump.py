@@ -20,9 +20,11 @@ from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
 from fieldrig_bus.traces.can_fields import fields_of
-from fieldrig_bus.traces.candump_lines import STANDARD_DIGITS, is_like_one, parse, says_nothing
+from fieldrig_bus.traces.candump_lines import STANDARD_DIGITS, has_differences, is_like_one, parse, says_nothing
 from fieldrig_bus.traces.plain_heads import HEAD_BYTES, HeadsOfTexts, PlainHeads
 
+HEAD: Final = 4096
+"""Bytes that show whether times are differences."""
 SUFFIXES = (".log", ".candump")
 FAMILIES = frozenset({"can"})
 REMEDY: Final = "write logs with `candump -L` or `fieldrig trace`, or take the line out"
@@ -46,7 +48,11 @@ def recognises(head: bytes) -> bool:
 _TIME: Final = re.compile(r" ?\((\d{1,12})\.(\d{6})\) ", re.ASCII)
 
 
-def line_clock(head: bytes) -> Callable[[str], int | None]:
+def line_clock(head: bytes) -> Callable[[str], int | None] | None:
+    """A log whose times are those since the line before has to be read from its beginning."""
+    if has_differences(head):
+        return None
+
     def time_ns(line: str) -> int | None:
         match = _TIME.match(line)
         return int(match[1]) * S + int(match[2]) * 1000 if match else None
@@ -98,6 +104,9 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     lines, time_ns, buses = LogLines(file, odd), 0, dict[str, str]()
     second, second_ns, new = "", 0, tuple.__new__
     heads, decoded = HeadsOfTexts(lambda text: len(text) != STANDARD_DIGITS), bytes.fromhex
+    peek = getattr(file, "peek", None)
+    is_reported = False
+    adds_up = peek is not None and has_differences(peek(HEAD)[:HEAD])
     for line in lines:
         if match := PLAIN(line):
             seconds, microseconds, bus, identifier, digits = match.groups()
@@ -120,7 +129,10 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
             raise UsageError(f"line {odd.number} {how}: {wrong}", REMEDY) from wrong
         if entry.is_time_wrong:
             odd.report("the time is not one, and the message has that of the line before")
-        time_ns = time_ns if entry.time_ns is None else entry.time_ns
+        if adds_up and not is_reported:
+            is_reported = True
+            odd.report("times are those since the line before (candump -t d), and are added up")
+        time_ns = time_ns if entry.time_ns is None else entry.time_ns + (time_ns if adds_up else 0)
         if entry.message is not None:
             yield TraceEntry(time_ns, buses.get(entry.bus) or _bus(entry.bus, buses, odd), "can", "", entry.message)
         else:

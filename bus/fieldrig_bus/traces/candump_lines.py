@@ -12,6 +12,7 @@ Left out: CAN XL and the binary output (option -i).
 
 import re
 from datetime import datetime
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 from fieldrig.points.values import counted
@@ -31,6 +32,9 @@ LIKE_A_DATE: Final = re.compile(r"[0-9][-0-9:. T/]*")
 REMOTE: Final = re.compile(r"R(\d?)(?:_[0-9A-Fa-f])?")
 LOG_DATA: Final = re.compile(r"([0-9A-Fa-f.]*)(?:_[0-9A-Fa-f])?")
 """Data, and the raw DLC of a frame of 8 bytes."""
+LONGEST_S: Final = 86_400
+"""Seconds between two lines, at most, of a log with such times."""
+_SINCE: Final = re.compile(r"^ *\((\d{3,5}\.\d{6})\) +[^\s()#]+ +[^#\n]*\[\d+\]", re.MULTILINE)
 STANDARD_DIGITS, EXTENDED_DIGITS = 3, 8
 NO_LINE: Final = "expected (TIME) BUS IDENTIFIER#DATA, or a line of plain candump"
 
@@ -64,6 +68,16 @@ def is_like_one(line: str) -> bool:
     """Return whether a line has the form of one of candump."""
     text = line.strip()
     return LOG.fullmatch(text) is not None or VIEW.fullmatch(text) is not None
+
+
+def has_differences(head: bytes) -> bool:
+    """Return whether the times of these lines are those since the line before, as `candump -t d` writes them.
+
+    They are small, and each fourth of them is smaller than the one before, at least.
+    """
+    found = [float(match[1]) for match in _SINCE.finditer(head.decode("latin-1"))]
+    backwards = sum(later < earlier for earlier, later in pairwise(found))
+    return len(found) > 3 and max(found) < LONGEST_S and 4 * backwards >= len(found)
 
 
 def _time_ns(text: str) -> tuple[int | None, bool]:

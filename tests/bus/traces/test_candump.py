@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from fieldrig.errors import RigError
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.trace_files import read as read_file
 from fieldrig_bus.can.bits import Place
 from fieldrig_bus.can.codec import decode, encode
 from fieldrig_bus.can.frame import FD_LENGTHS, CanFrame
@@ -226,3 +228,26 @@ CAN_FRAMES = st.one_of(
 def test_every_frame_comes_back_to_the_microsecond(frames: list[tuple[CanFrame, int]]) -> None:
     entries = [entry(frame, microseconds * 1000) for frame, microseconds in frames]
     assert read(written(*entries, start_unix_ns=0)) == entries
+
+
+def test_times_since_the_line_before_are_added_up(tmp_path: Path) -> None:
+    """As in the tutorial of CANopenNode about SDO: `candump -td -a vcan0`."""
+    path, odd = tmp_path / "x.txt", Oddities()
+    lines = (
+        " (000.000000)  vcan0  604   [8]  77 9B FA 36 21 0F 09 2E   'w..6!...'",
+        " (000.000006)  vcan0  604   [8]  78 C2 6F 97 DC 1D 97 9E   'x.o.....'",
+        " (000.000003)  vcan0  583   [8]  02 E0 B9 97 47 8D 37 E6   '....G.7.'",
+        " (000.000001)  vcan0  583   [8]  03 07 B6 88 68 0B 6A 8C   '....h.j.'",
+        " (000.500008)  vcan0  604   [8]  79 4E 6B 8D 2B 02 F5 9E   'yNk.+...'",
+    )
+    path.write_text("\n".join(lines) + "\n")
+    assert [one.time_ns // 1000 for one in read_file(path, odd=odd)] == [0, 6, 9, 10, 500_018]
+    assert [str(one) for one in odd] == [
+        "line 1: times are those since the line before (candump -t d), and are added up"
+    ]
+
+
+def test_times_from_the_first_line_stay(tmp_path: Path) -> None:
+    path = tmp_path / "x.txt"
+    path.write_text("".join(f" (00{second}.000000)  can0  604   [0]\n" for second in (0, 1, 2, 1, 2, 3)))
+    assert [one.time_ns for one in read_file(path)] == [0, 10**9, 2 * 10**9, 10**9, 2 * 10**9, 3 * 10**9]
