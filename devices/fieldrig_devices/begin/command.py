@@ -117,8 +117,12 @@ def _from_recording(recording: Path, described: Sequence[str], folder: str | Non
     from fieldrig.text.device_names import name_for
     from fieldrig_devices.from_recording.content import content_for
 
-    content, notes = content_for(recording, described)
-    _make(content, Path(folder or name_for(recording)))
+    content, notes, without = content_for(recording, described)
+    made = Path(folder or name_for(recording))
+    _make(content, made)
+    left_out = [word for bus in without for word in ("--leave-out", bus)]
+    words = ("fieldrig", "replay", str(recording), "--rig", str(made / next(iter(content))), *left_out)
+    typer.echo(f"  {shlex.join(words)}")
     if notes:
         typer.echo("\n" + "\n".join(f"note: {note}" for note in notes))
 

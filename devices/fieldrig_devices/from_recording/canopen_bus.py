@@ -200,4 +200,8 @@ class CanopenBus:
             f"{index:04X}:{sub:02X} has {size} bytes, which are too many to be kept: the node has none of them"
             for (index, sub), size in node.too_long.items()
         ]
+        model.remarks += [
+            f"the objects that {index:04X}h maps, as not all of them were read: it maps none at power-on"
+            for index in node.unmapped
+        ]
         return eds_of(node, f"{model.name}.eds", self._source)

@@ -1,6 +1,6 @@
 """The values that moved, as columns of a CSV file that the emulated device replays."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Final, NamedTuple
 
 from fieldrig.clock import S
@@ -21,28 +21,49 @@ class Column(NamedTuple):
 
     @property
     def moves(self) -> bool:
-        return len({text for _, text in self.rows}) > 1
+        return len(self.rows) > 1
 
 
-def column_of(series: Series, begin_ns: int, show: Callable[[int], str], *, is_event: bool = False) -> Column:
+def column_of(
+    series: Series,
+    begin_ns: int,
+    show: Callable[[int], str],
+    *,
+    is_event: bool = False,
+    written: Collection[int] = (),
+) -> Column:
     """Return the column of a series; see `column_from`."""
-    return column_from(series.changes(begin_ns), series.left_out, begin_ns, show, is_event=is_event)
+    changes = series.changes(begin_ns)
+    return column_from(changes, series.left_out, begin_ns, show, is_event=is_event, written=written)
 
 
 def column_from(
-    changes: Iterable[Change], left_out: int, begin_ns: int, show: Callable[[int], str], *, is_event: bool = False
+    changes: Iterable[Change],
+    left_out: int,
+    begin_ns: int,
+    show: Callable[[int], str],
+    *,
+    is_event: bool = False,
+    written: Collection[int] = (),
 ) -> Column:
     """Return the column of changes, whose rows count from `begin_ns`; `left_out` changes are missing.
+
+    The changes at the places `written` are those of a client, which writes again: the column has none of them.
 
     A value that was polled has changed at an unknown instant between two polls; the middle keeps a replay right even if
     it polls a little earlier or later.  A PDO that an event has sent (`is_event`) tells the instant of the change.
     """
     rows: list[tuple[int, str]] = []
+    is_written = False
     for change in changes:
+        if rows and change.place in written:
+            is_written = True
+            continue
         at_ns = max(_instant(change, is_event) - begin_ns, 0) if rows else 0
         text = show(change.value)
-        if rows and rows[-1][1] == text:
+        if rows and rows[-1][1] == text and not is_written:
             continue
+        is_written = False
         if rows and at_ns <= rows[-1][0]:
             rows[-1] = rows[-1][0], text
         else:

@@ -34,6 +34,8 @@ class Made(NamedTuple):
 
     content: Mapping[PurePosixPath, bytes]
     notes: list[str]
+    without: Sequence[str]
+    """The buses of the recording that the rig does not have, and that `fieldrig replay` would miss."""
 
 
 def content_for(file: Path, words: Sequence[str] = ()) -> Made:
@@ -60,7 +62,8 @@ def content_for(file: Path, words: Sequence[str] = ()) -> Made:
         {path for part in used for path in part.described},
         {node_id for part in used if part.is_can for node_id in part.nodes},
     )
-    return Made(_content(file, used, notes), notes)
+    without = [*recording.lines, *(bus for bus, part in zip(recording.buses, parts, strict=True) if not part.nodes)]
+    return Made(_content(file, used, notes), notes, without)
 
 
 def plain_name(file: Path) -> str:

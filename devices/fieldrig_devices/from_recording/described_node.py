@@ -48,6 +48,8 @@ class DescribedNode:
         """Values for the rig file: texts and bytes that an EDS has no notation for."""
         self.written: dict[Key, int] = {}
         """Last numbers of the parameters."""
+        self.unmapped: list[int] = []
+        """Mapping parameters whose objects are not all known, so that they map none."""
         self.too_long: dict[Key, int] = {}
         """Sizes of the values that are left out."""
 
@@ -197,6 +199,8 @@ class DescribedNode:
             self._complete_record(index)
             self._complete_pdo(index)
             if is_mapping(index) and not self._has_room(index):
+                if (index, 0) in self.rows:
+                    self.unmapped.append(index)
                 self.put(index, 0, "Number of mapped objects", UNSIGNED[1], "rw", 0)
         for (index, subindex), row in list(self.rows.items()):
             if subindex and is_mapping(index) and isinstance(row.start, int):

@@ -72,15 +72,21 @@ def _completed(entries: Sequence[int | None], index: int, length: int) -> Layout
     known = [part_of(entry) for entry in entries if entry is not None]
     unknown = len(entries) - len(known)
     rest = length * 8 - sum(part.bits for part in known)
-    if not known or not all(map(_is_usable, known)) or (not unknown and not 0 <= rest < 8):
+    if not entries or not all(map(_is_usable, known)) or (not unknown and not 0 <= rest < 8):
         return None
-    if unknown and (rest <= 0 or rest % (8 * unknown) or rest // unknown > MAX_BITS):
+    if unknown and (rest % 8 or not unknown <= rest // 8 <= unknown * MAX_BITS // 8):
         return None
+    sizes = iter(_shares(rest // 8, unknown))
     parts = [
-        part_of(entry) if entry is not None else Part(index, place, rest // unknown)
+        part_of(entry) if entry is not None else Part(index, place, 8 * next(sizes))
         for place, entry in enumerate(entries, 1)
     ]
     return Layout(parts, not unknown)
+
+
+def _shares(size: int, count: int) -> list[int]:
+    """Return the bytes of each of `count` objects that share `size` bytes, the larger ones first."""
+    return [size // count + (place < size % count) for place in range(count)] if count else []
 
 
 def _is_usable(part: Part) -> bool:

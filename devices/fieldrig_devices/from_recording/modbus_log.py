@@ -96,12 +96,12 @@ class UnitLog:
     def _carry_out(self, time_ns: int, request: bytes, response: bytes) -> None:
         function = request[0]
         for space, address, value in values_written(request):
-            self._register(space, address).write(value)
+            self._register(space, address).write(time_ns, value)
         if function in READERS:
             for space, address, value in values_read(request, response):
                 self._register(space, address).read(time_ns, value)
         elif function == MASK_WRITE and len(request) == 7:
-            self._mask(request)
+            self._mask(time_ns, request)
         elif function == STATUS and len(response) == 2:
             self.status = response[1]
         elif function == SERVER_ID and len(response) > 2:
@@ -111,10 +111,10 @@ class UnitLog:
         elif function not in (WRITE_COIL, WRITE_REGISTER, WRITE_COILS, WRITE_REGISTERS):
             self.functions[function] += 1
 
-    def _mask(self, request: bytes) -> None:
+    def _mask(self, time_ns: int, request: bytes) -> None:
         address, and_mask, or_mask = struct.unpack(">HHH", request[1:])
         register = self._register(HOLDING_REGISTERS, address)
-        register.write((register.last or 0) & and_mask | or_mask & ~and_mask & 0xFFFF)
+        register.write(time_ns, (register.last or 0) & and_mask | or_mask & ~and_mask & 0xFFFF)
 
     def _register(self, space: str, address: int) -> RegisterLog:
         registers = self.spaces[space]

@@ -81,13 +81,12 @@ class UnitModel:
 
     def _value(self, name: str, register: RegisterLog, begin_ns: int, *, is_bit: bool) -> dict[str, Any]:
         """Return the keys of a register or bit that has no type."""
-        column = column_of(register.values, begin_ns, str) if register.is_moved else None
+        written = register.written
+        column = column_of(register.values, begin_ns, str, written=written) if register.is_moved else None
         if column is not None and column.left_out:
             self.remarks.append(f"{name} changed {column.left_out} times more than its column has")
-        if column is not None and register.is_written:
-            self.remarks.append(f"{name} was written, and changed by itself too: it keeps what is written")
-        elif column is not None and column.moves:
-            return self._live(name, column)
+        if column is not None and column.moves:
+            return self._live(name, column) | ({"access": "rw"} if register.is_written else {})
         return {"initial": bool(register.start) if is_bit else register.start} if register.start else {}
 
     def _live(self, name: str, column: Column) -> dict[str, Any]:

@@ -31,6 +31,8 @@ class Recording:
         self.count = self.end_ns = 0
         self.odd = Oddities()
         """Oddities of the file."""
+        self.lines: list[str] = []
+        """Serial lines with another protocol than Modbus."""
         self.left_out = 0
         """Messages of buses that are too many."""
         self._lines: dict[str, tuple[RtuLine, int]] = {}
@@ -83,6 +85,7 @@ class Recording:
             if isinstance(log, ModbusLog) and not any(unit.answers for unit in log.units.values()):
                 del self.buses[bus]
                 self.others["serial"] += count
+                self.lines.append(bus)
             elif line.skipped:
                 self.odd.report("bytes that are in no frame of Modbus are left out", f", on {bus}")
         self.buses = {

@@ -36,7 +36,7 @@ class Group(NamedTuple):
 class RegisterLog:
     """One register or bit."""
 
-    __slots__ = ("first", "is_moved", "is_read", "is_written", "last", "values")
+    __slots__ = ("first", "is_moved", "is_read", "is_written", "last", "values", "written")
 
     def __init__(self, room: Room) -> None:
         self.is_read = self.is_written = self.is_moved = False
@@ -44,6 +44,9 @@ class RegisterLog:
         """The value of the first read before any write."""
         self.last: int | None = None
         self.values = Series(room)
+        """The values that were read, and those that were written."""
+        self.written: set[int] = set()
+        """The places of what a client wrote, in `values`."""
 
     def read(self, time_ns: int, value: int) -> None:
         if not self.is_read and not self.is_written:
@@ -52,8 +55,12 @@ class RegisterLog:
         self.is_read, self.last = True, value
         self.values.take(time_ns, value)
 
-    def write(self, value: int) -> None:
+    def write(self, time_ns: int, value: int) -> None:
         self.is_written, self.last = True, value
+        count = len(self.values)
+        self.values.take(time_ns, value)
+        if len(self.values) > count:
+            self.written.add(count)
 
     @property
     def start(self) -> int:

@@ -26,6 +26,8 @@ class Change(NamedTuple):
     before_ns: int
     seen_ns: int
     value: int
+    place: int = 0
+    """Its place in the series, from 0."""
 
 
 class Series:
@@ -60,7 +62,8 @@ class Series:
 
     def changes(self, since_ns: int) -> list[Change]:
         """Return the changes from an instant on, with the value that was there at that instant as the first one."""
-        every = [Change(*row) for row in zip(self._before, self._seen, self._values, strict=True)]
+        rows = zip(self._before, self._seen, self._values, range(len(self)), strict=True)
+        every = [Change(*row) for row in rows]
         later = [change for change in every if change.seen_ns >= since_ns]
         return later or every[-1:]
 

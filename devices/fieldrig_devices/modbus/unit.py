@@ -243,7 +243,7 @@ class ModbusUnit:
             self._on_changed(stored)
 
         is_heard = value.entry.wire is not None and value.direction == "from_wire"
-        is_fixed = is_heard or stored.entry.source is not None
+        is_fixed = is_heard or (stored.entry.source is not None and stored.entry.access != "rw")
         about = value.entry.about or ", ".join(f"{number} {name}" for number, name in names.items())
         limited = value.entry if isinstance(value, RegisterValue) else None
         return Point(

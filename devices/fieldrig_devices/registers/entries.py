@@ -39,7 +39,7 @@ class Bit(Settings):
     wire: str | None = Field(default=None, description="a digital signal")
     direction: Direction | None = None
     retained: bool = Field(default=False, description="kept in non-volatile memory")
-    source: SourceSettings | None = Field(default=None, description="a value that lives by itself; clients read it")
+    source: SourceSettings | None = Field(default=None, description="a value that lives by itself")
     count: int = Field(default=1, ge=1, le=65536, description="number of identical entries, named name.0, name.1, ...")
     about: str = ""
 
@@ -113,7 +113,7 @@ class Register(Settings):
     wire: str | None = Field(default=None, description="a signal in the same unit")
     direction: Direction | None = None
     retained: bool = Field(default=False, description="kept in non-volatile memory")
-    source: SourceSettings | None = Field(default=None, description="a value that lives by itself; clients read it")
+    source: SourceSettings | None = Field(default=None, description="a value that lives by itself")
     count: int = Field(default=1, ge=1, le=65536, description="number of identical entries, named name.0, name.1, ...")
     about: str = ""
 
@@ -262,8 +262,8 @@ def _check_common(entry: Bit | Register) -> None:
         for key in ("wire", "initial", "retained"):
             if key in entry.model_fields_set:
                 raise ValueError(f"{key} has no meaning beside source: remove one of the two")
-        if entry.access not in (None, "ro"):
-            raise ValueError("access: expected ro, because the value lives by itself")
+        if entry.access == "wo":
+            raise ValueError("access: expected ro or rw, because the value lives by itself")
     if entry.address + entry.count * words_of(entry) > 0x10000:
         raise ValueError("address: expected that all registers end at 65535 or below")
 

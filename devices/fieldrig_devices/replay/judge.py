@@ -77,7 +77,7 @@ class Judge(Grounds):
             return
         self._heartbeats.finish(end_ns)
         self.sdo.finish()
-        self.modbus.finish()
+        self.modbus.finish(end_ns)
         self.runs.finish()
         self.unasked.tell_rest()
         self.result.differences.sort(key=attrgetter("time_ns"))

@@ -11,6 +11,7 @@ from fieldrig.traces.parts import HasParts, Parts
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.names import CanopenNames
+from fieldrig_devices.dialogues.modbus_servers import plain_bus
 from fieldrig_devices.named_logs.named_log import NamedLog, decoded
 from fieldrig_devices.replay.streams import Item, Stream
 
@@ -82,8 +83,8 @@ def bus_in(config: RigConfig, bus: str, family: str, given: Mapping[str, str] | 
     """Return the bus of a rig that a bus of a log is: that of the same name, or the only one of its family."""
     if given and bus in given:
         return given[bus]
-    known = config.buses.get(bus)
-    if known is not None and known.bus.family == family:
-        return bus
+    for name in (bus, plain_bus(bus)):  # a rig that is made of a recording has the plain name
+        if name in config.buses and config.buses[name].bus.family == family:
+            return name
     fitting = [name for name, entry in config.buses.items() if entry.bus.family == family]
     return fitting[0] if len(fitting) == 1 else None

@@ -10,6 +10,7 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig_devices.replay.lead import LONGEST_NS, Leads
 from fieldrig_devices.replay.replay_result import ReplayResult
 from fieldrig_devices.replay.sides import Side, Sides
+from fieldrig_devices.replay.streams import COMPARED
 
 MOST_WAITING: Final = 100_000
 
@@ -36,6 +37,8 @@ def schedule(
     leads, left_out = Leads(buses), dict[tuple[str, str], int]()
     for number, entry in enumerate(in_order(entries)):
         due = _due(number, entry, sides, buses, leads)
+        if due is None and sides.bus_of(entry) is None and entry.family in COMPARED:
+            continue  # reported as a bus that the rig does not have
         if due is None:
             key = (entry.bus, entry.family) if len(left_out) < MOST_NOTES else ("further buses", "any")
             left_out[key] = left_out.get(key, 0) + 1

@@ -20,6 +20,7 @@ from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
 from fieldrig_bus.modbus.codec import RESPONSE
 from fieldrig_devices.canopen.names import ERROR_CONTROL, NMT, SDO_REQUEST, SYNC, TIME, CanopenNames
 from fieldrig_devices.dialogues.modbus_dialogues import is_address
+from fieldrig_devices.dialogues.modbus_servers import plain_bus
 from fieldrig_devices.replay.absent import Absent
 from fieldrig_devices.replay.log_names import bus_in
 from fieldrig_devices.replay.selection import Selection
@@ -97,8 +98,9 @@ class Sides:
     def expect_buses(self, head: Iterable[TraceEntry]) -> None:
         """Take the first messages of a log, so that a bus goes to the one of its name, whichever comes first."""
         for entry in head:
-            if entry.bus in self.config.buses:
-                self._taken.setdefault(entry.bus, entry.bus)
+            name = next((name for name in (entry.bus, plain_bus(entry.bus)) if name in self.config.buses), None)
+            if name is not None:
+                self._taken.setdefault(name, entry.bus)
 
     def running_node(self, entry: TraceEntry) -> int | None:
         """Return the node of the rig that a message shows to be operational: by its heartbeat, or by a TPDO."""
@@ -190,7 +192,7 @@ class Sides:
         name = bus_in(self.config, entry.bus, entry.family, self.buses)
         if name is None or self.config.buses[name].bus.family != entry.family:
             return None
-        is_said = name == entry.bus or entry.bus in self.buses
+        is_said = name in (entry.bus, plain_bus(entry.bus)) or entry.bus in self.buses
         if self._taken.setdefault(name, entry.bus) != entry.bus and not is_said:
             return None  # two networks whose nodes have the same numbers
         selected = self.selection

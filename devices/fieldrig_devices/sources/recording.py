@@ -10,10 +10,12 @@ from fieldrig_devices.sources.sheet import Sheet, read_sheet
 
 
 class Recording(NamedTuple):
-    """The rows of one column: ages in nanoseconds, which rise from 0, and values."""
+    """The rows of one column that have a value: ages in nanoseconds, which rise from 0, and values."""
 
     ages_ns: tuple[int, ...]
     values: tuple[float, ...]
+    period_ns: int
+    """The age at which the recording begins again: its last row lasts as long as the one before."""
 
 
 def read_recording(file: Path, column: str, time_column: str | None, step_ns: int) -> Recording:
@@ -22,23 +24,25 @@ def read_recording(file: Path, column: str, time_column: str | None, step_ns: in
     ValueError, with the line, for a file or a column that cannot be read, and for times that do not rise.
     """
     sheet = read_sheet(file)
-    values = tuple(_numbers(sheet, column))
-    if time_column is None:
-        return Recording(tuple(range(0, len(values) * step_ns, step_ns)), values)
-    return Recording(tuple(_ages(sheet, time_column)), values)
+    numbers = tuple(_numbers(sheet, column))
+    count = len(numbers)
+    ages = range(0, count * step_ns, step_ns) if time_column is None else _ages(sheet, time_column)
+    row_ns = ages[-1] - ages[-2] if count > 1 else step_ns
+    rows = [(age_ns, number) for age_ns, number in zip(ages, numbers, strict=True) if number is not None]
+    return Recording(tuple(age_ns for age_ns, _ in rows), tuple(number for _, number in rows), ages[-1] + row_ns)
 
 
-def _numbers(sheet: Sheet, column: str) -> Iterator[float]:
-    """Yield the values; an empty cell keeps the value before it."""
-    last: float | None = None
+def _numbers(sheet: Sheet, column: str) -> Iterator[float | None]:
+    """Yield the values; None for an empty cell, which keeps the value before it."""
+    is_first = True
     for line, cell in sheet.cells(column):
-        if cell:
-            last = sheet.number(cell)
-            if last is None:
-                raise ValueError(f"line {line}: expected a number in column {column!r}, got {cell!r}")
-        elif last is None:
+        number = sheet.number(cell) if cell else None
+        if cell and number is None:
+            raise ValueError(f"line {line}: expected a number in column {column!r}, got {cell!r}")
+        if is_first and number is None:
             raise ValueError(f"line {line}: expected a number in the first row of column {column!r}")
-        yield last
+        is_first = False
+        yield number
 
 
 def _ages(sheet: Sheet, column: str) -> Sequence[int]:

@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from fieldrig.clock import MS, S
 from fieldrig.settings import ConfigFile, Settings, WrongKey, refuse_all
-from fieldrig_devices.sources.recording import read_recording
+from fieldrig_devices.sources.recording import Recording, read_recording
 from fieldrig_devices.sources.shapes import (
     Constant,
     Counter,
@@ -201,11 +201,10 @@ class ReplaySettings(Settings):
         return self
 
     def begin(self, name: str) -> Source:
-        ages_ns, values = self._recording()
-        row_ns = ages_ns[-1] - ages_ns[-2] if len(ages_ns) > 1 else _ns(self.step_ms)
-        return Replay(ages_ns, values, ages_ns[-1] + row_ns if self.repeats else None)
+        recording = self._recording()
+        return Replay(recording.ages_ns, recording.values, recording.period_ns if self.repeats else None)
 
-    def _recording(self) -> tuple[tuple[int, ...], tuple[float, ...]]:
+    def _recording(self) -> Recording:
         return read_recording(self.file, self.column, self.time_column, _ns(self.step_ms))
 
 

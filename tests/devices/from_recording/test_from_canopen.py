@@ -119,6 +119,25 @@ def test_a_mapping_that_was_read_in_part_leaves_the_rest_as_bytes(tmp_path: Path
         assert (rig.get("node5/6000:01"), rig.get("node5/5800:02")) == (2, 0x2F10)
 
 
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_mapping_keeps_its_count_where_some_objects_were_not_read(tmp_path: Path, count: int) -> None:
+    """Five bytes: one is known, and the others share the rest."""
+    read = [*read_by_sdo(0.01, 5, f"4F001A000{count}000000"), *read_by_sdo(0.02, 5, "43001A0108010060")]
+    rig = rig_file(written_log(tmp_path, BOOT, *read, STARTED, "0.2 185#0110270000", "0.3 185#02102F0001"))
+    with virtual(rig) as running:
+        master = SdoMaster(running)
+        running.run_until(10 * MS)
+        assert master.read(5, 0x1A00) == f"4f 00 1a 00 0{count} 00 00 00"
+        assert master.read(5, 0x1A00, 1) == "43 00 1a 01 08 01 00 60"
+    assert [data for _, data in heard(rig, 0x185, 350 * MS)][-1] == "02 10 2f 00 01"
+
+
+def test_a_mapping_that_was_not_read_to_its_end_and_of_which_no_frame_came_is_told(tmp_path: Path) -> None:
+    read = [*read_by_sdo(0.01, 5, "4F001A0004000000"), *read_by_sdo(0.02, 5, "43001A0108010060")]
+    text = " ".join(rig_file(written_log(tmp_path, BOOT, *read)).read_text().replace("#", " ").split())
+    assert "the objects that 1A00h maps, as not all of them were read: it maps none at power-on" in text
+
+
 def test_a_mapping_of_which_only_the_count_was_read_is_the_written_one(tmp_path: Path) -> None:
     lines = [
         *read_by_sdo(0.01, 5, "4F001A0008000000"),  # eight objects, of which no master has asked

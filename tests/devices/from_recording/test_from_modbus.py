@@ -97,6 +97,28 @@ def test_a_register_that_a_client_wrote_keeps_what_is_written(tmp_path: Path) ->
         assert ask(rig, 7, READ)[0] == bytes.fromhex("03 06 022B 0009 0064").hex()
 
 
+def test_a_register_that_the_device_changes_after_a_client_is_replayed_between_the_writes(tmp_path: Path) -> None:
+    """A handshake: a client sets a bit, and the device takes it back; another value moves in the meantime."""
+    values = [(0, 0), (1, 0), (1, 1), (0, 2), (0, 3), (1, 4), (0, 5)]
+    rows = [(float(at_s), 7, READ, f"03 06 {bit:04X} {number:04X} 0064") for at_s, (bit, number) in enumerate(values)]
+    rows += [(at_s, 7, "06 006B 0001", "06 006B 0001") for at_s in (0.5, 4.6)]
+    path = made(tmp_path, *sorted(rows))
+    assert "was written, and changed" not in path.read_text()
+    with virtual(path) as rig:
+        for at_s, unit, request, response in sorted(rows):
+            rig.run_until(round(at_s * S))
+            assert (at_s, ask(rig, unit, request)[0]) == (at_s, bytes.fromhex(response).hex())
+
+
+def test_a_coil_that_starts_something_is_taken_back(tmp_path: Path) -> None:
+    rows = [(0.0, 7, "01 0000 0001", "01 01 00"), (1.0, 7, "05 0000 FF00", "05 0000 FF00"),
+            (2.0, 7, "01 0000 0001", "01 01 00"), (3.0, 7, "01 0000 0001", "01 01 00")]  # fmt: skip
+    with virtual(made(tmp_path, *rows)) as rig:
+        for at_s, unit, request, response in rows:
+            rig.run_until(round(at_s * S))
+            assert (at_s, ask(rig, unit, request)[0]) == (at_s, bytes.fromhex(response).hex())
+
+
 def test_a_group_that_reaches_beyond_the_registers_is_refused(tmp_path: Path) -> None:
     with virtual(made(tmp_path, (0, 7, READ, VALUES))) as rig:
         assert ask(rig, 7, "03 006B 0004")[0] == "8302"

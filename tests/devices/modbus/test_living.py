@@ -105,7 +105,7 @@ input_registers: [{address: 1, name: b, source: {kind: counter, per_sec: 1, per_
         "{address: 0, name: a, wire: w, source: {kind: uptime}}",
         "{address: 0, name: a, initial: 1, source: {kind: uptime}}",
         "{address: 0, name: a, retained: true, source: {kind: uptime}}",
-        "{address: 0, name: a, access: rw, source: {kind: uptime}}",
+        "{address: 0, name: a, access: wo, source: {kind: uptime}}",
         '{address: 0, name: a, type: "string[4]", source: {kind: uptime}}',
         "{address: 0, name: a, source: {kind: sine, low: 1, high: 2}}",
         "{address: 0, name: a, source: {kind: sinus, low: 1, high: 2, period_ms: 5}}",
