@@ -32,6 +32,7 @@ from fieldrig_devices.canopen.eds.source import EdsSource
 from fieldrig_devices.canopen.eds.writer import write_dcf
 from fieldrig_devices.canopen.emcy import Emcy
 from fieldrig_devices.canopen.emcy_consumer import EmcyConsumer
+from fieldrig_devices.canopen.emergencies import Emergencies
 from fieldrig_devices.canopen.error_behaviour import ErrorBehaviour
 from fieldrig_devices.canopen.front import front_of
 from fieldrig_devices.canopen.guarding import NodeGuarding
@@ -219,6 +220,7 @@ class CanopenNode(Device):
         """Have those of these faults that a node can have; its owner may have further ones among them."""
         end = FaultyEnd(self._clock, self._port.link, self._port, self.dictionary, faults)
         faults.also(end.use)
+        faults.also(Emergencies(self._clock, self.emcy, faults).follow)
 
     def dcf(self) -> str:
         """Return the present configuration of the node as a device configuration file (CiA 306)."""

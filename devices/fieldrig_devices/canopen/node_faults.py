@@ -12,6 +12,7 @@ from pydantic import Field
 
 from fieldrig.clock import MS, Clock
 from fieldrig.faults.faults import LONGEST_MS, Fault, Repeated, Timed, models_of
+from fieldrig.faults.hex_bytes import Hex
 from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
 from fieldrig_bus.can.frame import CanFrame
@@ -92,8 +93,17 @@ class Silent(Timed):
     what: Literal["silent"]
 
 
+class Emergency(Timed):
+    """The node has an error of its own, and reports it by EMCY; a reset of the node forgets the error."""
+
+    what: Literal["emergency"]
+    code: int = Field(ge=1, le=0xFFFF, description="error code")
+    error_register: int = Field(default=1, ge=0, le=0xFF, description="its bits of the error register (1001h)")
+    info: Hex = Field(default="", max_length=14, description="up to 5 bytes of the maker, as hex digits")
+
+
 NodeFault = Annotated[
-    SdoAbort | SdoSilence | SdoDelay | SdoToggle | LateBootUp | HeartbeatLost | PdoLength | Silent,
+    SdoAbort | SdoSilence | SdoDelay | SdoToggle | LateBootUp | HeartbeatLost | PdoLength | Silent | Emergency,
     Field(discriminator="what"),
 ]
 MODELS: Final[Mapping[str, type[Any]]] = models_of(NodeFault)

@@ -103,7 +103,7 @@ def _key(key: str) -> str:
 
 
 def _fault(fault: dict[str, object]) -> str:
-    words = {"index": "0x{:04X}", "code": "0x{:08X}"}
+    words = {"index": "0x{:04X}", "code": "0x{:08X}" if fault["what"] == "sdo_abort" else "0x{:04X}"}
     return (
         "{"
         + ", ".join(

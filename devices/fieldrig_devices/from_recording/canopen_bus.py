@@ -21,6 +21,7 @@ from fieldrig_devices.from_recording.described_node import DescribedNode
 from fieldrig_devices.from_recording.drive_model import DriveModel
 from fieldrig_devices.from_recording.drive_objects import drive_rows
 from fieldrig_devices.from_recording.eds_text import eds_of
+from fieldrig_devices.from_recording.emergencies import faults_of
 from fieldrig_devices.from_recording.known_files import KnownFile, described_by
 from fieldrig_devices.from_recording.known_objects import U8, U16, U32
 from fieldrig_devices.from_recording.node_model import (
@@ -155,6 +156,7 @@ class CanopenBus:
             model.eds, model.is_described, model.dictionary = path, True, self._dictionaries[node_id]
             fill(model)
             fill_described(model)
+        model.faults += faults_of(log.life.emergencies, self._log.start_ns, is_drive=is_drive)
         if drive is not None:
             drive.write()
             model.boot_up_ms = drive.settings.boot_up_ms

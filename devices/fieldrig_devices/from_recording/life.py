@@ -31,6 +31,8 @@ class Emergency(NamedTuple):
     instant_ns: int
     code: int
     register: int
+    info: bytes = b""
+    """The bytes of the maker."""
 
 
 class Life:
@@ -95,7 +97,7 @@ class Life:
     def emergency(self, time_ns: int, data: bytes) -> None:
         self.emergency_count += 1
         if len(self.emergencies) < MOST:
-            self.emergencies.append(Emergency(time_ns, int.from_bytes(data[:2], "little"), data[2]))
+            self.emergencies.append(Emergency(time_ns, int.from_bytes(data[:2], "little"), data[2], data[3:]))
 
     def _boot(self, time_ns: int) -> None:
         reset, self._reset = self._reset, None

@@ -37,9 +37,9 @@ def seen(model: NodeModel, start_ns: int) -> Iterator[str]:
         yield words
     if life.emergencies:
         firsts = [f"{emcy_words(_data(code, register))} at {_at(instant, start_ns)}"
-                  for instant, code, register in life.emergencies[:MOST_LISTED]]  # fmt: skip
+                  for instant, code, register, _ in life.emergencies[:MOST_LISTED]]  # fmt: skip
         more = life.emergency_count - len(firsts)
-        yield f"EMCY: {', '.join(firsts)}{f' and {more} more' if more else ''}; it sends none by itself here"
+        yield f"EMCY: {', '.join(firsts)}{f' and {more} more' if more else ''}; its faults send them again"
 
 
 def unknown(model: NodeModel) -> Iterator[str]:

@@ -14,6 +14,7 @@ from fieldrig_devices.replay.replay_result import Difference, What
 from fieldrig_devices.replay.words import late_words, time_words
 
 STATE: Final = 0x7F
+BOOT_UP: Final = 0
 MOST_STATES: Final = 10_000
 UNEVEN: Final = 0.1
 """Part of a period by which that of another device may differ, beside the tolerance."""
@@ -28,7 +29,10 @@ class _Side:
     def take(self, time_ns: int, own_ns: int, state: int) -> None:
         if (not self.states or self.states[-1][1] != state) and len(self.states) < MOST_STATES:
             self.states.append((time_ns, state))
-        self.gaps.take(time_ns, own_ns)
+        if state == BOOT_UP:
+            self.gaps.last_ns = None  # the period begins with the first heartbeat
+        else:
+            self.gaps.take(time_ns, own_ns)
 
 
 class Heartbeats:

@@ -116,3 +116,23 @@ def test_a_node_without_faults_has_its_own_end_of_the_bus() -> None:
     at.node.clear_fault(number)
     assert at.node._port.link is at.can
     assert at.sdo(ASK_1000)[:2] == "43"
+
+
+def test_an_emergency_is_an_emcy_at_its_start_and_another_one_at_its_end() -> None:
+    """Figure 53 of CiA 301: error code, error register with the generic bit, and the bytes of the maker."""
+    at = bench({"what": "emergency", "code": 0x5000, "error_register": 0x20, "info": "01 02", "duration_ms": 100})
+    assert at.node.points()["error_register"].read() == 0x21
+    assert at.take() == ["085#00 50 21 01 02 00 00 00"]
+    assert at.after(150) == ["085#00 00 00 00 00 00 00 00"]
+    assert at.node.points()["error_register"].read() == 0
+
+
+def test_an_emergency_ends_when_it_is_cleared_and_a_reset_forgets_it() -> None:
+    at = bench({"what": "emergency", "code": 0x5000})
+    at.take()
+    at.node.clear_fault(1)
+    assert at.take() == ["085#00 00 00 00 00 00 00 00"]
+    at.node.add_fault({"what": "emergency", "code": 0x6000})
+    at.send("000#81 05")
+    at.node.clear_fault(2)
+    assert at.take() == []

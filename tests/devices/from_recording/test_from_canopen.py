@@ -119,6 +119,18 @@ def test_a_mapping_that_was_read_in_part_leaves_the_rest_as_bytes(tmp_path: Path
         assert (rig.get("node5/6000:01"), rig.get("node5/5800:02")) == (2, 0x2F10)
 
 
+def test_a_node_sends_the_emergencies_of_its_recording_again(tmp_path: Path) -> None:
+    """Codes of CiA 301, table 26: two errors one after the other, with bytes of the maker, and their resets."""
+    sent_at = ["0.2 085#3081110102030405", "0.4 085#0050310000000000"]
+    reset_at = ["0.6 085#0000210000000000", "0.9 085#0000000000000000"]
+    rig = rig_file(written_log(tmp_path, BOOT, *TYPE, "0.1 705#7F", *sent_at, *reset_at, "1.5 705#7F"))
+    sent = heard(rig, 0x085, 2 * S, start=False)
+    assert [(round(at / MS), data) for at, data in sent] == [
+        (200, "30 81 11 01 02 03 04 05"), (400, "00 50 31 00 00 00 00 00"),
+        (600, "00 00 21 00 00 00 00 00"), (900, "00 00 00 00 00 00 00 00"),
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("count", [2, 3])
 def test_a_mapping_keeps_its_count_where_some_objects_were_not_read(tmp_path: Path, count: int) -> None:
     """Five bytes: one is known, and the others share the rest."""
