@@ -1,4 +1,4 @@
-"""What coverage costs: the same program with and without marks, turn by turn in one process."""
+"""The cost of coverage: the same program with and without marks, turn by turn in one process."""
 
 import statistics
 import sys

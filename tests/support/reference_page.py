@@ -24,6 +24,7 @@ PAGES = {
     "fieldrig.bus": BUS,
     "fieldrig.clock": "architecture.md",
     "fieldrig.config.rig_file": "rig-file.md",
+    "fieldrig.coverage.covered": "coverage.md",
     "fieldrig.device": DEVICE,
     "fieldrig.front": "fronts.md",
     "fieldrig.link": "architecture.md#interest",

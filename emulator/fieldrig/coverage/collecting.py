@@ -49,7 +49,7 @@ class _Noted:
 
 
 class Collector:
-    """What this process and those that it starts run of the programs that they compile meanwhile."""
+    """The notes of this process and those that it starts about the programs that they compile meanwhile."""
 
     def __init__(self, folder: Path, *, is_detailed: bool = False) -> None:
         self._folder, self.is_detailed = folder, is_detailed

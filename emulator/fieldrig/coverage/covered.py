@@ -11,7 +11,7 @@ from fieldrig.coverage.wanted import Wanted
 
 
 class Covered:
-    """What has run so far of the programs that were loaded in a block of `covered`."""
+    """The coverage so far of the programs that were loaded in a block of `covered`."""
 
     def __init__(self, collector: Collector) -> None:
         self._collector = collector
@@ -26,7 +26,7 @@ class Covered:
 
     @property
     def missed(self) -> list[str]:
-        """What has not run, as FILE:LINE, and behind it the name of a branch, a step or a transition."""
+        """The places that have not run, as FILE:LINE, and behind that the name of a branch, a step or a transition."""
         files = self._coverage().files()
         places = [(file.name, place) for file in files for place, has_run in file.places if not has_run]
         return [f"{name}:{place.line} {said(place)}".rstrip() for name, place in places]

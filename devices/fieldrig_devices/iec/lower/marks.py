@@ -45,7 +45,7 @@ class Arm(NamedTuple):
     line: int = 0
     """Its own line; 0 for that of the choice."""
     condition: tree.Expression | None = None
-    """What has to hold for it."""
+    """The condition that has to hold for it."""
 
 
 BODY: Final = Arm("body")

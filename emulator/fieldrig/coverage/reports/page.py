@@ -14,9 +14,11 @@ _STYLE: Final = """
   --missed: light-dark(#cf222e, #f85149); --partly: light-dark(#9a6700, #d29922);
   --line: light-dark(#d0d7de, #3d444d); --quiet: light-dark(#59636e, #9198a1); }
 body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem; }
+.wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; }
 th, td { text-align: right; padding: .2rem .6rem; border-bottom: 1px solid var(--line); }
-th:first-child, td:first-child { text-align: left; }
+th { white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; overflow-wrap: anywhere; min-width: 9rem; }
 tr.file td { font-weight: 600; }
 tr.pou td:first-child { padding-left: 2rem; }
 .bar { display: inline-block; width: 6rem; height: .6rem; background: var(--missed); vertical-align: middle; }
@@ -30,6 +32,13 @@ pre em { color: var(--partly); font-style: normal; }
 .partly { border-color: var(--partly); background: light-dark(#fff8c5, #3b2e04); }
 summary { font-weight: 600; cursor: pointer; margin-top: 1.5rem; }
 .legend { color: var(--quiet); }
+@media (max-width: 40rem) {
+  body { margin: 1rem auto; }
+  th, td { padding: .2rem .35rem; font-size: 13px; }
+  tr.pou td:first-child { padding-left: 1rem; }
+  .bar { width: 3rem; }
+  pre { font-size: 11px; }
+}
 """
 _SIGNS: Final = {"run": "+", "missed": "!", "partly": "?", "": " "}
 """The signs for readers who see no colours."""
@@ -45,14 +54,14 @@ def _lines(coverage: Coverage) -> Iterator[str]:
     yield '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">'
     yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
     yield f"<title>Coverage {per_cent(total.count())} %</title>\n<style>{_STYLE}</style>\n</head>\n<body>"
-    yield f"<h1>Coverage {per_cent(total.count())} %</h1>\n<table>"
+    yield f"<h1>Coverage {per_cent(total.count())} %</h1>\n<div class='wide'><table>"
     columns = [*columns_of(total)]
     titles = "".join(f"<th>{column.title}</th>" for column in columns)
     yield f"<tr><th>file, POU</th>{titles}<th>%</th><th></th></tr>"
     for number, file in enumerate(files):
         yield _row(f'<a href="#f{number}">{escape(file.name)}</a>', file, "file", columns)
         yield from (_row(escape(pou.name), pou, "pou", columns) for pou in pous(file))
-    yield f"{_row('total', total, 'file', columns)}\n</table>"
+    yield f"{_row('total', total, 'file', columns)}\n</table></div>"
     yield '<p class="legend">+ has run; ! has not run; ? has run, but not in all its branches</p>'
     for number, file in enumerate(files):
         yield f'<details open id="f{number}"><summary>{escape(file.name)}</summary>\n<pre>'

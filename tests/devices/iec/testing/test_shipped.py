@@ -13,7 +13,7 @@ from fieldrig_devices.iec.testing.case import Limits, Verdict
 CONFIGS = Path(__file__).parents[4] / "configs"
 FILES = [*sorted(CONFIGS.glob("*_test.st")), Path(__file__).parent / "wrapper" / "wrapper_test.st"]
 LEAST = 90.0
-"""Of statements and branches, in per cent."""
+"""The least share of statements and branches that they run, in per cent."""
 PATIENCE_S = 600.0
 """Bounds a test that hangs, also on a busy host."""
 
