@@ -21,7 +21,7 @@ class Wanted:
     """The files of the reports, and the least share of what has run."""
 
     data: Path | None = None
-    """For adding up runs."""
+    """The file for adding up runs."""
     lcov: Path | None = None
     cobertura: Path | None = None
     folder: Path | None = None

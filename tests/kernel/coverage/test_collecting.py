@@ -1,4 +1,4 @@
-"""What several processes note of the programs that they run, and what is left of a process that was killed."""
+"""The notes of several processes about the programs that they run, also of a process that was killed."""
 
 import os
 import signal
