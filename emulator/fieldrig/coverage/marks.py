@@ -20,6 +20,12 @@ def hit(mark: int) -> str:
     return f"{HIT}[{mark}] = 1"
 
 
+def combination(first: int, values: Sequence[str]) -> str:
+    """Return the line of generated code that marks a combination of conditions, by variables that are 0 or 1."""
+    terms = [str(first), *(f"{1 << number} * {value}" if number else value for number, value in enumerate(values))]
+    return f"{HIT}[{' + '.join(terms)}] = 1"
+
+
 class SuiteMarks:
     """The marks of one body; none if it is not covered."""
 

@@ -9,7 +9,9 @@ from pam_bench import OBJECTS, PamBench
 import fieldrig
 from fieldrig.clock import MS
 from fieldrig.coverage.collecting import collecting
-from fieldrig.coverage.places import Kind
+from fieldrig.coverage.places import DETAILS, Kind
+from fieldrig.coverage.reports.table import said
+from fieldrig.coverage.summary import Coverage
 
 TASK = "TASK TSK_a; SPECS CYCLES = 1; END_SPECS EVENTS ON_EVENT SBI_b XEQ_SEQUENCE SEQ_a; END_EVENTS\nSEQUENCE SEQ_a;\n"
 END = "\nEND_SEQUENCE\nSEQUENCE SEQ_b;\nn <- 9;\nEND_SEQUENCE\nEND_TASK\n"
@@ -93,3 +95,26 @@ def test_the_code_has_no_marks_unless_coverage_is_wanted() -> None:
     assert not PamBench(programs).program.code.marked.hits
     with collecting():
         assert len(PamBench(programs).program.code.marked.hits) == 4
+
+
+DECISIONS = [
+    # condition, values of w and f, conditions that were not, or did not decide
+    ("(w > 1) * f", [(2, True), (0, True), (2, False)], []),
+    ("(w > 1) * f", [(2, True), (0, True)], ["f FALSE", "f FALSE decides"]),
+    ("!((w > 1) + f)", [(0, False), (2, False), (0, True)], []),
+    ("f", [(0, False)], []),
+    ("(w + w) > 1", [(0, False)], []),
+]
+
+
+@pytest.mark.parametrize(("condition", "values", "names"), DECISIONS)
+def test_conditions_of_decisions(condition: str, values: list[tuple[int, bool]], names: list[str]) -> None:
+    with collecting(is_detailed=True) as collected:
+        bench = PamBench(TASK + f"IF {condition} THEN n <- 1; END_IF" + END)
+        for w, f in values:
+            bench["w"], bench["f"], bench["SBI_b"] = w, f, False
+            bench.run(3)
+            bench["SBI_b"] = True
+            bench.run(3)
+        places = Coverage(collected.news()).total.places
+    assert sorted(said(place) for place, has_run in places if not has_run and place.kind in DETAILS) == names

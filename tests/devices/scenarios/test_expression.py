@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 from fieldrig.device import Value
 from fieldrig_devices.scenarios.expression import DEEPEST, LONGEST, expression_of
 
-VALUES: dict[str, Value] = {"a/b": 3, "axis/6041:00": 0x0637, "stop-key/pressed": True, "tank/level": 1.5, "belt/name": "main", "x/0": 0}
+VALUES: dict[str, Value] = {
+    "a/b": 3,
+    "axis/6041:00": 0x0637,
+    "stop-key/pressed": True,
+    "tank/level": 1.5,
+    "belt/name": "main",
+    "x/0": 0,
+}
 
 
 @pytest.mark.parametrize(

@@ -5,12 +5,12 @@ What is here knows no calls: the expressions that it stores are free of them (`h
 
 from collections.abc import Callable
 
-from fieldrig.coverage.marks import HIT
+from fieldrig.coverage.marks import HIT, combination
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.layout import CALL_SIZE, Images, storage
 from fieldrig_devices.iec.lower.assembler import Assembler
-from fieldrig_devices.iec.lower.conditions import combination, formula_of, is_decision, texts_of
+from fieldrig_devices.iec.lower.conditions import formula_of, is_decision, texts_of
 from fieldrig_devices.iec.lower.emitter import Emitter
 from fieldrig_devices.iec.lower.expressions import Expressions
 from fieldrig_devices.iec.lower.marks import Marks

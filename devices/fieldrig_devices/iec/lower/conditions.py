@@ -3,7 +3,6 @@
 from typing import Final
 
 from fieldrig.coverage.decisions import FEWEST, MOST, Formula, Join, Not, conditions_in
-from fieldrig.coverage.marks import HIT
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check.texts import text
 from fieldrig_devices.iec.elementary import Elementary
@@ -79,9 +78,3 @@ def _leaves(node: tree.Expression) -> list[tree.Expression]:
         case tree.Unary(operator=operator, operand=operand) if operator.upper() == "NOT":
             return _leaves(operand)
     return [node]
-
-
-def combination(first: int, values: list[str]) -> str:
-    """Return the line that marks the combination of these values."""
-    terms = [str(first), *(f"{1 << number} * {value}" if number else value for number, value in enumerate(values))]
-    return f"{HIT}[{' + '.join(terms)}] = 1"

@@ -22,6 +22,7 @@ STATEMENTS = (
     "w <- 0;",
     "x <- AXI_Each[i]:TRAVEL_SPEED * 2;",
     "IF (fe[i] * SBI_b)[all+] THEN XEQ_SEQUENCE SEQ_b[i] END_IF",
+    "IF fe[i] * (AXI_Each[i] ? ready) + !SBI_c * (w > 2) THEN x <- x + 1; END_IF",
     "n <- AXI_Each[i] ? status;",
     "CALL RTN_a WITH w, w > 3; CALL RTN_a WITH 1.5, TIMEOUT;",
     "CASE CONDITION SBI_b XEQ_SEQUENCE SEQ_b[i]; TIMEOUT 5 XEQ_SEQUENCE SEQ_b[i]; END_CASE",
@@ -111,5 +112,5 @@ def test_a_program_with_marks_of_coverage_does_what_one_without_does(
 ) -> None:
     program = PROGRAM.format(cycles=cycles, before=before, after=after) + EQUATIONS
     plain = trace(program, changes)
-    with collecting():
+    with collecting(is_detailed=True):
         assert trace(program, changes) == plain

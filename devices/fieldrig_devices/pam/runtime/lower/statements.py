@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from fieldrig.coverage import collecting
-from fieldrig.coverage.marks import SuiteMarks, hit
+from fieldrig.coverage.decisions import FEWEST, MOST
+from fieldrig.coverage.marks import SuiteMarks, combination, hit
 from fieldrig.coverage.places import Kind, Place
 from fieldrig_devices.languages import instructions as resumable
 from fieldrig_devices.languages.instructions import Branch, Do, End, Instruction, Jump, Pause
@@ -15,6 +16,7 @@ from fieldrig_devices.pam.language import tree
 from fieldrig_devices.pam.language.functions import REPLACED, VALUES, Type
 from fieldrig_devices.pam.language.tree import Expression, Node, Reference, RoutineCall, Statement
 from fieldrig_devices.pam.runtime.layout import Cells
+from fieldrig_devices.pam.runtime.lower.conditions import Decision, conditions_at_most
 from fieldrig_devices.pam.runtime.lower.expressions import Expressions, Surroundings, base_of, cell
 from fieldrig_devices.pam.runtime.lower.lowered import Lowered, routine_name
 from fieldrig_devices.pam.runtime.lower.operands import INDENT, Emitter, Operand
@@ -95,6 +97,19 @@ class Body:
         line, column = (at or statement.place).line, statement.place.column
         return Place(statement.place.file, self._title, kind, line, column, of, branch)
 
+    def _condition(self, condition: Expression, emitter: Emitter) -> Operand:
+        """Return a condition as a flag; the conditions of a decision have marks, if they are wanted."""
+        if not collecting.is_detailed() or not conditions_at_most(condition, MOST):
+            return emitter.flag(self._operand(condition, emitter))
+        decision = Decision(self._operand, emitter)
+        value, formula = decision.lower(condition)
+        if len(decision.values) >= FEWEST:
+            first = self._code.marked.new(1 << len(decision.values))
+            emitter.lines.append(combination(first, decision.values))
+            file, line, column = condition.place
+            self.marks.decision(formula, first, decision.texts, Place(file, self._title, Kind.CONDITION, line, column))
+        return value
+
     def _alternatives(self, statement: Statement, branches: Sequence[tuple[str, tree.Place]]) -> tuple[int, ...]:
         """Count branches whose marks are not in the code of their own; return the marks, or nothing without marks."""
         if not self.marks.is_on:
@@ -163,7 +178,7 @@ class Body:
     def _if(self, statement: tree.If) -> None:
         self._ask_before(statement.condition)
         emitter = Emitter()
-        condition = emitter.flag(self._operand(statement.condition, emitter)).text
+        condition = self._condition(statement.condition, emitter).text
         branch = len(self.instructions)
         line = self._line
         self.instructions.append(Branch(line, tuple(emitter.lines), f"not {condition}", -1))
@@ -193,7 +208,7 @@ class Body:
         self._at.answers.clear()
         self._ask_before(statement.until)
         emitter = Emitter()
-        until = emitter.flag(self._operand(statement.until, emitter)).text
+        until = self._condition(statement.until, emitter).text
         python = tuple(emitter.lines)
         self.instructions.append(Branch(self._line, python, f"not {until}", start, pause=self._loop_pause))
 
