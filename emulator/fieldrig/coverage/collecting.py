@@ -6,6 +6,7 @@ with its marks beside it, which `flush` writes.  So a process that is killed los
 """
 
 import json
+import logging
 import os
 import time
 from collections.abc import Iterator
@@ -17,6 +18,8 @@ from typing import Final
 from fieldrig.coverage.folder import DETAIL_VARIABLE, FOLDER_VARIABLE
 from fieldrig.coverage.places import Marked, News, Place
 
+log = logging.getLogger(__name__)
+
 FLUSH_S: Final = 0.5
 """The longest time for which a process of a rig keeps what it has run to itself, in seconds."""
 _PLACES: Final = ".places"
@@ -26,8 +29,8 @@ class _Noted:
     """One program with the file of its places."""
 
     def __init__(self, marked: Marked, file: Path) -> None:
-        self.marked, self._file = marked, file
-        self._written = bytes(len(marked.hits))
+        self.marked, self.hits, self._file = marked, [0] * len(marked.hits), file
+        self._written = bytes(len(self.hits))
         file.with_suffix(".new").write_text(json.dumps(marked.places), encoding="utf-8")
         file.with_suffix(".new").replace(file)
 
@@ -37,7 +40,7 @@ class _Noted:
         A process that was forked begins with those of its parent, and has a file of its own; another process may have
         had its number before.
         """
-        hits = self.marked.hits
+        hits = self.hits
         if bytes(hits) == self._written:
             return
         file = self._file.with_suffix(f".{os.getpid()}.hits")
@@ -58,9 +61,17 @@ class Collector:
         """The instant of the last flush, by the clock of the host."""
 
     def use(self, marked: Marked) -> None:
-        if marked.hits and not any(marked is known.marked for known in self._known):
-            marked.hits = [0] * len(marked.hits)
-            self._known.append(_Noted(marked, self._new_file()))
+        """Give a program that is loaded its marks here: new ones, or those of an earlier time that it was loaded."""
+        known = next((one for one in self._known if one.marked is marked), None)
+        if known is None and marked.hits:
+            try:
+                known = _Noted(marked, self._new_file())
+            except OSError as cause:  # a full disk, or a folder that is gone, is no fault of the program
+                log.warning("the coverage of a program is not noted: %s", cause)
+                return
+            self._known.append(known)
+        if known is not None:
+            marked.hits = known.hits
 
     def _new_file(self) -> Path:
         number = len(self._known)
@@ -72,7 +83,7 @@ class Collector:
         """Write what this process has run so far."""
         self.flushed_s = time.monotonic()
         for known in self._known:
-            with suppress(OSError):  # a full disk, or a folder that is gone, is no fault of the program
+            with suppress(OSError):  # as above
                 known.flush()
 
     def news(self) -> News:

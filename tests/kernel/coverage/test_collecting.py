@@ -67,6 +67,20 @@ def test_a_block_within_another_counts_in_both() -> None:
         assert run(around) == [1, 2]
 
 
+def test_a_program_that_is_loaded_again_in_a_block_within_another_counts_in_both() -> None:
+    marked = program()
+    with collecting.collecting() as around:
+        collecting.use(marked)
+        marked.hits[0] = 1
+        with collecting.collecting() as within:
+            collecting.use(marked)
+            marked.hits[1] = 1
+            assert run(within) == [2]
+        collecting.use(marked)
+        marked.hits[2] = 1
+        assert sorted(set(run(around))) == [1, 2, 3]
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows has no fork")
 def test_forked_processes_count_what_they_have_noted() -> None:
     marked = program()
@@ -112,6 +126,7 @@ def test_a_process_with_the_number_of_one_before_keeps_what_that_one_noted(monke
 def test_a_folder_that_is_gone_is_no_fault_of_the_program(tmp_path: Path) -> None:
     marked = program()
     collector = Collector(tmp_path / "gone")
+    collector.use(program())
     (tmp_path / "gone").mkdir()
     collector.use(marked)
     for file in (tmp_path / "gone").iterdir():

@@ -1,4 +1,4 @@
-"""The conditions of a decision, for the marks of coverage: `+` and `*` of flags are OR and AND, `!` is NOT."""
+"""The conditions of a decision, for the marks of coverage: with flags, `+` is OR, `*` is AND, and `!` is NOT."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
