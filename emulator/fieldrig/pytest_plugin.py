@@ -104,12 +104,15 @@ def _fieldrig_booted() -> Iterator[Callable[..., "Rig"]]:
         def boot_of(source: str | Path | dict[str, Any], overrides: tuple[str, ...], boot: Boot) -> "Rig":
             name = json.dumps(source, default=str) if isinstance(source, dict) else str(Path(source).absolute())
             if (name, overrides, boot) not in booted:
+                from fieldrig.virtual.branches import warm
+
                 rig = rigs.enter_context(_rig_of(source, overrides))
                 rig.trace_hash()
                 if callable(boot):
                     boot(rig)
                 else:
                     rig.run_until(boot)
+                warm(rig)
                 booted[name, overrides, boot] = rig
             return booted[name, overrides, boot]
 

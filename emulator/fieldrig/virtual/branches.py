@@ -2,13 +2,21 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, RigError
 from fieldrig.outside.untrusted import shown
 from fieldrig.virtual.branch import Branch, Branchable, branch_of, check_may_branch
 
 T = TypeVar("T")
+
+
+class Readable(Protocol):
+    config: RigConfig
+
+    def values(self, device: str) -> dict[str, Value]: ...
 
 
 def run_branches(rig: Branchable, scenario: Callable[[Any, int], T], seeds: Iterable[int], workers: int) -> list[T]:
@@ -41,6 +49,15 @@ def run_branches(rig: Branchable, scenario: Callable[[Any, int], T], seeds: Iter
     if failed:
         raise _told({order[place]: failed[place] for place in sorted(failed)})
     return [done[place] for place in sorted(done)]
+
+
+def warm(rig: Readable) -> None:
+    """Have a rig make what it keeps from the first question on, so that not each of its branches makes it.
+
+    A device makes its points when they are first read; a CANopen node has thousands.
+    """
+    for device in rig.config.devices:
+        rig.values(device)
 
 
 def one_by_one(rig: Branchable, work: Iterable[Callable[[Any], T]]) -> Iterator[T | RigError]:

@@ -16,6 +16,7 @@ from shipped import RIGS, in_virtual_time
 from fieldrig import MS, ArgumentError, MemoryStore, Rig, RigError, S, UnmetError, from_dict, virtual_time
 from fieldrig.storage.store import FileStore
 from fieldrig.virtual import branch as branch_module
+from fieldrig.virtual.branches import warm
 
 pytestmark = [
     pytest.mark.system,
@@ -130,6 +131,25 @@ def test_an_answer_of_a_device_comes_out_of_a_branch(rig: Rig) -> None:
         assert branch.answer("dice", "rethrow", {"times": 1}) == rig.answer("dice", "rethrow", {"times": 1})
         with pytest.raises(RigError, match="did you mean throws"):
             branch.get("dice/throw")
+
+
+def has_points(rig: Rig) -> bool:
+    node: Any = rig._nodes["sensor"]
+    return "_points" in vars(node.device)
+
+
+@pytest.mark.long
+def test_a_rig_that_is_warm_leaves_nothing_to_make_to_its_branches() -> None:
+    with Rig(in_virtual_time("lab.yaml")) as rig, Rig(in_virtual_time("lab.yaml")) as cold:
+        for each in (rig, cold):
+            each.trace_hash()
+            each.run_until(S)
+        warm(rig)
+        with rig.branch() as branch, cold.branch() as other:
+            assert (branch.call(has_points), other.call(has_points)) == (True, False)
+            branch.run_for(S)
+            other.run_for(S)
+            assert branch.trace_hash() == other.trace_hash()
 
 
 # ---- random numbers

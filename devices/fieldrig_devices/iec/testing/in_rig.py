@@ -73,7 +73,10 @@ class Rigs:
     def _of(self, use: tree.RigUse) -> "Rig":
         key = use.file, _after_ns(use)
         if key not in self._booted:
+            from fieldrig.virtual.branches import warm
+
             self._booted[key] = self._stack.enter_context(self._made(use))
+            warm(self._booted[key])
         return self._booted[key]
 
     def _made(self, use: tree.RigUse) -> "Rig":
