@@ -83,6 +83,7 @@ SETTINGS: Final = {
     "remote.autoForwardPorts": False,
     "telemetry.telemetryLevel": "off",
     "editor.minimap.enabled": False,
+    "debug.internalConsoleOptions": "neverOpen",
     "git.enabled": False,
     "update.mode": "none",
     "window.commandCenter": False,
@@ -186,8 +187,8 @@ def live_values(page: Page) -> None:
     page.keyboard.press("F9")
     page.keyboard.press("F5")
     page.wait_for_timeout(SETTLED_MS)
-    line(page, 5).hover(position={"x": 100, "y": 8})
-    expect(page.locator(".monaco-hover-content").first).to_be_visible()
+    line(page, 5).hover(position={"x": 128, "y": 8})
+    expect(page.get_by_text("PLC_PRG.pump.run").first).to_be_visible()
     page.wait_for_timeout(SETTLED_MS)
     take(page, FOLDER / "editor-values.png")
     page.keyboard.press("Shift+F5")

@@ -14,6 +14,8 @@ from fieldrig.real.live_rig import FIELDRIG
 pytestmark = pytest.mark.real
 
 CLIENT = Path(__file__).parent / "node" / "debugger.js"
+TRAVELLER = CLIENT.parent / "back.js"
+PAGE = Path(__file__).parents[2] / "docs/programs/editor.md"
 COUNT = """\
 FUNCTION Twice : INT
 VAR_INPUT x : INT; END_VAR
@@ -32,8 +34,10 @@ CALL, INSIDE_CALL, IN_FUNCTION = 8, 9, 3
 class Controller(RunningRig):
     """A controller that runs the counting program."""
 
-    def __init__(self) -> None:
-        rig = "time: real\nbuses: {}\ndevices: {controller: {kind: max4, program: count.st, autostart: true}}\n"
+    def __init__(self, time: str = "real") -> None:
+        rig = (
+            f"time: {time}\nbuses: {{}}\ndevices: {{controller: {{kind: max4, program: count.st, autostart: true}}}}\n"
+        )
         super().__init__(rig, None)
 
     def up(self, *options: str) -> subprocess.Popen[bytes]:
@@ -42,22 +46,39 @@ class Controller(RunningRig):
         return super().up(*options)
 
 
-def test_visual_studio_codes_own_client_debugs_a_program() -> None:
-    node = shutil.which("node")
-    if node is None or not (CLIENT.parent / "node_modules/@vscode").is_dir():
+@pytest.fixture(scope="module")
+def node() -> str:
+    found = shutil.which("node")
+    if found is None or not (CLIENT.parent / "node_modules/@vscode").is_dir():
         pytest.skip("the test support of Visual Studio Code is not installed: npm ci in tests/real/node")
+    return found
+
+
+def said(node: str, client: Path, rig: Controller, *options: str) -> str:
+    """Return what a client says about its session with a rig."""
+    done = subprocess.run(
+        [node, client, rig.folder / "adapter.sh", rig.folder / "count.st", *options],
+        env=rig.environment,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_visual_studio_codes_own_client_goes_back_in_time_as_recorded_in_the_docs(node: str) -> None:
+    recorded = PAGE.read_text(encoding="utf-8").partition("```text\n-> initialize")[2].partition("```")[0]
+    with Controller("virtual") as rig:
+        rig.until_ready()
+        assert said(node, TRAVELLER, rig) == f"-> initialize{recorded}"
+
+
+def test_visual_studio_codes_own_client_debugs_a_program(node: str) -> None:
     with Controller() as rig:
         rig.until_ready()
-        done = subprocess.run(
-            [node, CLIENT, rig.folder / "adapter.sh", rig.folder / "count.st", str(INSIDE_CALL), str(CALL), "a > 20"],
-            env=rig.environment,
-            capture_output=True,
-            text=True,
-            timeout=PATIENCE_S,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-        seen = json.loads(done.stdout)
+        seen = json.loads(said(node, CLIENT, rig, str(INSIDE_CALL), str(CALL), "a > 20"))
         assert rig.ask("device/controller/debug", {"command": "state"})["state"] == "running"
     assert seen.pop("above") > 20
     assert seen == {
