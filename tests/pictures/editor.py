@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from browser_page import chromium
 from network_namespace import network_namespace, why_not
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, ViewportSize, expect
 from running_rig import until
 from tests.pictures.album import FOLDER
 from tests.pictures.page import take
@@ -88,7 +88,7 @@ SETTINGS: Final = {
     "update.mode": "none",
     "window.commandCenter": False,
 }
-SIZE: Final = {"width": 1180, "height": 700}
+SIZE: Final[ViewportSize] = {"width": 1180, "height": 700}
 PATIENCE_MS: Final = 60_000
 SETTLED_MS: Final = 2_500
 STOPPING_LINE: Final = 10
