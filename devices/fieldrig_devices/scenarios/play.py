@@ -1,7 +1,7 @@
 """Plays a schedule to a rig in virtual time, and judges it: here, in a branch, or in a worker of a search."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 MOST_CHANGES: Final = 10_000
 """Changes of a place that are kept for pictures, the last of them."""
-
 HEALED_NS: Final = 1 * MS
 """The time between two looks for the end of the last fault."""
 
@@ -47,57 +46,84 @@ def play(
 
     With `stops_early` it ends at the first instant at which a property does not hold.
     """
-    with _Stage(rig, schedule, properties) as stage:
-        return stage.play(length_ns, stops_early=stops_early)
+    with Stage(rig, schedule, properties, stops_early=stops_early) as stage:
+        return stage.finish(length_ns)
 
 
-class _Stage(ExitStack):
-    """The rig with its listeners."""
+class Stage(ExitStack):
+    """A rig with what is still to happen, and its judge.  A branch of the rig has a copy of it, which goes on alone."""
 
-    def __init__(self, rig: "Rig", schedule: Schedule, properties: Sequence[Property]) -> None:
+    def __init__(
+        self, rig: "Rig", schedule: Schedule, properties: Sequence[Property], *, stops_early: bool = False
+    ) -> None:
+        """Begin at the present instant of the rig.  RigError for a place that it does not have."""
         super().__init__()
         self._rig, self._begin_ns = rig, rig.now_ns
         self._acts = deque(sorted(schedule, key=lambda act: act.at_ns))
-        judged = [place for one in properties for place in one.places]
-        acted = [act.where for act in schedule if act.verb in ("set", "press")]
-        self._places: dict[str, RigPlace] = {name: place_of(rig, name) for name in dict.fromkeys([*judged, *acted])}
-        self._judged = dict.fromkeys(judged)
-        values = {name: place.read() for name, place in self._places.items()}
-        self._tracks = {name: deque([(0, value)], maxlen=MOST_CHANGES) for name, value in values.items()}
-        self._judge = _judge(properties, values)
+        self._stops_early = stops_early
+        self._judged = dict.fromkeys(place for one in properties for place in one.places)
+        self._places: dict[str, RigPlace] = {}
+        self._tracks: dict[str, deque[tuple[int, Value]]] = {}
+        for name in (*self._judged, *_written(schedule)):
+            self._follow(name)
+        self._judge = _judge(properties, {name: track[-1][1] for name, track in self._tracks.items()})
+        self._faults: dict[str, None] = {}
+        """The buses and devices that have been given faults."""
         self._healed = False
-        self._where = dict.fromkeys(act.where for act in schedule if act.verb == "fault")
-        for name, place in self._places.items():
-            with suppress(ControlError):  # its device has no power now
-                self.callback(place.listen(partial(self._on_change, name)))
         self.callback(rig.on_instant(self._on_instant))
         rig.trace_hash()
 
+    def _follow(self, name: str) -> None:
+        """Keep the changes of a place from now on.  RigError if the rig does not have it."""
+        if name in self._places:
+            return
+        place = self._places[name] = place_of(self._rig, name)
+        self._tracks[name] = deque([(self.now_ns, place.read())], maxlen=MOST_CHANGES)
+        with suppress(ControlError):  # its device has no power now
+            self.callback(place.listen(partial(self._on_change, name)))
+
     @property
-    def _now_ns(self) -> int:
+    def now_ns(self) -> int:
+        """The instant from the begin."""
         return self._rig.now_ns - self._begin_ns
 
-    def play(self, length_ns: int, *, stops_early: bool) -> Played:
-        stop: Callable[[], object] = (lambda: self._judge.violations) if stops_early else (lambda: False)
-        while not stop():
-            self._act()
-            next_ns = self._acts[0].at_ns if self._acts else length_ns
-            if not self._acts:
-                self._heal()
-            if self._now_ns >= length_ns:
-                break
-            self._run_until(min(next_ns, length_ns), stop)
-        if not stop():
-            self._judge.end(self._now_ns)
-        tracks = {name: tuple(track) for name, track in self._tracks.items()}
-        return Played(tuple(self._judge.violations), self._now_ns, tracks, self._rig.trace_hash())
+    @property
+    def is_over(self) -> bool:
+        """True if it ends at the first violation, and there has been one."""
+        return self._stops_early and bool(self._judge.violations)
 
-    def _run_until(self, until_ns: int, stop: Callable[[], object]) -> None:
+    def add(self, *acts: Act) -> None:
+        """Let more happen.  RigError for a place that the rig does not have."""
+        for name in _written(acts):
+            self._follow(name)
+        self._acts = deque(sorted([*self._acts, *acts], key=lambda act: act.at_ns))
+        self._healed = False
+
+    def run_until(self, until_ns: int) -> None:
+        """Let everything happen up to an instant, where what is done at that instant has not happened yet."""
+        while not self.is_over:
+            self._do_due()
+            next_ns = self._acts[0].at_ns if self._acts else until_ns
+            if self.now_ns >= until_ns:
+                return
+            self._run(min(next_ns, until_ns))
+
+    def finish(self, length_ns: int) -> Played:
+        """Play to the end, and judge what had to happen until then."""
+        self.run_until(length_ns)
+        if not self.is_over:
+            self._do_due()
+            self._heal()
+            self._judge.end(self.now_ns)
+        tracks = {name: tuple(track) for name, track in self._tracks.items()}
+        return Played(tuple(self._judge.violations), self.now_ns, tracks, self._rig.trace_hash())
+
+    def _run(self, until_ns: int) -> None:
         """Run from instant to instant; the end of the last fault, which is none, is looked for every millisecond."""
         end_ns = self._begin_ns + until_ns
-        while self._rig.now_ns < end_ns and not stop():
+        while self._rig.now_ns < end_ns and not self.is_over:
             waits = not (self._acts or self._healed)
-            look_ns = self._begin_ns + (self._now_ns // HEALED_NS + 1) * HEALED_NS
+            look_ns = self._begin_ns + (self.now_ns // HEALED_NS + 1) * HEALED_NS
             last_ns = min(end_ns, look_ns) if waits else end_ns
             next_ns = self._rig.next_ns()
             if next_ns is None or next_ns > last_ns:
@@ -110,8 +136,8 @@ class _Stage(ExitStack):
 
     # ---- what happens
 
-    def _act(self) -> None:
-        while self._acts and self._acts[0].at_ns <= self._now_ns:
+    def _do_due(self) -> None:
+        while self._acts and self._acts[0].at_ns <= self.now_ns:
             self._do(self._acts.popleft())
 
     def _do(self, act: Act) -> None:
@@ -122,10 +148,11 @@ class _Stage(ExitStack):
             case "press":
                 before = self._places[act.where].read()
                 self._write(act.where, act.value)
-                self._add(Act(act.end_ns, "set", act.where, before))
+                self.add(Act(act.end_ns, "set", act.where, before))
             case "fault":
                 assert isinstance(act.value, Mapping)
                 rig.add_fault(act.where, act.value)
+                self._faults[act.where] = None
             case "clear":
                 for number in list(rig.faults(act.where)):
                     rig.clear_fault(act.where, number)
@@ -136,32 +163,28 @@ class _Stage(ExitStack):
         assert isinstance(value, bool | int | float | str)
         self._places[where].write(value)
 
-    def _add(self, act: Act) -> None:
-        self._acts = deque(sorted([*self._acts, act], key=lambda one: one.at_ns))
-
     def _heal(self) -> None:
         """Note the instant from which on there is no fault any more."""
-        if self._healed or any(
-            _is_active(fault) for where in self._where for fault in self._rig.faults(where).values()
-        ):
+        active = (one for where in self._faults for one in self._rig.faults(where).values() if _is_active(one))
+        if self._healed or self._acts or any(active):
             return
         self._healed = True
-        self._judge.healed(self._now_ns)
+        self._judge.healed(self.now_ns)
 
     # ---- what is seen
 
     def _on_change(self, name: str, value: Value) -> None:
         self._note(name, value)
         if name in self._judged:
-            self._judge.change(self._now_ns, name, value)
+            self._judge.change(self.now_ns, name, value)
 
     def _note(self, name: str, value: Value) -> None:
         track = self._tracks[name]
         if track[-1][1] != value:
-            track.append((self._now_ns, value))
+            track.append((self.now_ns, value))
 
     def _on_instant(self) -> None:
-        self._judge.look(self._now_ns, self._read())
+        self._judge.look(self.now_ns, self._read())
 
     def _read(self) -> Mapping[str, Value]:
         """Return the present values; a place of a device without power keeps its last one."""
@@ -171,6 +194,10 @@ class _Stage(ExitStack):
                 values[name] = self._places[name].read()
                 self._note(name, values[name])
         return values
+
+
+def _written(acts: Iterable[Act]) -> list[str]:
+    return [act.where for act in acts if act.verb in ("set", "press")]
 
 
 def _judge(properties: Iterable[Property], values: Mapping[str, Value]) -> Judge:
