@@ -110,7 +110,7 @@ def test_the_help_has_the_commands_in_groups() -> None:
     groups = dict(re.findall(r"^([A-Z][a-z ]+):\n((?:  \S.*\n?)+)", shown, re.MULTILINE))
     in_groups = {group: [line.split()[0] for line in text.splitlines()] for group, text in groups.items()}
     assert in_groups["Run a rig"] == [
-        *("up", "exec", "step", "back", "pause", "run", "stop", "restart", "replay", "scenario"),
+        *("up", "exec", "step", "back", "pause", "run", "stop", "restart", "replay", "scenario", "search"),
     ]
     assert in_groups["Look and change"] == ["help", "status", "watch", "get", "set", "fault", "record", "trace"]
     assert in_groups["Files"] == ["check", "schema", "diff", "draw", "eds", "export", "new"]

@@ -1,1 +1,19 @@
-"""Scenarios: what happens to a rig, and what has to hold meanwhile."""
+"""Scenarios: what happens to a rig, and what has to hold meanwhile (`fieldrig scenario`)."""
+
+from typing import TYPE_CHECKING
+
+from fieldrig.lazy import lazy_names
+
+__all__ = ["Outcome", "run_scenario"]
+
+if TYPE_CHECKING:
+    from fieldrig_devices.scenarios.report import Outcome
+    from fieldrig_devices.scenarios.running import run_scenario
+else:
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "fieldrig_devices.scenarios.report": "Outcome",
+            "fieldrig_devices.scenarios.running": "run_scenario",
+        },
+    )

@@ -54,10 +54,11 @@ def run(
     from fieldrig_devices.scenarios.report import as_json as outcome_json
     from fieldrig_devices.scenarios.report import junit as junit_of
     from fieldrig_devices.scenarios.report import lines_of
+    from fieldrig_devices.scenarios.running import played
 
     outcomes = list["Outcome"]()
     for file in _found(files):
-        outcomes.append(_played(file, overrides or ()))
+        outcomes.append(played(file, overrides or ()))
         for line in () if as_json else lines_of(outcomes[-1]):
             typer.echo(line)
         if pictures is not None:
@@ -81,21 +82,6 @@ def _check(file: Path) -> None:
 
     scenario = load_scenario(file)
     load(scenario.rig, ("time=virtual", *scenario.overrides))
-
-
-def _played(file: Path, overrides: "Sequence[str]") -> "Outcome":
-    from fieldrig.config.rig_file import load
-    from fieldrig.system.stopwatch import Stopwatch
-    from fieldrig.virtual.rig import Rig
-    from fieldrig_devices.scenarios.play import play
-    from fieldrig_devices.scenarios.report import Outcome
-    from fieldrig_devices.scenarios.scenario_file import load_scenario
-
-    watch, scenario = Stopwatch(), load_scenario(file)
-    with Rig(load(scenario.rig, ("time=virtual", *scenario.overrides, *overrides))) as rig:
-        rig.run_until(scenario.after_ns)
-        played = play(rig, scenario.schedule, scenario.properties, scenario.length_ns)
-    return Outcome(file, scenario, played, watch.seconds)
 
 
 def _draw(outcome: "Outcome", folder: Path) -> None:

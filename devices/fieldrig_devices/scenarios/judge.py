@@ -105,26 +105,37 @@ class _Edge:
 
 
 class _Invariant:
-    """`always` and `never`."""
-
-    due_ns: int | None = None
+    """`always` and `never`; with a time, the condition may be wrong for that long."""
 
     def __init__(self, rule: Property) -> None:
         self.rule = rule
         self._begin, self._is_on = _Edge(rule.after), False
+        self.due_ns: int | None = None
 
     def look(self, at_ns: int, values: Values) -> Found:
         self._is_on = self._is_on or self._begin.rises(values)
+        if self.due_ns is not None and at_ns > self.due_ns:
+            return self._wrong(self.due_ns)
         rule = self.rule
         if not self._is_on or rule.condition.holds(values) is (rule.kind is Kind.ALWAYS):
-            return None
-        return at_ns, f"`{rule.condition.text}` {'was not true' if rule.kind is Kind.ALWAYS else 'was true'}"
+            self.due_ns = None
+        elif rule.within_ns is None:
+            return self._wrong(at_ns)
+        elif self.due_ns is None:
+            self.due_ns = at_ns + rule.within_ns
+        return None
 
     def heal(self, at_ns: int) -> None:
         """Nothing: it holds with faults as well."""
 
     def missed(self, at_ns: int) -> Found:
-        return None
+        return self._wrong(self.due_ns) if self.due_ns is not None and self.due_ns <= at_ns else None
+
+    def _wrong(self, at_ns: int) -> Found:
+        rule = self.rule
+        was = "was not true" if rule.kind is Kind.ALWAYS else "was true"
+        longer = "" if rule.within_ns is None else f" for longer than {seconds(rule.within_ns)}"
+        return at_ns, f"`{rule.condition.text}` {was}{longer}"
 
 
 class _Response:

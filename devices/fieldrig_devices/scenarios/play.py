@@ -65,7 +65,7 @@ class Stage(ExitStack):
         self._places: dict[str, RigPlace] = {}
         self._tracks: dict[str, deque[tuple[int, Value]]] = {}
         for name in (*self._judged, *_written(schedule)):
-            self._follow(name)
+            self.follow(name)
         self._judge = _judge(properties, {name: track[-1][1] for name, track in self._tracks.items()})
         self._faults: dict[str, None] = {}
         """The buses and devices that have been given faults."""
@@ -73,7 +73,7 @@ class Stage(ExitStack):
         self.callback(rig.on_instant(self._on_instant))
         rig.trace_hash()
 
-    def _follow(self, name: str) -> None:
+    def follow(self, name: str) -> None:
         """Keep the changes of a place from now on.  RigError if the rig does not have it."""
         if name in self._places:
             return
@@ -88,6 +88,15 @@ class Stage(ExitStack):
         return self._rig.now_ns - self._begin_ns
 
     @property
+    def violations(self) -> tuple[Violation, ...]:
+        """The violations so far."""
+        return tuple(self._judge.violations)
+
+    def track(self, place: str) -> Track:
+        """Return the changes of a place that is followed, so far."""
+        return tuple(self._tracks[place])
+
+    @property
     def is_over(self) -> bool:
         """True if it ends at the first violation, and there has been one."""
         return self._stops_early and bool(self._judge.violations)
@@ -95,7 +104,7 @@ class Stage(ExitStack):
     def add(self, *acts: Act) -> None:
         """Let more happen.  RigError for a place that the rig does not have."""
         for name in _written(acts):
-            self._follow(name)
+            self.follow(name)
         self._acts = deque(sorted([*self._acts, *acts], key=lambda act: act.at_ns))
         self._healed = False
 

@@ -29,6 +29,7 @@ class Property(NamedTuple):
     """None: from the begin of the scenario."""
     until: Expression | None = None
     within_ns: int | None = None
+    """The longest time; of `always` and `never` that for which they may be wrong."""
 
     @property
     def places(self) -> tuple[str, ...]:

@@ -55,8 +55,9 @@ FaultText = Annotated[dict[str, str], BeforeValidator(_fault, json_schema_input_
 VERBS: Final[tuple[Verb, ...]] = ("set", "press", "fault", "clear", "restart")
 
 
-class StepSettings(Settings):
-    at: Duration = Field(description="the instant, from the begin of the scenario")
+class ActionSettings(Settings):
+    """One action, at whatever instant."""
+
     set: dict[str, Value] | None = Field(default=None, description="places with their new values")
     press: dict[str, Value] | None = Field(default=None, description="places with values that they have for a time")
     hold: Duration = Field(default=100_000_000, description="the time of `press`")
@@ -74,18 +75,23 @@ class StepSettings(Settings):
             raise ValueError(f"{what}: expected one of {', '.join(VERBS)}")
         return self
 
-    def acts(self) -> Iterator[Act]:
+    def acts(self, at_ns: int) -> Iterator[Act]:
+        """Yield the action at an instant; one for each place that it writes."""
         for place, value in (self.set or {}).items():
-            yield Act(self.at, "set", place, value)
+            yield Act(at_ns, "set", place, value)
         for place, value in (self.press or {}).items():
-            yield Act(self.at, "press", place, value, self.hold)
+            yield Act(at_ns, "press", place, value, self.hold)
         if self.fault is not None:
             fault = dict(self.fault)
-            yield Act(self.at, "fault", fault.pop("where"), fault)
+            yield Act(at_ns, "fault", fault.pop("where"), fault)
         if self.clear is not None:
-            yield Act(self.at, "clear", self.clear)
+            yield Act(at_ns, "clear", self.clear)
         if self.restart is not None:
-            yield Act(self.at, "restart", self.restart)
+            yield Act(at_ns, "restart", self.restart)
+
+
+class StepSettings(ActionSettings):
+    at: Duration = Field(description="the instant, from the begin of the scenario")
 
 
 class PropertySettings(Settings):
@@ -101,6 +107,9 @@ class PropertySettings(Settings):
     )
     until: Condition = Field(default=None, description="the end of `stays`")
     within: Duration | None = Field(default=None, description="the longest time")
+    longer: Duration | None = Field(
+        default=None, description="the time for which `always` or `never` may be wrong, such as a delay of the program"
+    )
 
     @model_validator(mode="after")
     def _is_one_property(self) -> Self:
@@ -120,12 +129,15 @@ class PropertySettings(Settings):
             yield WrongKey(("until",), f"{name} has no end", "only `stays` has `until`")
         if kind in (Kind.ALWAYS, Kind.NEVER) and self.within is not None:
             yield WrongKey(("within",), f"{name} takes no time", "`expect` and `eventually` have `within`")
+        if kind not in (Kind.ALWAYS, Kind.NEVER) and self.longer is not None:
+            yield WrongKey(("longer",), f"{name} takes no such time", "`always` and `never` have `longer`")
         if kind is Kind.EVENTUALLY and self.after is not None:
             yield WrongKey(("after",), "eventually begins when all faults are over", "leave `after` out")
 
     def property(self, name: str) -> Property:
         key = next(one for one in _KINDS if getattr(self, one) is not None)
-        return Property(name, _KINDS[key], getattr(self, key), self.after, self.until, self.within)
+        longest_ns = self.longer if self.within is None else self.within
+        return Property(name, _KINDS[key], getattr(self, key), self.after, self.until, longest_ns)
 
 
 _KINDS: Final = {
@@ -174,8 +186,12 @@ class Scenario(NamedTuple):
 
 def load_scenario(path: Path) -> Scenario:
     """Return the scenario of a file.  ConfigError with every mistake; places are looked up when it runs."""
-    given = load_settings(path, ScenarioSettings)
-    schedule = tuple(act for step in given.steps for act in step.acts())
+    return scenario_of(load_settings(path, ScenarioSettings))
+
+
+def scenario_of(given: ScenarioSettings) -> Scenario:
+    """Return the scenario of settings that were checked."""
+    schedule = tuple(act for step in given.steps for act in step.acts(step.at))
     properties = tuple(one.property(name) for name, one in given.properties.items())
     length_ns = _length_ns(schedule, properties) if given.length is None else given.length
     return Scenario(given.rig, tuple(given.overrides), given.after, length_ns, schedule, properties)

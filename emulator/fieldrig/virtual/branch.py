@@ -205,6 +205,20 @@ class Branch:
         result: T = self._ask("call", function, arguments, named)
         return result
 
+    def start(self, function: Callable[Concatenate[Any, P], Any], *arguments: P.args, **named: P.kwargs) -> None:
+        """Begin `call`, and return at once; `result` waits for its end, and nothing else can be asked before that."""
+        if not callable(function):
+            raise ArgumentError(f"start cannot take {shown(function)}", "expected a function that takes a rig")
+        self._send("call", (function, arguments, named))
+
+    def result(self) -> Any:
+        """Return the result of the call that `start` has begun."""
+        return self._received()
+
+    def fileno(self) -> int:
+        """Return the file descriptor that can be read when a call that was started has ended, for `select`."""
+        return self._pipe.fileno()
+
     def branch(self, seed: int | None = None) -> Self:
         """Return a branch of this branch; without `seed` its random numbers go on as in this one."""
         ours, theirs = new_pipe()
@@ -249,6 +263,10 @@ class Branch:
             self._readings = None
 
     def _ask(self, verb: str, *arguments: Any, given: "Connection[Any, Any] | None" = None) -> Any:
+        self._send(verb, arguments, given)
+        return self._received()
+
+    def _send(self, verb: str, arguments: tuple[Any, ...], given: "Connection[Any, Any] | None" = None) -> None:
         if self.is_closed:
             raise RigError("the branch is closed", "use it inside its `with` statement, or branch the rig again")
         try:
@@ -265,7 +283,6 @@ class Branch:
                 reduction.send_handle(pipe, given.fileno(), self.pid)
         except GONE:
             pass  # what follows tells how it ended
-        return self._received()
 
     def _received(self) -> Any:
         """Return the next answer, or raise the next error, of the branch."""

@@ -1,0 +1,1 @@
+"""The search for faults that break a program: a scenario, and what may happen besides."""

@@ -1,0 +1,118 @@
+"""Findings as scenario files, which repeat them bit for bit, and as a test in pytest."""
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from fieldrig.clock import MS
+from fieldrig.storage.store import replace_file
+from fieldrig.virtual.readings import seconds
+from fieldrig_devices.scenarios.act import Act
+from fieldrig_devices.scenarios.property import Kind, Property
+from fieldrig_devices.scenarios.scenario_file import Scenario
+from fieldrig_devices.search.corpus import Finding
+
+_CONDITIONS: Final = {
+    Kind.ALWAYS: "always",
+    Kind.NEVER: "never",
+    Kind.WITHIN: "expect",
+    Kind.STAYS: "stays",
+    Kind.EVENTUALLY: "eventually",
+}
+TEST: Final = '''"""Findings of `fieldrig search`: each fails until the program is mended."""
+
+from pathlib import Path
+
+import pytest
+
+from fieldrig_devices.scenarios import run_scenario
+
+FILES = sorted(Path(__file__).parent.glob("finding-*.yaml"))
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_the_property_holds(file):
+    run_scenario(file)
+'''
+
+
+def write(scenario: Scenario, findings: Sequence[Finding], folder: Path) -> list[Path]:
+    """Write a scenario for each finding, a picture of it, and a test for all of them; return the scenarios."""
+    from fieldrig_devices.scenarios.picture import picture
+    from fieldrig_devices.scenarios.running import played
+
+    folder.mkdir(parents=True, exist_ok=True)
+    files = []
+    for finding in findings:
+        file = folder / f"finding-{finding.number}.yaml"
+        replace_file(file, scenario_text(scenario, finding, folder).encode())
+        outcome = played(file)
+        drawn = picture(finding.property, outcome.played, outcome.scenario.schedule)
+        replace_file(file.with_suffix(".svg"), drawn.encode())
+        files.append(file)
+    replace_file(folder / "test_findings.py", TEST.encode())
+    return files
+
+
+def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:
+    """Return a scenario file, for a folder, with the one property that does not hold."""
+    rule = next(one for one in scenario.properties if one.name == finding.property)
+    acts = sorted((*scenario.schedule, *finding.acts), key=lambda act: act.at_ns)
+    lines = [
+        f"# {finding.property}: at {seconds(finding.at_ns)} {finding.what}",
+        f"rig: {_quoted(_relative(scenario.rig, folder))}",
+        *([f"overrides: {json.dumps(list(scenario.overrides))}"] if scenario.overrides else []),
+        f"after: {_time(scenario.after_ns)}",
+        f"for: {_time(scenario.length_ns)}",
+        "steps:",
+        *(f"  - {_step(act)}{'  # found' if act in finding.acts else ''}" for act in acts),
+        "properties:",
+        f"  {_quoted(rule.name)}: {_flow(_rule(rule))}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _relative(file: Path, folder: Path) -> str:
+    """Return a path from a folder to a file, with / between its parts."""
+    return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
+
+
+def _step(act: Act) -> str:
+    body: dict[str, Any] = {"at": _time(act.at_ns)}
+    match act.verb:
+        case "set":
+            body["set"] = {act.where: act.value}
+        case "press":
+            body |= {"press": {act.where: act.value}, "hold": _time(act.hold_ns)}
+        case "fault":
+            assert isinstance(act.value, Mapping)
+            words = [str(act.value["what"]), *(f"{key}={value}" for key, value in act.value.items() if key != "what")]
+            body["fault"] = " ".join([act.where, *words])
+        case _:
+            body[act.verb] = act.where
+    return _flow(body)
+
+
+def _rule(rule: Property) -> dict[str, str]:
+    body = {_CONDITIONS[rule.kind]: rule.condition.text}
+    body |= {} if rule.after is None else {"after": rule.after.text}
+    body |= {} if rule.until is None else {"until": rule.until.text}
+    time = "longer" if rule.kind in (Kind.ALWAYS, Kind.NEVER) else "within"
+    return body | ({} if rule.within_ns is None else {time: _time(rule.within_ns)})
+
+
+def _flow(value: object) -> str:
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_quoted(str(key))}: {_flow(one)}" for key, one in value.items()) + "}"
+    return _quoted(value) if isinstance(value, str) else json.dumps(value)
+
+
+def _quoted(text: str) -> str:
+    """Return a text as a scalar of YAML, which JSON's form is."""
+    return text if text.isidentifier() and text.lower() not in ("true", "false", "null") else json.dumps(text)
+
+
+def _time(ns: int) -> str:
+    return f"{ns // MS}ms" if ns % MS == 0 else f"{ns}ns"

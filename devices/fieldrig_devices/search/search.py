@@ -1,0 +1,89 @@
+"""A search: a control run, the strategies, and for each property the smallest way in which it does not hold."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from fieldrig.errors import RigError
+from fieldrig.system.stopwatch import Stopwatch
+from fieldrig.virtual.readings import seconds
+from fieldrig_devices.scenarios.act import Schedule
+from fieldrig_devices.search import run
+from fieldrig_devices.search.corpus import Corpus
+from fieldrig_devices.search.minimal import minimal
+from fieldrig_devices.search.plan import Plan
+from fieldrig_devices.search.run import Run
+from fieldrig_devices.search.strategies import STRATEGIES, World
+
+if TYPE_CHECKING:
+    from fieldrig.virtual.branch import Branch
+    from fieldrig.virtual.rig import Rig
+
+MOST_SHRUNK: Final = 3
+"""Findings of one property that are made small; further ones are most likely the same."""
+
+
+class Limits(NamedTuple):
+    """The end of a search: whichever comes first."""
+
+    budget_s: float
+    """The time of the host."""
+    most_runs: int
+
+
+class Search:
+    def __init__(self, rig: "Rig", plan: Plan, corpus: Corpus, workers: int, seed: int) -> None:
+        """`rig` is at the begin of the scenario."""
+        self._rig, self._plan, self._corpus = rig, plan, corpus
+        self._workers, self._seed = workers, seed
+        self.runs = 0
+        self._failing: dict[str, list[Schedule]] = {}
+        """Actions with which a property does not hold, by its name."""
+
+    def go(self, strategies: Sequence[str], limits: Limits, tell: Callable[[str], None]) -> None:
+        """Search.  RigError if the scenario does not hold without any action besides."""
+        self._check_control()
+        watch = Stopwatch()
+        for number, name in enumerate(strategies, 1):
+            until_s = limits.budget_s * number / len(strategies)
+            with self._rig.branch() as root:
+                root.call(run.begin, self._plan.scenario)
+                tell(STRATEGIES[name](self._world(root, name, watch, until_s, limits.most_runs)))
+        for property_name, failing in self._failing.items():
+            for acts in sorted(failing, key=len)[:MOST_SHRUNK]:
+                self._shrink(property_name, acts)
+
+    def _world(self, root: "Branch", strategy: str, watch: Stopwatch, until_s: float, most_runs: int) -> World:
+        def is_over() -> bool:
+            return watch.seconds > until_s or self.runs >= most_runs
+
+        def take(result: Run) -> None:
+            self._take(result, strategy)
+
+        return World(self._plan, root, self._workers, self._seed, is_over, take)
+
+    def _check_control(self) -> None:
+        with self._rig.branch() as control:
+            played = control.call(run.play_all, self._plan.scenario, ())
+        for wrong in played.violations:
+            what = f"{wrong.property} does not hold without any action besides: at {seconds(wrong.at_ns)} {wrong.what}"
+            raise RigError(what, "mend the property or the scenario first; `fieldrig scenario run` shows it as well")
+
+    def _take(self, result: Run, strategy: str) -> None:
+        self.runs += 1
+        self._corpus.add(result, strategy)
+        for violation in result.violations:
+            self._failing.setdefault(violation.property, []).append(result.acts)
+
+    def _shrink(self, property_name: str, acts: Schedule) -> None:
+        """Note the fewest actions with which a property does not hold."""
+        with self._rig.branch() as root:
+            found = minimal(acts, lambda some: self._at_ns(root, property_name, some) is not None)
+            violation = self._at_ns(root, property_name, found)
+        if violation is not None:
+            self._corpus.note(property_name, found, acts, *violation)
+
+    def _at_ns(self, root: "Branch", property_name: str, acts: Schedule) -> tuple[int, str] | None:
+        """Return when and why a property does not hold with these actions; None if it does."""
+        with root.branch() as branch:
+            played = branch.call(run.play_all, self._plan.scenario, acts)
+        return next(((one.at_ns, one.what) for one in played.violations if one.property == property_name), None)

@@ -1,0 +1,192 @@
+"""The search finds bugs that were planted in a small program, makes them small, and says when there is nothing."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from st_tests import LAMP_RIG
+from typer.testing import CliRunner, Result
+
+from fieldrig.clock import MS, S
+from fieldrig.config.rig_file import load
+from fieldrig.errors import ConfigError, RigError
+from fieldrig.virtual.rig import Rig
+from fieldrig_devices.scenarios.act import Act, Schedule
+from fieldrig_devices.scenarios.command import app as scenario_app
+from fieldrig_devices.search.command import app
+from fieldrig_devices.search.corpus import Corpus, acts_of, acts_text
+from fieldrig_devices.search.minimal import minimal
+from fieldrig_devices.search.plan import load_plan
+from fieldrig_devices.search.run import Run
+from fieldrig_devices.search.search import Limits, Search
+
+pytestmark = pytest.mark.long
+
+PROGRAM = """\
+VAR_GLOBAL presses : INT; END_VAR
+PROGRAM PLC_PRG
+VAR
+  switch AT %IX0.0 : BOOL;
+  lamp AT %QX0.0 : BOOL;
+  hold : TON;
+  edge : R_TRIG;
+  was, stuck : BOOL;
+  last : TIME;
+END_VAR
+edge(CLK := switch);
+IF edge.Q THEN presses := presses + 1; END_IF
+hold(IN := switch, PT := T#200ms);
+lamp := hold.Q;
+{bug}
+END_PROGRAM
+"""
+RACE = """
+IF NOT switch AND was AND last > T#150ms AND last < T#170ms THEN stuck := TRUE; END_IF
+was := switch;
+last := hold.ET;
+lamp := lamp OR stuck;
+"""
+"""A switch that opens in a window of 20 ms lights the lamp."""
+HISTORY = "IF presses >= 3 THEN lamp := TRUE; END_IF"
+"""The third press leaves the lamp on."""
+PLAN = """\
+rig: rig.yaml
+after: 500ms
+for: 2s
+steps:
+- {at: 100ms, set: {wires/switch.on: true}}
+- {at: 600ms, set: {wires/switch.on: false}}
+properties:
+  the lamp goes out: {never: wires/lamp.on and not wires/switch.on, longer: 50ms}
+vary:
+- {set: {wires/switch.on: false}}
+- {press: {wires/switch.on: true}, hold: 50ms}
+states: [terminal/presses, wires/lamp.on]
+"""
+
+SHORT = PLAN.replace("for: 2s", "for: 800ms").replace("- {press: {wires/switch.on: true}, hold: 50ms}\n", "")
+"""For sweeps, which try every instant."""
+
+
+def planted(folder: Path, bug: str, plan: str = PLAN) -> Path:
+    (folder / "rig.yaml").write_text(LAMP_RIG)
+    (folder / "lamp.st").write_text(PROGRAM.format(bug=bug))
+    (folder / "plan.yaml").write_text(plan)
+    return folder / "plan.yaml"
+
+
+def searched(plan_file: Path, *strategies: str, most: int = 10_000, seed: int = 1) -> tuple[Corpus, list[str]]:
+    plan, corpus, told = load_plan(plan_file), Corpus(None), list[str]()
+    with Rig(load(plan.scenario.rig)) as rig:
+        rig.run_until(plan.scenario.after_ns)
+        Search(rig, plan, corpus, workers=2, seed=seed).go(strategies, Limits(600.0, most), told.append)
+    return corpus, told
+
+
+def acts_at(findings: Any) -> list[list[tuple[float, str]]]:
+    return [[(act.at_ns / MS, str(act)) for act in one.acts] for one in findings]
+
+
+def test_a_race_is_found_by_the_sweep_and_made_round(tmp_path: Path) -> None:
+    corpus, told = searched(planted(tmp_path, RACE, SHORT), "sweep")
+    [[(at_ms, act)], *_] = acts_at(corpus.findings())
+    assert act == "wires/switch.on = false"
+    assert 250 < at_ms < 280
+    assert "(100 %)" in told[0]
+
+
+def test_a_bug_with_a_history_needs_branches_that_go_on(tmp_path: Path) -> None:
+    corpus, told = searched(planted(tmp_path, HISTORY), "archive", most=60)
+    assert len(corpus.findings()[0].acts) <= 3
+    assert "states" in told[0]
+
+
+@pytest.mark.parametrize("strategy", ["sweep", "archive", "swarm"])
+def test_a_program_without_a_bug_is_clean(tmp_path: Path, strategy: str) -> None:
+    corpus, _ = searched(planted(tmp_path, ""), strategy, most=16)
+    assert corpus.findings() == []
+    assert len(list(corpus.runs())) > 0
+
+
+def test_the_same_seed_makes_the_same_runs(tmp_path: Path) -> None:
+    plan = planted(tmp_path, HISTORY)
+    runs = [sorted(searched(plan, "swarm", most=8, seed=seed)[0].runs()) for seed in (3, 3, 4)]
+    assert runs[0] == runs[1] != runs[2]
+
+
+def test_a_scenario_that_does_not_hold_by_itself_ends_the_search(tmp_path: Path) -> None:
+    with pytest.raises(RigError, match="the lamp goes out does not hold without any action besides: at 0"):
+        searched(planted(tmp_path, "IF presses > 0 THEN lamp := TRUE; END_IF"), "sweep")
+
+
+@pytest.mark.parametrize(
+    ("vary", "what"),
+    [
+        ("vary: []", "vary"),
+        ("vary: [{set: {a/b: 1, c/d: 2}}]", "several places"),
+        ("vary: [{at: 5s, set: {a/b: 1}}]", "at"),
+    ],
+)
+def test_a_wrong_plan_is_refused(tmp_path: Path, vary: str, what: str) -> None:
+    plan = planted(tmp_path, "", PLAN[: PLAN.index("vary:")] + vary + "\n")
+    with pytest.raises(ConfigError, match=what):
+        load_plan(plan)
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [*map(str, arguments)])
+
+
+def test_findings_repeat_as_scenarios_and_as_tests(tmp_path: Path) -> None:
+    plan, corpus, found = planted(tmp_path, RACE, SHORT), tmp_path / "c.sqlite", tmp_path / "found"
+    done = run("run", plan, "--strategy", "sweep", "--budget", "10min", "--corpus", corpus, "--findings", found)
+    assert done.exit_code == 1, done.output
+    assert "1. the lamp goes out: at " in done.stdout
+    again = CliRunner().invoke(scenario_app, ["run", str(found / "finding-1.yaml")])
+    assert again.exit_code == 1, again.output
+    assert (found / "finding-1.svg").is_file()
+    tested = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_findings.py"],
+        cwd=found,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "failed" in tested.stdout.splitlines()[-1], tested.stdout
+    assert "the lamp goes out" in tested.stdout
+    assert json.loads(run("show", corpus, "--json").stdout)[0]["property"] == "the lamp goes out"
+
+
+def test_a_mended_program_is_better_and_a_broken_one_worse(tmp_path: Path) -> None:
+    plan, corpus = planted(tmp_path, RACE), tmp_path / "c.sqlite"
+    run("run", plan, "--strategy", "swarm", "--most", "8", "--corpus", corpus)
+    assert run("compare", plan, corpus).stdout.endswith("0 worse, 0 better\n")
+    planted(tmp_path, "IF presses > 1 THEN lamp := TRUE; END_IF")
+    worse = run("compare", plan, corpus)
+    assert worse.exit_code == 1
+    assert "the lamp goes out does not hold any more: " in worse.stdout
+
+
+def test_corpora_of_several_machines_are_merged(tmp_path: Path) -> None:
+    first, second = (Corpus(tmp_path / name) for name in ("a.sqlite", "b.sqlite"))
+    acts = (Act(5 * MS, "fault", "io", {"what": "power_off", "duration_ms": 5}), Act(1 * S, "set", "a/b", True))
+    first.add(Run(acts, (), "1:a", 0), "swarm")
+    for corpus in (first, second):
+        corpus.add(Run((), (), "1:b", 0), "sweep")
+        corpus.note("p", acts, acts, 7, "wrong")
+    assert "2 runs, 1 findings" in run("merge", tmp_path / "b.sqlite", tmp_path / "a.sqlite").stdout
+    assert acts_of(acts_text(acts)) == acts
+    (tmp_path / "no.sqlite").write_text("this is no database, but a text that is long enough to be taken for one" * 9)
+    assert run("show", tmp_path / "no.sqlite").exit_code != 0
+
+
+def test_what_is_found_is_made_few_round_and_short() -> None:
+    def fails(acts: Schedule) -> bool:
+        return any(act.verb == "fault" and 900 * MS <= act.at_ns <= 1100 * MS for act in acts)
+
+    fault = Act(1_037_000_001, "fault", "can0", {"what": "drop", "duration_ms": "300"})
+    acts = (Act(3 * MS, "restart", "io"), fault, Act(2 * S, "press", "a/b", True, 80 * MS))
+    assert minimal(acts, fails) == (Act(1 * S, "fault", "can0", {"what": "drop", "duration_ms": "1"}),)
