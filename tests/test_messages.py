@@ -114,5 +114,5 @@ def test_the_help_has_the_commands_in_groups() -> None:
     ]
     assert in_groups["Look and change"] == ["help", "status", "watch", "get", "set", "fault", "record", "trace"]
     assert in_groups["Files"] == ["check", "schema", "diff", "draw", "eds", "export", "new"]
-    assert in_groups["Programs"] == ["coverage", "arp", "debug", "debug-adapter", "iec", "pam"]
+    assert in_groups["Programs"] == ["coverage", "arp", "debug", "debug-adapter", "editor", "iec", "pam"]
     assert in_groups["Devices"] == ["devices", "conform", "dial", "nameplate"]

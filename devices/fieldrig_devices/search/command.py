@@ -103,7 +103,7 @@ def merge(
 
 @app.command()
 def compare(plan: PlanFile, corpus: CorpusFile, as_json: AsJson = False) -> None:
-    """Play the runs of a corpus again after the program was changed, and list what holds now or not any more.
+    """Play the runs of a corpus again after the program was changed, and list what holds now or no longer does.
 
     The exit code is 1 if a run has become worse.
     """

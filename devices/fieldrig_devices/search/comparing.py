@@ -1,4 +1,4 @@
-"""Two versions of a program on the same corpus: what got worse, and what is mended."""
+"""Two versions of a program on the same corpus: what got worse, and what is fixed."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ class Changed(NamedTuple):
     is_worse: bool
 
     def __str__(self) -> str:
-        told = "does not hold any more" if self.is_worse else "holds now"
+        told = "no longer holds" if self.is_worse else "holds now"
         return f"{self.property} {told}: {'; '.join(self.acts) or 'without any action'}"
 
 

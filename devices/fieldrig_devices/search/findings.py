@@ -21,7 +21,7 @@ _CONDITIONS: Final = {
     Kind.STAYS: "stays",
     Kind.EVENTUALLY: "eventually",
 }
-TEST: Final = '''"""Findings of `fieldrig search`: each fails until the program is mended."""
+TEST: Final = '''"""Findings of `fieldrig search`: each fails until the program is fixed."""
 
 from pathlib import Path
 

@@ -33,7 +33,7 @@ class Edges(NamedTuple):
 
     changes: tuple[int, ...]
     others: tuple[int, ...]
-    """Those at which something else happens, such as a message or the cycle of a task."""
+    """The instants at which something else happens, such as a message or the cycle of a task."""
 
 
 _stages: list[Stage] = []

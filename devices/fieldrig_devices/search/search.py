@@ -66,7 +66,7 @@ class Search:
             played = control.call(run.play_all, self._plan.scenario, ())
         for wrong in played.violations:
             what = f"{wrong.property} does not hold without any action besides: at {seconds(wrong.at_ns)} {wrong.what}"
-            raise RigError(what, "mend the property or the scenario first; `fieldrig scenario run` shows it as well")
+            raise RigError(what, "fix the property or the scenario first; `fieldrig scenario run` shows it as well")
 
     def _take(self, result: Run, strategy: str) -> None:
         self.runs += 1

@@ -39,7 +39,7 @@ class Dice(Protocol):
 
 
 class World(NamedTuple):
-    """What all strategies have."""
+    """The part that all strategies have in common."""
 
     plan: Plan
     root: "Branch"

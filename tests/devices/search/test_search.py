@@ -68,7 +68,7 @@ states: [terminal/presses, wires/lamp.on]
 """
 
 SHORT = PLAN.replace("for: 2s", "for: 800ms").replace("- {press: {wires/switch.on: true}, hold: 50ms}\n", "")
-"""For sweeps, which try every instant."""
+"""A plan for sweeps, which try every instant."""
 
 
 def planted(folder: Path, bug: str, plan: str = PLAN) -> Path:
@@ -160,14 +160,14 @@ def test_findings_repeat_as_scenarios_and_as_tests(tmp_path: Path) -> None:
     assert json.loads(run("show", corpus, "--json").stdout)[0]["property"] == "the lamp goes out"
 
 
-def test_a_mended_program_is_better_and_a_broken_one_worse(tmp_path: Path) -> None:
+def test_a_fixed_program_is_better_and_a_broken_one_worse(tmp_path: Path) -> None:
     plan, corpus = planted(tmp_path, RACE), tmp_path / "c.sqlite"
     run("run", plan, "--strategy", "swarm", "--most", "8", "--corpus", corpus)
     assert run("compare", plan, corpus).stdout.endswith("0 worse, 0 better\n")
     planted(tmp_path, "IF presses > 1 THEN lamp := TRUE; END_IF")
     worse = run("compare", plan, corpus)
     assert worse.exit_code == 1
-    assert "the lamp goes out does not hold any more: " in worse.stdout
+    assert "the lamp goes out no longer holds: " in worse.stdout
 
 
 def test_corpora_of_several_machines_are_merged(tmp_path: Path) -> None:
