@@ -98,3 +98,17 @@ def test_the_validity_of_a_number_is_checked_at_run_time(number: int, dialect: D
     assert (bench["passed"], fault is None) == (is_right, is_right)
     if fault is not None and dialect is EPAS_4:
         assert (fault.code, fault.text) == ("subrange", f"the value {number} is outside 0..1, 10")
+
+
+@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3, CODESYS], ids=lambda dialect: dialect.name)
+@pytest.mark.parametrize("first", ["a", "b", "c", "d"])
+def test_a_value_may_stand_on_those_in_front_of_it(first: str, dialect: Dialect) -> None:
+    """Whichever is asked for first: TwinCAT's projects number ranges in this way."""
+    types = "TYPE E : (a := 1, b := a + 4, c, d := b * 2); END_TYPE\nVAR_GLOBAL k : ARRAY[0..{}] OF INT; END_VAR\n"
+    body = "sizes := SIZEOF(k) / 2; x[0] := a; x[1] := b; x[2] := c; x[3] := d;"
+    source = types.format(first) + program("x : ARRAY[0..3] OF INT; sizes : DINT;", body)
+    bench = IecBench(source, dialect)
+    bench.cycle()
+    values = {"a": 1, "b": 5, "c": 6, "d": 10}
+    assert [bench[f"x[{place}]"] for place in range(4)] == list(values.values())
+    assert bench["sizes"] == values[first] + 1

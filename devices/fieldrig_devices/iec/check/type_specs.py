@@ -61,8 +61,8 @@ class TypeSpecs:
         self._declared: dict[str, tuple[tree.TypeDeclaration, Context]] = {}
         self._busy: set[str] = set()
         self._depth = 0
-        self._numbers: dict[EnumType, dict[str, int]] = {}
-        """The numbers of enumerations by the names of their values, as names are compared."""
+        self._pending: dict[EnumType, dict[str, Pending]] = {}
+        """The values of enumerations whose numbers are not worked out, by their names as names are compared."""
         self.structures: list[tuple[StructType, tree.StructSpec, Context]] = []
 
     def add(self, name: str, declaration: tree.TypeDeclaration, context: Context) -> None:
@@ -309,20 +309,23 @@ class TypeSpecs:
                 continue
             if known in project.library_names:
                 project.replace(known)
-            project.declare(known, Pending(partial(self._value, kind, known)), context.file, value.position)
+            pending = Pending(partial(self._value, kind, known))
+            self._pending.setdefault(kind, {})[known] = pending
+            project.declare(known, pending, context.file, value.position)
             if title and project.dialect.repeats_enumeration_values:
                 project.enumerated.setdefault(known, []).append(kind)
         return kind
 
     def _value(self, kind: EnumType, wanted: str) -> Constant:
-        if kind not in self._numbers:
-            self._numbers[kind] = {}  # a value that is asked for while the numbers are worked out has none
-            values = self._project.values_of(kind)
-            self._numbers[kind] = {self._key(name): number for name, number in values.items()}
-        return Constant(self._numbers[kind].get(wanted, 0), kind)
+        """Return the first value that is asked for; with it, all others become known."""
+        values = self._project.values_of(kind)
+        return Constant(next((number for name, number in values.items() if self._key(name) == wanted), 0), kind)
 
     def _number(self, kind: EnumType, spec: tree.EnumSpec, context: Context) -> None:
-        number, base = -1, kind.base
+        """Work out the numbers; a value may stand on those in front of it, and one behind it is not known there."""
+        number, base, names, pending = -1, kind.base, self._project.names, self._pending.pop(kind, {})
+        for waiting in pending.values():
+            waiting.is_busy = True
         for value in spec.values:
             given = Expressions(context).constant_as(value.value, base) if value.value is not None else None
             previous, number = number, int(given.value) if given is not None else number + 1
@@ -331,6 +334,9 @@ class TypeSpecs:
             elif number > base.high:
                 context.say(value, f"{value.name} is {number}", f"at most {base.high}, as for {a(base)}")
             kind.values[value.name] = number
+            known = self._key(value.name)
+            if known in pending and names.get(known) is pending[known]:
+                names[known] = Constant(number, kind)
 
     def finish_enumerations(self) -> None:
         """Work out all numbers, so that mistakes in unused enumerations are found too."""

@@ -34,7 +34,8 @@ BY_ALL = [
         "S contains itself",
     ),
     ("VAR_GLOBAL CONSTANT c : INT := d; d : INT := c; END_VAR", "n : INT := c;", "c is defined by itself"),
-    ("TYPE E : (one := two, two := one); END_TYPE", "n : E;", "one is defined by itself"),
+    ("TYPE E : (one := two, two := one); END_TYPE", "n : E;", "two is defined by itself"),
+    ("TYPE E : (one := two, two := 5); END_TYPE", "n : E;", "two is defined by itself"),
     (
         "TYPE N : STRUCT v : INT; a : ARRAY[0..SIZEOF(N)] OF INT; END_STRUCT; END_TYPE",
         "n : N;",
