@@ -5,6 +5,7 @@ is to make a branch of the past the present; what came after that instant has ne
 """
 
 import asyncio
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, Final, NamedTuple, cast
@@ -19,6 +20,10 @@ from fieldrig.virtual.readings import seconds
 from fieldrig.virtual.served import Played, ServedRig
 
 PERIOD_NS: Final = 5 * S
+SPACING_S: Final = 0.25
+"""Least time between two checkpoints, in real time: at full speed, one in each period of the rig took most of its time.
+The way back repeats what the rig did in this time, as fast as it did it.
+"""
 KEEP: Final = 64
 """Checkpoints that are kept: 0.3 GB for a rig of some devices."""
 WINDOWS_NS: Final = (10 * MS, 500 * MS)
@@ -51,7 +56,7 @@ class Journey:
         """The instant to which it went back last."""
         self._why_not = why_not
         self._checkpoints: Checkpoints | None = None
-        self._due_ns = NEVER_NS
+        self._due_ns, self._taken_s = NEVER_NS, 0.0
         if not why_not:
             checkpoints = self._checkpoints = Checkpoints(rig, PERIOD_NS, KEEP)
             self._due_ns = checkpoints.due_ns(rig.now_ns)
@@ -71,6 +76,9 @@ class Journey:
         if checkpoints is None:
             return self.rig.play(until_ns, for_s)
         checkpoints.has_run = True
+        if time.monotonic() - self._taken_s < SPACING_S:
+            return self.rig.play(until_ns, for_s)
+        self._due_ns = max(self._due_ns, checkpoints.due_ns(self.now_ns))
         if until_ns is not None and until_ns < self._due_ns:
             return self.rig.play(until_ns, for_s)
         played = self.rig.play(self._due_ns, for_s)
@@ -201,6 +209,7 @@ class Journey:
     def _park(self, checkpoints: Checkpoints, until_ns: int | None, next_ns: int | None) -> None:
         """Take a checkpoint; the next one is due before the rig does something, if it sleeps over several."""
         checkpoints.take()
+        self._taken_s = time.monotonic()
         self._due_ns = checkpoints.due_ns(self.now_ns)
         if next_ns is not None and until_ns is None:
             self._due_ns = max(self._due_ns, next_ns // PERIOD_NS * PERIOD_NS)

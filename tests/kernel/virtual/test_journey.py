@@ -54,6 +54,7 @@ def dense(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(journey, "PERIOD_NS", 50 * MS)
     monkeypatch.setattr(journey, "KEEP", 6)
     monkeypatch.setattr(journey, "WINDOWS_NS", (MS, 20 * MS))
+    monkeypatch.setattr(journey, "SPACING_S", 0.0)
 
 
 def state(rig: Any) -> tuple[Any, ...]:
@@ -175,6 +176,32 @@ def test_a_rig_that_sleeps_has_one_checkpoint_and_not_thousands() -> None:
         assert slices < 100
         travelled.back(7_200 * S)
         assert travelled.rig.get("dice/throws") == 3
+
+
+def test_a_fast_rig_has_no_checkpoint_until_its_time_has_come_and_goes_back_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    parked: list[int] = []
+    take = checkpoints.Checkpoints.take
+
+    def counted(self: checkpoints.Checkpoints, is_fixed: bool = False) -> None:
+        take(self, is_fixed)
+        parked.append(self.instants()[-1])
+
+    monkeypatch.setattr(checkpoints.Checkpoints, "take", counted)
+    with journey_of() as travelled, Rig(config_of()) as expected:
+        expected.trace_hash()
+        run_to(travelled, 70 * MS)
+        assert parked == [0, 50 * MS]
+        monkeypatch.setattr(journey, "SPACING_S", 1e9)
+        run_to(travelled, 520 * MS)
+        assert parked == [0, 50 * MS]
+        monkeypatch.setattr(journey, "SPACING_S", 0.0)
+        run_to(travelled, 560 * MS)
+        assert parked == [0, 50 * MS, 550 * MS]
+        travelled.back(430 * MS)
+        expected.run_until(430 * MS)
+        assert state(travelled.rig) == state(expected)
 
 
 def test_processes_of_their_own_cannot_go_back() -> None:
