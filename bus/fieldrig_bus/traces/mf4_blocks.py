@@ -75,7 +75,8 @@ def _reached(file: BinaryIO, size: int, is_unfinished: bool) -> Iterator[Block]:
     while waiting:
         block = _block(file, waiting.pop(), size, is_unfinished)
         yield block
-        for target in _OWNED.get(block.kind, lambda _: [])(block.links):
+        of_kind = _OWNED.get(block.kind)
+        for target in of_kind(block.links) if of_kind is not None else ():
             if target and target in owned:
                 raise ValueError(f"{block} leads to byte {target}, which is a part of another one")
             owned.add(target)

@@ -78,7 +78,7 @@ def test_a_recording_of_other_things_has_no_messages(tmp_path: Path) -> None:
     assert [oddity.what for oddity in odd] == ["groups that are no CAN frames are left out"]
 
 
-def places(data: bytes, kind: bytes) -> list[int]:
+def places(data: bytes | bytearray, kind: bytes) -> list[int]:
     return [at for at in range(0, len(data), 8) if data[at : at + 8] == kind + bytes(4)]
 
 
