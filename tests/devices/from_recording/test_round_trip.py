@@ -11,7 +11,8 @@ from fieldrig.clock import MS, S
 from fieldrig.config.rig_file import load
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can import codec
-from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.frame import EXTENDED_MASK, CanFrame
+from fieldrig_bus.can.notices import NOTICE
 from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_devices.cia402.single.personality import Name
 from fieldrig_devices.from_recording.content import content_for
@@ -33,6 +34,8 @@ def streams(entries: Sequence[TraceEntry], log: Sequence[TraceEntry]) -> dict[tu
         if entry.sender == "master" or entry.bus not in buses:
             continue
         key = int.from_bytes(entry.data[:4], "little") if entry.family == "can" else entry.data[1]
+        if entry.family == "can" and key & ~EXTENDED_MASK == NOTICE:
+            continue  # a fault of the rig file that began
         found.setdefault((entry.bus, key), []).append(entry)
     return found
 
