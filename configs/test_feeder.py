@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fieldrig import MS, Rig, RigMaker, S
+from fieldrig import MS, Branch, BranchMaker, Rig, RigMaker, S
 from fieldrig_bus.modbus import ModbusRequest, ModbusResponse
 
 RIG = Path(__file__).with_name("feeder.yaml")
@@ -15,31 +15,34 @@ START, STARTED = "05 0000 ff00", "050000ff00"
 Ask = Callable[[int, str], str]
 
 
-def master_of(rig: Rig, bus: str = "labels") -> Ask:
-    """A foreign master on a bus of the rig: it asks a unit and waits for the response."""
+def hot(rig: Rig) -> None:
+    """Let the bar get its temperature."""
+    rig.until(lambda: rig.get("feeder/g_bHot"), within=100 * S)
+
+
+def asked(rig: Rig, bus: str, unit: int, pdu: str) -> str:
+    """Return the response of a unit to a foreign master on a bus of the rig."""
     link = rig.attach("master").link(bus)
     answers: list[str] = []
     link.on_receive(lambda message: answers.append(message.pdu.hex()) if isinstance(message, ModbusResponse) else None)
-    exchanges = iter(range(1, 1000))
-
-    def ask(unit: int, pdu: str) -> str:
-        link.send(ModbusRequest(unit, bytes.fromhex(pdu), next(exchanges)))
-        rig.run_for(50 * MS)
-        return answers[-1]
-
-    return ask
+    link.send(ModbusRequest(unit, bytes.fromhex(pdu), 1))
+    rig.run_for(50 * MS)
+    rig.detach("master")
+    return answers[-1]
 
 
-def hot(fieldrig_rig: RigMaker) -> Rig:
-    """The rig with a bar that has its temperature."""
-    rig = fieldrig_rig(RIG)
-    rig.until(lambda: rig.get("feeder/g_bHot"), within=100 * S)
-    return rig
+def master_of(rig: Branch, bus: str = "labels") -> Ask:
+    return lambda unit, pdu: rig.call(asked, bus, unit, pdu)
+
+
+@pytest.fixture
+def rig(fieldrig_branch: BranchMaker) -> Branch:
+    """The rig with a hot bar, which is heated once for all tests."""
+    return fieldrig_branch(RIG, boot=hot)
 
 
 @pytest.mark.parametrize("bus", ["labels", "labels_rtu"])
-def test_a_master_sets_the_recipe_and_each_feed_has_its_pulses(fieldrig_rig: RigMaker, bus: str) -> None:
-    rig = hot(fieldrig_rig)
+def test_a_master_sets_the_recipe_and_each_feed_has_its_pulses(rig: Branch, bus: str) -> None:
     ask = master_of(rig, bus)
     # 100 mm at 20 kHz with ramps of 100 ms, and 200 ms of sealing
     assert ask(FEEDER, "10 0000 0008 10 000003e8 00004e20 00000064 000000c8") == "1000000008"
@@ -53,8 +56,7 @@ def test_a_master_sets_the_recipe_and_each_feed_has_its_pulses(fieldrig_rig: Rig
     assert rig.get("web/position") == pytest.approx(0.4, abs=1e-6)
 
 
-def test_requests_of_several_sources_do_not_hide_each_other(fieldrig_rig: RigMaker) -> None:
-    rig = hot(fieldrig_rig)
+def test_requests_of_several_sources_do_not_hide_each_other(rig: Branch) -> None:
     rig.set("feeder/g_bStart", True)  # a master that never takes its request back
     rig.run_for(2 * S)
     rig.set("feeder/panel.key1", True)
@@ -62,15 +64,13 @@ def test_requests_of_several_sources_do_not_hide_each_other(fieldrig_rig: RigMak
     assert rig.get("feeder/g_udiFeeds") == 2
 
 
-def test_a_recipe_beyond_the_limits_of_the_table_is_refused(fieldrig_rig: RigMaker) -> None:
-    rig = fieldrig_rig(RIG)
+def test_a_recipe_beyond_the_limits_of_the_table_is_refused(rig: Branch) -> None:
     ask = master_of(rig)
     assert ask(FEEDER, "10 0002 0002 04 0000c351") == "9004"  # 50001 Hz
     assert rig.get("feeder/g_udiSpeed") == 10_000
 
 
-def test_a_ramp_that_is_too_short_is_an_error_of_the_block_until_the_reset(fieldrig_rig: RigMaker) -> None:
-    rig = hot(fieldrig_rig)
+def test_a_ramp_that_is_too_short_is_an_error_of_the_block_until_the_reset(rig: Branch) -> None:
     ask = master_of(rig)
     ask(FEEDER, "10 0004 0002 04 00000005")  # 5 ms, below the 20 ms of the channel
     ask(FEEDER, START)
@@ -85,8 +85,7 @@ def test_a_ramp_that_is_too_short_is_an_error_of_the_block_until_the_reset(field
     assert rig.get("feeder/g_udiFeeds") == 1
 
 
-def test_a_lost_ready_contact_stops_the_feed(fieldrig_rig: RigMaker) -> None:
-    rig = hot(fieldrig_rig)
+def test_a_lost_ready_contact_stops_the_feed(rig: Branch) -> None:
     rig.set("feeder/g_bStart", True)
     rig.run_for(150 * MS)
     rig.add_fault("stepper", {"what": "trip"})
@@ -95,8 +94,7 @@ def test_a_lost_ready_contact_stops_the_feed(fieldrig_rig: RigMaker) -> None:
     assert int(rig.get("feeder/PTO00.Position")) < 2_000
 
 
-def test_the_bar_follows_its_set_point(fieldrig_rig: RigMaker) -> None:
-    rig = hot(fieldrig_rig)
+def test_the_bar_follows_its_set_point(rig: Branch) -> None:
     ask = master_of(rig)
     assert ask(SEALER, "06 0000 0708") == "0600000708"  # 180.0 degC
     rig.run_for(50 * S)

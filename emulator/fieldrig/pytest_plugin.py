@@ -47,7 +47,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
@@ -95,6 +95,19 @@ def _rig_of(source: str | Path | dict[str, Any], overrides: tuple[str, ...]) -> 
     return Rig(from_dict(source) if isinstance(source, dict) else load(source, (*overrides, "time=virtual")))
 
 
+def _booted(source: str | Path | dict[str, Any], overrides: tuple[str, ...], boot: Boot) -> "Rig":
+    from fieldrig.virtual.branches import warm
+
+    rig = _rig_of(source, overrides)
+    rig.trace_hash()
+    if callable(boot):
+        boot(rig)
+    else:
+        rig.run_until(boot)
+    warm(rig)
+    return rig
+
+
 @pytest.fixture(scope="session")
 def _fieldrig_booted() -> Iterator[Callable[..., "Rig"]]:
     """Boots each rig once, with its overrides and its boot, and keeps it to the end of the session."""
@@ -104,16 +117,7 @@ def _fieldrig_booted() -> Iterator[Callable[..., "Rig"]]:
         def boot_of(source: str | Path | dict[str, Any], overrides: tuple[str, ...], boot: Boot) -> "Rig":
             name = json.dumps(source, default=str) if isinstance(source, dict) else str(Path(source).absolute())
             if (name, overrides, boot) not in booted:
-                from fieldrig.virtual.branches import warm
-
-                rig = rigs.enter_context(_rig_of(source, overrides))
-                rig.trace_hash()
-                if callable(boot):
-                    boot(rig)
-                else:
-                    rig.run_until(boot)
-                warm(rig)
-                booted[name, overrides, boot] = rig
+                booted[name, overrides, boot] = rigs.enter_context(_booted(source, overrides, boot))
             return booted[name, overrides, boot]
 
         yield boot_of
@@ -124,10 +128,13 @@ def fieldrig_branch(_fieldrig_booted: Callable[..., "Rig"]) -> Iterator[BranchMa
     """Makes branches of rigs, sources as for `fieldrig_rig`, and closes them after the test.
 
     A rig is booted once a session: `boot` is the instant to which it runs, or a function of a module that takes it.
+    Where the system has no fork, each test has a rig of its own with the same calls.
     """
     with ExitStack() as branches:
 
         def make(source: str | Path | dict[str, Any], *overrides: str, boot: Boot = 0) -> "Branch":
+            if not hasattr(os, "fork"):
+                return cast("Branch", branches.enter_context(_booted(source, overrides, boot)))  # it has the same calls
             return branches.enter_context(_fieldrig_booted(source, overrides, boot).branch())
 
         yield make

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import contextmanager
 from random import Random
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Concatenate, Final, ParamSpec, Self, TypeVar, overload
 
 from fieldrig.bus import Bus, BusModel, Delivery, Doors, ModelBus
 from fieldrig.clock import NEVER_NS, VirtualClock, whole_ns
@@ -55,6 +55,7 @@ RIG: Final = "fieldrig:rig"
 UNREPEATED: Final = "what a member sends between two runs cannot be repeated; use set, answer and faults"
 
 T = TypeVar("T")
+P = ParamSpec("P")
 C = TypeVar("C")
 OnChange = Callable[[Value], None]
 OnDelivery = Callable[[Bus[Any], Delivery[Any]], None]
@@ -430,6 +431,11 @@ class Rig:
             self._trace_hash = TraceHash()
             self.on_delivery(self._trace_hash)
         return self._trace_hash.text()
+
+    def call(self, function: "Callable[Concatenate[Self, P], T]", *arguments: P.args, **named: P.kwargs) -> T:
+        """Return what `function(rig, ...)` returns, as `Branch.call` does in a branch."""
+        self._check_open()
+        return function(self, *arguments, **named)
 
     def branch(self, seed: int | None = None) -> Branch:
         """Return a copy of the rig that goes on from this instant in a process of its own; close it by `with`.

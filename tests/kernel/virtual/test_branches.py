@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from shipped import RIGS, in_virtual_time
 
-from fieldrig import MS, ArgumentError, MemoryStore, Rig, RigError, S, UnmetError, from_dict, virtual_time
+from fieldrig import MS, ArgumentError, BranchMaker, MemoryStore, Rig, RigError, S, UnmetError, from_dict, virtual_time
 from fieldrig.storage.store import FileStore
 from fieldrig.virtual import branch as branch_module
 from fieldrig.virtual.branches import warm
@@ -150,6 +150,18 @@ def test_a_rig_that_is_warm_leaves_nothing_to_make_to_its_branches() -> None:
             branch.run_for(S)
             other.run_for(S)
             assert branch.trace_hash() == other.trace_hash()
+
+
+def test_the_fixture_has_the_same_calls_where_there_is_no_fork(
+    fieldrig_branch: BranchMaker, rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr(os, "fork")
+    own = fieldrig_branch({**NOISY, "seed": 5}, boot=25 * MS)
+    assert own.call(throws, more=7) == 10
+    own.set("dice/throws", 100)
+    assert (own.now_ns, own.get("dice/throws")) == (25 * MS, 100)
+    again = fieldrig_branch({**NOISY, "seed": 5}, boot=25 * MS)
+    assert again.get("dice/throws") == 3
 
 
 # ---- random numbers
