@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from fieldrig.cli.common import reading
 from fieldrig.cli.rigfile import look_at
 from fieldrig.errors import Mistake as Wrong
 from fieldrig_devices.arp.language.files import system_of
@@ -34,6 +35,8 @@ def problems_of(file: Path, root: Path, dialect: str) -> list[Problem]:
 
     UsageError if it cannot be read, BadParameter for an unknown dialect.
     """
+    with reading(file):
+        file.open("rb").close()
     if file.suffix.lower() in YAML:
         return sorted(set(_of_rig(file))) if is_rig(file) else []
     rigs = [] if _has_tests(file) else list(rigs_with(file, root))

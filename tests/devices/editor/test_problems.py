@@ -121,6 +121,27 @@ def test_the_shipped_rigs_and_programs_have_no_errors(monkeypatch: pytest.Monkey
         assert [one for one in problems(f"configs/{name}") if one[3] == "error"] == []
 
 
-def test_a_file_that_is_not_there_is_refused() -> None:
-    done = CliRunner().invoke(app, ["problems", "nowhere.st"])
-    assert "nowhere.st cannot be read" in str(done.exception)
+@pytest.mark.parametrize("name", ["nowhere.st", "nowhere.yaml", "nowhere.pam", "nowhere.I01", "."])
+def test_a_file_that_is_not_there_is_refused(name: str) -> None:
+    done = CliRunner().invoke(app, ["problems", name])
+    assert f"{name} cannot be read" in str(done.exception)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "severities"),
+    [
+        ("a.yaml", b"devices: [\n", {"error"}),
+        ("a.yaml", b"devices:\n  - a\n", {"error"}),
+        ("a.yaml", b"extends: nowhere.yaml\n", {"error"}),
+        ("a.yaml", bytes(range(256)), set()),
+        ("a.st", bytes(range(256)), {"error"}),
+        ("a.st", b"", {"note"}),
+        ("a.pam", b"", {"error"}),
+        ("a.I01", b"\xff\xfe\x00", {"error"}),
+    ],
+)
+def test_odd_files_have_problems_with_places(name: str, data: bytes, severities: set[str]) -> None:
+    Path(name).write_bytes(data)
+    found = problems(name)
+    assert {severity for _, _, _, severity, _ in found} == severities
+    assert all(line >= 1 and column >= 1 for _, line, column, _, _ in found)
