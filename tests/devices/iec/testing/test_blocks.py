@@ -301,6 +301,12 @@ def test_only_what_the_tests_reach_is_compiled(tmp_path: Path) -> None:
     assert one(tmp_path, "VAR m : Motor; END_VAR m();").verdict is Verdict.PASSED
 
 
+def test_the_title_of_a_test_reaches_nothing(tmp_path: Path) -> None:
+    broken = "FUNCTION_BLOCK Broken\nVAR x : Nowhere; END_VAR\nEND_FUNCTION_BLOCK"
+    written(tmp_path, broken=broken, checks="TEST 'broken' ASSERT_EQ(1, 1); END_TEST")
+    assert outcomes(tmp_path / "checks.st")["broken"].verdict is Verdict.PASSED
+
+
 def test_uses_names_the_code(tmp_path: Path) -> None:
     (tmp_path / "src").mkdir()
     written(tmp_path / "src", motor=MOTOR)
