@@ -34,6 +34,7 @@ def program(name: str, *packages: str) -> Need:
 CHROMIUM = program("chromium")
 CAN_UTILS = program("cansend", "can-utils")
 MBPOLL = program("mbpoll")
+NODE = program("node", "nodejs")
 SOCAT = program("socat")
 TSHARK = program("tshark")
 GTKWAVE = program("vcd2fst", "gtkwave")

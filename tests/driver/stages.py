@@ -235,7 +235,7 @@ WHOLE = (
         "system and not real and not docker",
         *FORKED,
         *PATIENT,
-        wants=(needs.UML, needs.MBPOLL),
+        wants=(needs.UML, needs.MBPOLL, needs.NODE),
         in_real_time=True,
         files=lambda: marked("system"),
     ),
