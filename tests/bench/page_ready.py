@@ -9,6 +9,8 @@ from page_scope import children, chromium_of, cpu_s, memory_mb, server_of
 from playwright.sync_api import Browser
 from report import Report, percentile, progress
 
+from fieldrig.clock import S
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 TIMES = 5
 DAY_H = 24
@@ -56,16 +58,14 @@ def add_day(report: Report, browser: Browser) -> None:
         ServedRig(CONFIGS / "lab.yaml", None, "--set=time=virtual", "--set=speed=max") as rig,
         opened(browser, rig, "look", path="/time"),
     ):
-        server, chromium_pid, first = server_of(rig), chromium_of(os.getpid()), (0.0, 0.0)
-
-        def memory() -> tuple[float, float]:
-            return memory_mb(server), sum(memory_mb(pid) for pid in children(chromium_pid))
-
-        while (passed_h := rig.status()["now_ns"] / 3.6e12) < DAY_H:
-            if passed_h > 1 and not first[0]:
-                first = memory()
+        server, chromium_pid = server_of(rig), chromium_of(os.getpid())
+        rig.ask("rig/pause")
+        found: list[tuple[float, float]] = []
+        for _ in range(DAY_H):
+            rig.ask("rig/step", {"ns": 3600 * S})
             time.sleep(LOOK_S)
-        last = memory()
+            found.append((memory_mb(server), sum(memory_mb(pid) for pid in children(chromium_pid))))
+        first, last = found[0], found[-1]
         report.notes.append(
             f"Memory after 1 and {DAY_H} hours of virtual time, with a page open: {first[0]:.1f} and {last[0]:.1f} MB"
             f" of the server, {first[1]:.0f} and {last[1]:.0f} MB of all processes of Chromium."
