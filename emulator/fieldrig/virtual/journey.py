@@ -13,6 +13,7 @@ from typing import Any, Final, NamedTuple, cast
 from fieldrig.clock import MS, NEVER_NS, S
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
+from fieldrig.outside.untrusted import shown
 from fieldrig.virtual.branch import Asked
 from fieldrig.virtual.checkpoints import Checkpoints
 from fieldrig.virtual.keeper import KeptRig
@@ -168,7 +169,7 @@ class Journey:
                 with start.rig.branch() as past:
                     past.answer(search.device, search.question, search.begin)
                     past._repeat(start.asked, end_ns)
-                    found = past.answer(search.device, search.question, search.look)
+                    found = _checked(search, past.answer(search.device, search.question, search.look))
             except BaseException:
                 start.rig.close()
                 raise
@@ -230,5 +231,14 @@ def _past(checkpoints: Checkpoints, ns: int) -> KeptRig:
     return cast(KeptRig, checkpoints.back(ns))
 
 
+def _checked(search: Search, answer: Any) -> Mapping[str, Any]:
+    """Return the answer of a device to a search.  ControlError for another question of an outsider."""
+    match answer:
+        case {"number": int(), "at_ns": int(), "is_there": bool()}:
+            return dict(answer)
+    raise ControlError(f"{search.device} does not search its past by {shown(search.question)}", "expected `debug`")
+
+
 def _is_there(device: str, question: str, look: Mapping[str, Any], rig: ServedRig) -> bool:
-    return bool(rig.answer(device, question, look)["is_there"])
+    answer = rig.answer(device, question, look)
+    return isinstance(answer, Mapping) and bool(answer.get("is_there"))

@@ -227,12 +227,11 @@ class VirtualService:
         if before_ns is not None and type(before_ns) is not int:
             raise MalformedError(f"before_ns: expected an instant in nanoseconds, found {shown(before_ns)}")
         find = self._journey.go_to if is_to_go else self._journey.find
-        if is_to_go:
-            self._may_run.clear()
         async with self._standing:
             backs = self._journey.backs
             found = await find(search, before_ns)
             if self._journey.backs > backs:
+                self._may_run.clear()
                 self._go_on_from_the_past()
         return {"found": found, "now_ns": self._journey.now_ns, "is_paused": not self._may_run.is_set()}
 

@@ -303,5 +303,24 @@ def test_a_search_finds_the_last_time_and_goes_there(end_ms: int, wanted: int) -
         assert state_of_one(travelled)[1:] == here[1:]
 
 
+@pytest.mark.parametrize(
+    "search",
+    [
+        Search("dice", "rethrow", {"times": 1}, {"times": 1}),
+        Search("dice", "thrown", {"wanted": 6}, {"found": True}),
+        Search("nobody", "debug", {}, {}),
+    ],
+)
+def test_a_question_that_searches_nothing_is_refused_and_changes_nothing(search: Search) -> None:
+    with journey_of() as travelled:
+        run_to(travelled, 120 * MS)
+        before = state(travelled.rig)
+        for find in (travelled.find, travelled.go_to):
+            with pytest.raises(ControlError):
+                asyncio.run(find(search))
+        assert state(travelled.rig) == before
+        run_to(travelled, 300 * MS)
+
+
 def state_of_one(travelled: Journey) -> tuple[Any, ...]:
     return travelled.now_ns, travelled.rig.trace_hash(), travelled.rig.get("dice/throws")

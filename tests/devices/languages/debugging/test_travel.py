@@ -299,6 +299,23 @@ def test_an_editor_has_data_breakpoints_both_ways(editor: TravellingEditor) -> N
     assert editor.rig.ask({"command": "state"})["state"] == "running"
 
 
+def test_a_rig_in_real_time_is_told_apart_in_a_sentence() -> None:
+    editor = Editor()
+    travel = Travel("plc", editor.service.answer, lambda _verb, _message: {"time": "real", "now_ns": 0})
+    editor.adapter = Adapter(editor.service.answer, travel)
+    assert editor.request("initialize")["supportsStepBack"] is False
+    editor.request("attach")
+    assert "a rig in real time cannot go back" in editor.request("stepBack", threadId=1)["error"]
+    assert "a rig in real time cannot go back" in editor.request("fieldrig.back", ns=5)["error"]
+    assert "a rig in real time cannot go back" in editor.request("fieldrig.lastChange", name="n")["error"]
+    assert "there is nothing to stop at" in editor.request("reverseContinue", threadId=1)["error"]
+    wanted = [{"dataId": "n", "accessType": "write"}]
+    assert editor.request("setDataBreakpoints", breakpoints=wanted) == {"breakpoints": [{"verified": True}]}
+    editor.program.run_line()
+    [(name, body)] = editor.events()
+    assert (name, body["reason"], body["text"]) == ("stopped", "data breakpoint", "n 0 -> 1 by count.txt:1")
+
+
 def test_an_editor_without_a_way_back_is_told_so() -> None:
     editor = Editor()
     assert editor.request("initialize")["supportsStepBack"] is False
