@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -216,6 +217,23 @@ def test_a_rig_does_the_same_while_its_program_is_looked_at(file: str, device: s
             if is_looked_at:
                 assert rig.answer(device, "debug", {"command": "found", "probe": "p"})["number"] > 0
     assert found[0] == found[1]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("file", "device"), [("arp-cell.yaml", "line"), ("pam-machine.yaml", "pam")])
+def test_programs_of_cards_and_of_the_pam_go_back_by_lines(file: str, device: str) -> None:
+    with travelling(in_virtual_time(file), device) as rig:
+        if device == "line":
+            rig.journey.set("panel", "6200:01", 1)  # Enable
+        rig.run_until(2 * S)
+        session = DebugSession(rig.ask, lambda ms: rig.run_for(ms * MS), travel=Travel(device, rig.ask, rig.ask_rig))
+        session.do("pause")
+        seen = [(rig.now_ns, session.do("where")[0])]
+        for _ in range(3):
+            session.do("back")
+            seen.append((rig.now_ns, session.do("where")[0]))
+        assert [now_ns for now_ns, _ in seen] == sorted((now_ns for now_ns, _ in seen), reverse=True)
+        assert all(earlier != later for (_, earlier), (_, later) in pairwise(seen))
 
 
 # ---- the adapter
