@@ -169,3 +169,16 @@ def test_memory_stays_the_same_however_much_comes(record: BusRecord) -> None:
     assert record.next - record.first == MOST_MESSAGES
     assert len(record._last_ns) <= MOST_SORTS
     assert [row.message.number for row in record.rows(0, 2)] == [2_000, 2_001]
+
+
+def test_messages_after_the_instant_to_which_a_rig_went_back_are_gone(record: BusRecord) -> None:
+    def entries(*times_ns: int) -> list[list[object]]:
+        return [[time_ns, "io", HEARTBEAT] for time_ns in times_ns]
+
+    record.take({**batch(0), "entries": entries(10, 20, 30)})
+    record.take({**batch(0), "entries": entries(25), "backs": 1, "back_ns": 20})
+    record.take({**batch(1), "entries": entries(26), "backs": 1, "back_ns": 20})
+    assert [entry.time_ns for entry in record.entries()] == [10, 20, 25, 26]
+    assert record.lost == 0
+    assert record.next == 5, "a page that has seen the first three sees what is new"
+    assert [row.message.time_ns for row in record.rows(3, 9)] == [25, 26]
