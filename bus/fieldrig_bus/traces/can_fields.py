@@ -16,6 +16,7 @@ from fieldrig_bus.can.socketcan_errors import error_frame, notice_of
 
 _HEAD: Final = struct.Struct("<IB")  # as in can/codec.py
 _HEAD_SIZE: Final = _HEAD.size
+_LARGEST: Final = 0xFFFF_FFFF
 _PLAIN_EXTENDED: Final = EXTENDED >> 29
 _pack, _unpack = _HEAD.pack, _HEAD.unpack_from
 _new = tuple.__new__  # takes a third of the time of calling a named tuple
@@ -68,8 +69,10 @@ def message_of(
     `length` is that of a remote frame; any other has that of its data.  ValueError for a frame that no bus can carry.
     """
     size = len(data)
-    if size <= 8 and not is_fd and (word <= STANDARD_MASK or word >> 29 == _PLAIN_EXTENDED):
+    if size <= 8 and not is_fd and (0 <= word <= STANDARD_MASK or word >> 29 == _PLAIN_EXTENDED):
         return _pack(word, size) + data
+    if not 0 <= word <= _LARGEST:
+        raise ValueError(f"identifier {word:#x}: expected at most {EXTENDED_MASK:#x}")
     if word & ERROR:
         notice = notice_of(word & EXTENDED_MASK, data)
         return None if notice is None else encode(notice)

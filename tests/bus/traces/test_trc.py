@@ -62,3 +62,12 @@ def test_what_is_odd_in_a_trc_log_is_read_and_reported() -> None:
     text = ";$FILEVERSION=1.1\n;$STARTTIME=today\n 1) 1.0 Rx 0001 0\n 2) 2.0 Event 0001 0\n 3) 3.0 Rx 0001 z\n 4) 4.0 Rx 00"
     assert len(list(trc.read(io.BytesIO(text.encode()), odd))) == 1
     assert [str(oddity).partition(":")[0] for oddity in odd] == ["line 2", "line 4", "line 5", "line 6"]
+
+
+@pytest.mark.parametrize("digits", ["-5", "-100", "123456789", "FFFFFFFF0"])
+def test_an_identifier_that_no_frame_has_is_left_out(digits: str) -> None:
+    odd = Oddities()
+    text = f";$FILEVERSION=1.1\n     1)     17535.4  Rx     {digits}  1  01\n     2)     17535.5  Rx     0123  1  01\n"
+    (found,) = trc.read(io.BytesIO(text.encode()), odd)
+    assert decode(found.data) == CanFrame(0x123, b"\x01")
+    assert [one.place for one in odd] == ["line 2"]
