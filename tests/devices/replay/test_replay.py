@@ -336,7 +336,8 @@ def test_exceptions_and_answers_that_are_not_there_are_named(
     """A capture of a network knows its clients by address, and its bus has another name."""
     begin_ns = 1_790_000_000 * S
     log = []
-    for number, (asked, answered) in enumerate((("04 0000 0001", "04 02 01f4"), (request_, response))):
+    level = ("04 0000 0001", "04 02 01f4")
+    for number, (asked, answered) in enumerate((level, (request_, response), level)):
         at_ns = begin_ns + 100 * number * MS
         log.append(
             TraceEntry(at_ns, "eth0", "modbus", "10.0.0.5:3001", modbus(ModbusRequest(1, bytes.fromhex(asked), number)))
@@ -345,8 +346,18 @@ def test_exceptions_and_answers_that_are_not_there_are_named(
             data = modbus(ModbusResponse(1, bytes.fromhex(answered), number))
             log.append(TraceEntry(at_ns + 3 * MS, "eth0", "modbus", "10.0.0.9:502", data))
     result = replay(log, LAB, buses={"eth0": "mb_tcp"})
-    assert result.played == 2
+    assert result.played == 3
     assert [each.words for each in result.differences] == [] if words is None else words in words_of(result)
+
+
+def test_an_answer_that_the_log_ends_before_is_no_difference() -> None:
+    log = []
+    for number in range(2):
+        asked = ModbusRequest(1, bytes.fromhex("04 0000 0001"), number)
+        log.append(TraceEntry((100 + 100 * number) * MS, "mb_tcp", "modbus", "plc", modbus(asked)))
+    log.insert(1, TraceEntry(102 * MS, "mb_tcp", "modbus", "drive", modbus(ModbusResponse(1, b"\x04\x02\x01\xf4", 0))))
+    result = replay(log, LAB, leave_out=["level"])
+    assert (result.played, result.differences) == (2, [])
 
 
 def test_an_emcy_that_the_rig_does_not_send_is_missed(drive: list[TraceEntry]) -> None:
