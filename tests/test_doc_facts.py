@@ -462,7 +462,8 @@ def lab() -> RigConfig:
 @pytest.mark.parametrize("page", PAGES, ids=place_of)
 def test_pages_are_short(page: Path) -> None:
     lines = page.read_text(encoding="utf-8").splitlines()
-    assert sum(line != "" and not line.startswith("|") for line in lines) <= 120  # tables are looked up, not read
+    # Tables are looked up, not read, and so is what is below one of them: when it was measured.
+    assert sum(line != "" and not line.startswith(("|", "Measured ")) for line in lines) <= 120
 
 
 def test_parts_of_the_lab_are_in_its_page_and_picture(lab: RigConfig) -> None:
