@@ -25,14 +25,23 @@ class _Side:
     states: list[tuple[int, int]] = field(default_factory=list)
     """The instants of the changes, and the states."""
     gaps: Gaps = field(default_factory=Gaps)
+    boot_ns: int | None = None
+    from_boot_ns: int = 0
 
     def take(self, time_ns: int, own_ns: int, state: int) -> None:
         if (not self.states or self.states[-1][1] != state) and len(self.states) < MOST_STATES:
             self.states.append((time_ns, state))
         if state == BOOT_UP:
-            self.gaps.last_ns = None  # the period begins with the first heartbeat
-        else:
-            self.gaps.take(time_ns, own_ns)
+            self.boot_ns, self.gaps.last_ns = own_ns, None  # the period begins with the first heartbeat
+            return
+        if self.boot_ns is not None and self.gaps.last_ns is None:
+            self.from_boot_ns = own_ns - self.boot_ns
+        self.gaps.take(time_ns, own_ns)
+
+    @property
+    def period_ns(self) -> int:
+        """The period; that from the boot-up to a single heartbeat says it too, and 0 without one."""
+        return self.gaps.period_ns or self.from_boot_ns
 
 
 class Heartbeats:
@@ -57,17 +66,17 @@ class Heartbeats:
             self._grounds.compared(bus, node, "heartbeat")
             if not log.states:
                 self._add(What.MORE, rig.states[0][0], bus, node, f"{node} sent heartbeats, and the log has none of it")
-            elif log.gaps.count and not rig.gaps.count and len(rig.states) <= 1:
-                words = f"{node} sent no heartbeat, the log has one every {time_words(log.gaps.period_ns)}"
+            elif log.period_ns and not rig.period_ns and len(rig.states) <= 1:
+                words = f"{node} sent no heartbeat, the log has one every {time_words(log.period_ns)}"
                 self._add(What.MISSING, log.states[0][0], bus, node, words)
             elif not rig.states:
                 self._add(What.MISSING, log.states[0][0], bus, node, f"{node} sent no heartbeat")
             else:
                 self._states(bus, node, log, rig, end_ns)
-                self._periods(bus, node, log.states[0][0], log.gaps, rig.gaps)
+                self._periods(bus, node, log, rig)
 
     def _states(self, bus: str, node: str, log: _Side, rig: _Side, end_ns: int) -> None:
-        period_ns = max(log.gaps.period_ns, rig.gaps.period_ns)
+        period_ns = max(log.period_ns, rig.period_ns)
         came = [each for each in rig.states if each[0] <= end_ns]
         states = log.states
         if self._grounds.was_on and states[0][1] == 0 and (not came or came[0][1]):
@@ -90,21 +99,22 @@ class Heartbeats:
                 words = f"{node} became {name} {late_words(late_ns)} by its heartbeat"
                 self._add(What.LATE, at_ns, bus, node, words, late_ns)
 
-    def _periods(self, bus: str, node: str, begin_ns: int, log: Gaps, rig: Gaps) -> None:
-        if not log.count or not rig.count:
+    def _periods(self, bus: str, node: str, log: _Side, rig: _Side) -> None:
+        period_ns, tolerance_ns = log.period_ns, self._grounds.tolerances.time_ns
+        if not period_ns or not rig.period_ns:
             return
-        allowed_ns = max(self._grounds.tolerances.time_ns, round(UNEVEN * log.period_ns))
-        if abs(log.period_ns - rig.period_ns) > allowed_ns:
-            words = (
-                f"{node} sent a heartbeat every {time_words(rig.period_ns)}, the log says {time_words(log.period_ns)}"
-            )
+        begin_ns, of_log, of_rig = log.states[0][0], log.gaps, rig.gaps
+        if abs(period_ns - rig.period_ns) > max(tolerance_ns, round(UNEVEN * period_ns)):
+            words = f"{node} sent a heartbeat every {time_words(rig.period_ns)}, the log says {time_words(period_ns)}"
             self._add(What.PERIOD, begin_ns, bus, node, words)
-        elif rig.longest_ns > log.longest_ns + log.period_ns // 2 + self._grounds.tolerances.time_ns:
-            words = f"{node} sent no heartbeat for {time_words(rig.longest_ns)}"
-            self._add(What.MISSING, rig.longest_at_ns, bus, node, words)
-        elif log.longest_ns > rig.longest_ns + log.period_ns // 2 + self._grounds.tolerances.time_ns:
-            words = f"{node} sent heartbeats where the log has none for {time_words(log.longest_ns)}"
-            self._add(What.MORE, log.longest_at_ns, bus, node, words)
+        elif not of_log.count or not of_rig.count:
+            return
+        elif of_rig.longest_ns > of_log.longest_ns + period_ns // 2 + tolerance_ns:
+            words = f"{node} sent no heartbeat for {time_words(of_rig.longest_ns)}"
+            self._add(What.MISSING, of_rig.longest_at_ns, bus, node, words)
+        elif of_log.longest_ns > of_rig.longest_ns + period_ns // 2 + tolerance_ns:
+            words = f"{node} sent heartbeats where the log has none for {time_words(of_log.longest_ns)}"
+            self._add(What.MORE, of_log.longest_at_ns, bus, node, words)
 
     def _add(self, what: What, time_ns: int, bus: str, node: str, words: str, late_ns: int = 0) -> None:
         result = self._grounds.result
