@@ -10,7 +10,7 @@ from lab_process import LabProcess
 from ring_process import RingProcess
 
 collect_ignore = [] if os.environ.get("ROS_CANOPEN") else ["test_ros_canopen.py"]
-"""What no registry has, and so needs a checkout."""
+"""The tests of a master that no registry has, and that need a checkout of it."""
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""What of a small program has run, for tests of coverage in every language."""
+"""The places of a small program that have run, for tests of coverage in every language."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -208,7 +208,7 @@ def _is_bit(row: Mapping[str, str]) -> bool:
 
 def _as_name(text: str) -> str:
     plain = "".join(UMLAUTS.get(letter, letter) for letter in text)
-    # Other accents stand beside their letters in this form, and are left out.
+    # Other accents follow their letters in this form, and are left out.
     plain = "".join(letter for letter in normalize("NFKD", plain) if not combining(letter))
     return _joined(plain)
 
