@@ -26,9 +26,9 @@ def compared(plan: Plan, corpus: Corpus) -> list[Changed]:
     scenario, changes = plan.scenario, list[Changed]()
     with Rig(load(scenario.rig, ("time=virtual", *scenario.overrides))) as rig:
         rig.run_until(scenario.after_ns)
-        for acts, _, _, violations in corpus.runs():
+        for acts, _, length_ns, violations in corpus.runs():
             with rig.branch() as branch:
-                now = {one.property for one in branch.call(run.play_all, scenario, acts).violations}
+                now = {one.property for one in branch.call(run.play_all, scenario, acts, length_ns).violations}
             before = {name for name, *_ in violations}
             shown = tuple(f"{act} at {act.at_ns / 1e6:g} ms" for act in acts)
             changes += [Changed(name, shown, name in now) for name in sorted(now ^ before)]

@@ -12,9 +12,10 @@ from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.search.run import Run
 
 _TABLES: Final = """
-CREATE TABLE IF NOT EXISTS run (acts TEXT PRIMARY KEY, strategy TEXT, hash TEXT, violations TEXT);
+CREATE TABLE IF NOT EXISTS run (acts TEXT PRIMARY KEY, strategy TEXT, length_ns INTEGER, violations TEXT);
 CREATE TABLE IF NOT EXISTS finding (
-    id INTEGER PRIMARY KEY, property TEXT, acts TEXT, found TEXT, at_ns INTEGER, what TEXT, UNIQUE (property, acts)
+    id INTEGER PRIMARY KEY, property TEXT, acts TEXT, found TEXT, length_ns INTEGER, at_ns INTEGER, what TEXT,
+    UNIQUE (property, acts)
 );
 """
 
@@ -28,6 +29,8 @@ class Finding(NamedTuple):
     """The fewest actions."""
     found: Schedule
     """The actions with which it was found."""
+    length_ns: int
+    """The time after which it is over."""
     at_ns: int
     what: str
 
@@ -46,34 +49,38 @@ class Corpus:
     def add(self, run: Run, strategy: str) -> bool:
         """Keep a run; false if there was one with the same actions."""
         violations = json.dumps([[one.property, one.at_ns, one.what] for one in run.violations])
-        row = (acts_text(run.acts), strategy, run.hash, violations)
+        row = (acts_text(run.acts), strategy, run.length_ns, violations)
         with self._store:
             return self._store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?)", row).rowcount == 1
 
-    def note(self, property_name: str, acts: Schedule, found: Schedule, at_ns: int, what: str) -> bool:
-        """Keep a finding; false if it was there."""
-        row = (property_name, acts_text(acts), acts_text(found), at_ns, what)
+    def note(self, finding: Finding) -> bool:
+        """Keep a finding, whose number the corpus gives; false if it was there."""
+        acts, found = acts_text(finding.acts), acts_text(finding.found)
+        row = (finding.property, acts, found, finding.length_ns, finding.at_ns, finding.what)
         with self._store:
-            sql = "INSERT OR IGNORE INTO finding (property, acts, found, at_ns, what) VALUES (?, ?, ?, ?, ?)"
+            columns = "property, acts, found, length_ns, at_ns, what"
+            sql = f"INSERT OR IGNORE INTO finding ({columns}) VALUES (?, ?, ?, ?, ?, ?)"
             return self._store.execute(sql, row).rowcount == 1
 
-    def runs(self) -> Iterator[tuple[Schedule, str, str, list[Any]]]:
-        """Yield the actions, the strategy, the hash and the violations of each run."""
-        with closing(self._store.execute("SELECT acts, strategy, hash, violations FROM run ORDER BY rowid")) as rows:
-            for acts, strategy, run_hash, violations in rows:
-                yield acts_of(acts), strategy, run_hash, json.loads(violations)
+    def runs(self) -> Iterator[tuple[Schedule, str, int, list[Any]]]:
+        """Yield the actions, the strategy, the length in nanoseconds and the violations of each run."""
+        sql = "SELECT acts, strategy, length_ns, violations FROM run ORDER BY rowid"
+        with closing(self._store.execute(sql)) as rows:
+            for acts, strategy, length_ns, violations in rows:
+                yield acts_of(acts), strategy, length_ns, json.loads(violations)
 
     def findings(self) -> list[Finding]:
-        rows = self._store.execute("SELECT id, property, acts, found, at_ns, what FROM finding ORDER BY id").fetchall()
-        return [Finding(one[0], one[1], acts_of(one[2]), acts_of(one[3]), one[4], one[5]) for one in rows]
+        sql = "SELECT id, property, acts, found, length_ns, at_ns, what FROM finding ORDER BY id"
+        rows = self._store.execute(sql).fetchall()
+        return [Finding(one[0], one[1], acts_of(one[2]), acts_of(one[3]), *one[4:]) for one in rows]
 
     def merge(self, other: "Corpus") -> None:
         """Add everything of another corpus."""
         with self._store:
-            for row in other._store.execute("SELECT acts, strategy, hash, violations FROM run"):
+            for row in other._store.execute("SELECT acts, strategy, length_ns, violations FROM run"):
                 self._store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?)", row)
         for one in other.findings():
-            self.note(one.property, one.acts, one.found, one.at_ns, one.what)
+            self.note(one)
 
     def close(self) -> None:
         self._store.close()

@@ -65,7 +65,7 @@ def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:
         f"rig: {_quoted(_relative(scenario.rig, folder))}",
         *([f"overrides: {json.dumps(list(scenario.overrides))}"] if scenario.overrides else []),
         f"after: {_time(scenario.after_ns)}",
-        f"for: {_time(scenario.length_ns)}",
+        f"for: {_time(finding.length_ns)}",
         "steps:",
         *(f"  - {_step(act)}{'  # found' if act in finding.acts else ''}" for act in acts),
         "properties:",

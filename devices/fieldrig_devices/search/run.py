@@ -83,11 +83,11 @@ def edges(rig: "Rig", places: Sequence[str], length_ns: int) -> Edges:
     return Edges(tuple(sorted(changes)), tuple(sorted(instants - changes)))
 
 
-def play_all(rig: "Rig", scenario: Scenario, acts: Schedule) -> Played:
+def play_all(rig: "Rig", scenario: Scenario, acts: Schedule, length_ns: int) -> Played:
     """Play the scenario with actions from its begin, with all that a report needs."""
     with Stage(rig, scenario.schedule, scenario.properties, stops_early=True) as stage:
         stage.add(*acts)
-        return stage.finish(scenario.length_ns)
+        return stage.finish(length_ns)
 
 
 def moved(act: Act, at_ns: int) -> Act:

@@ -7,8 +7,9 @@ from fieldrig.errors import RigError
 from fieldrig.system.stopwatch import Stopwatch
 from fieldrig.virtual.readings import seconds
 from fieldrig_devices.scenarios.act import Schedule
+from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.search import run
-from fieldrig_devices.search.corpus import Corpus
+from fieldrig_devices.search.corpus import Corpus, Finding
 from fieldrig_devices.search.minimal import minimal
 from fieldrig_devices.search.plan import Plan
 from fieldrig_devices.search.run import Run
@@ -36,8 +37,8 @@ class Search:
         self._rig, self._plan, self._corpus = rig, plan, corpus
         self._workers, self._seed = workers, seed
         self.runs = 0
-        self._failing: dict[str, list[Schedule]] = {}
-        """Actions with which a property does not hold, by its name."""
+        self._failing: dict[str, list[Run]] = {}
+        """The runs in which a property does not hold, by its name."""
 
     def go(self, strategies: Sequence[str], limits: Limits, tell: Callable[[str], None]) -> None:
         """Search.  RigError if the scenario does not hold without any action besides."""
@@ -49,8 +50,8 @@ class Search:
                 root.call(run.begin, self._plan.scenario)
                 tell(STRATEGIES[name](self._world(root, name, watch, until_s, limits.most_runs)))
         for property_name, failing in self._failing.items():
-            for acts in sorted(failing, key=len)[:MOST_SHRUNK]:
-                self._shrink(property_name, acts)
+            for one in sorted(failing, key=lambda one: len(one.acts))[:MOST_SHRUNK]:
+                self._shrink(property_name, one)
 
     def _world(self, root: "Branch", strategy: str, watch: Stopwatch, until_s: float, most_runs: int) -> World:
         def is_over() -> bool:
@@ -63,7 +64,7 @@ class Search:
 
     def _check_control(self) -> None:
         with self._rig.branch() as control:
-            played = control.call(run.play_all, self._plan.scenario, ())
+            played = control.call(run.play_all, self._plan.scenario, (), self._plan.scenario.length_ns)
         for wrong in played.violations:
             what = f"{wrong.property} does not hold without any action besides: at {seconds(wrong.at_ns)} {wrong.what}"
             raise RigError(what, "fix the property or the scenario first; `fieldrig scenario run` shows it as well")
@@ -72,18 +73,20 @@ class Search:
         self.runs += 1
         self._corpus.add(result, strategy)
         for violation in result.violations:
-            self._failing.setdefault(violation.property, []).append(result.acts)
+            self._failing.setdefault(violation.property, []).append(result)
 
-    def _shrink(self, property_name: str, acts: Schedule) -> None:
+    def _shrink(self, property_name: str, failing: Run) -> None:
         """Note the fewest actions with which a property does not hold."""
-        with self._rig.branch() as root:
-            found = minimal(acts, lambda some: self._at_ns(root, property_name, some) is not None)
-            violation = self._at_ns(root, property_name, found)
-        if violation is not None:
-            self._corpus.note(property_name, found, acts, *violation)
+        length_ns = max(failing.length_ns, self._plan.scenario.length_ns)
 
-    def _at_ns(self, root: "Branch", property_name: str, acts: Schedule) -> tuple[int, str] | None:
-        """Return when and why a property does not hold with these actions; None if it does."""
-        with root.branch() as branch:
-            played = branch.call(run.play_all, self._plan.scenario, acts)
-        return next(((one.at_ns, one.what) for one in played.violations if one.property == property_name), None)
+        def broken(acts: Schedule) -> Violation | None:
+            with root.branch() as branch:
+                played = branch.call(run.play_all, self._plan.scenario, acts, length_ns)
+            return next((one for one in played.violations if one.property == property_name), None)
+
+        with self._rig.branch() as root:
+            acts = minimal(failing.acts, lambda some: broken(some) is not None)
+            violation = broken(acts)
+        assert violation is not None, "a run is the same each time"
+        at_ns, what = violation.at_ns, violation.what
+        self._corpus.note(Finding(0, property_name, acts, failing.acts, length_ns, at_ns, what))

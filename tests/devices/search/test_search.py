@@ -17,7 +17,7 @@ from fieldrig.virtual.rig import Rig
 from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.command import app as scenario_app
 from fieldrig_devices.search.command import app
-from fieldrig_devices.search.corpus import Corpus, acts_of, acts_text
+from fieldrig_devices.search.corpus import Corpus, Finding, acts_of, acts_text
 from fieldrig_devices.search.minimal import minimal
 from fieldrig_devices.search.plan import load_plan
 from fieldrig_devices.search.run import Run
@@ -104,6 +104,17 @@ def test_a_bug_with_a_history_needs_branches_that_go_on(tmp_path: Path) -> None:
     assert "states" in told[0]
 
 
+def test_a_bug_behind_the_end_of_the_scenario_is_repeated(tmp_path: Path) -> None:
+    bug = "hidden(IN := presses > 1, PT := T#3s); IF hidden.Q THEN lamp := TRUE; END_IF"
+    plan = planted(tmp_path, bug)
+    program = tmp_path / "lamp.st"
+    program.write_text(program.read_text().replace("  hold : TON;", "  hold, hidden : TON;"))
+    corpus, _ = searched(plan, "archive", most=30)
+    [finding, *_] = corpus.findings()
+    assert finding.at_ns > 3 * S
+    assert finding.length_ns > 3 * S
+
+
 @pytest.mark.parametrize("strategy", ["sweep", "archive", "swarm"])
 def test_a_program_without_a_bug_is_clean(tmp_path: Path, strategy: str) -> None:
     corpus, _ = searched(planted(tmp_path, ""), strategy, most=16)
@@ -176,7 +187,7 @@ def test_corpora_of_several_machines_are_merged(tmp_path: Path) -> None:
     first.add(Run(acts, (), "1:a", 0), "swarm")
     for corpus in (first, second):
         corpus.add(Run((), (), "1:b", 0), "sweep")
-        corpus.note("p", acts, acts, 7, "wrong")
+        corpus.note(Finding(0, "p", acts, acts, 5 * S, 7, "wrong"))
     assert "2 runs, 1 findings" in run("merge", tmp_path / "b.sqlite", tmp_path / "a.sqlite").stdout
     assert acts_of(acts_text(acts)) == acts
     (tmp_path / "no.sqlite").write_text("this is no database, but a text that is long enough to be taken for one" * 9)
