@@ -1,5 +1,6 @@
 """`fieldrig search`: looks for the faults and instants that break a program."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fieldrig_devices.search.corpus import Corpus, Finding
+    from fieldrig_devices.search.strategies import Shard
 
 SECTION = "Run a rig"
 """The group of the command in the help of `fieldrig`."""
@@ -44,6 +46,9 @@ def run(
     most: Annotated[int, typer.Option("--most", metavar="N", min=1, help="At most N runs.")] = 1_000_000,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="The seed of what is left to chance.")] = 1,
     workers: Annotated[int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Run N branches at a time.")] = 2,
+    shard: Annotated[
+        str, typer.Option("--shard", metavar="I/N", help="Do only this part, as one of N machines; `merge` joins them.")
+    ] = "1/1",
     corpus: Annotated[Path, typer.Option("--corpus", metavar="FILE", help="The file for runs and findings.")] = Path(
         CORPUS
     ),
@@ -64,11 +69,11 @@ def run(
     from fieldrig_devices.search.plan import load_plan
     from fieldrig_devices.search.search import Limits, Search
 
-    given, chosen = load_plan(plan), _chosen(strategies)
+    given, chosen, part = load_plan(plan), _chosen(strategies), _shard(shard)
     store = Corpus(corpus)
     with Rig(load(given.scenario.rig, ("time=virtual", *given.scenario.overrides))) as rig:
         rig.run_until(given.scenario.after_ns)
-        one = Search(rig, given, store, workers, seed)
+        one = Search(rig, given, store, workers, seed, part)
         limits = Limits(duration_ns(budget) / S, most)
         one.go(chosen, limits, lambda line: typer.echo(line, err=as_json))
     found = store.findings()
@@ -138,6 +143,16 @@ def _chosen(strategies: str) -> "Sequence[str]":
         if name not in STRATEGIES:
             raise typer.BadParameter(f"expected {', '.join(STRATEGIES)}, got {name!r}", param_hint="--strategy")
     return names
+
+
+def _shard(text: str) -> "Shard":
+    from fieldrig_devices.search.strategies import Shard
+
+    found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
+    number, of = (int(found[1]), int(found[2])) if found else (0, 0)
+    if not 1 <= number <= of:
+        raise typer.BadParameter(f"expected a part such as 2/4, got {text!r}", param_hint="--shard")
+    return Shard(number - 1, of)
 
 
 def _show(found: "Sequence[Finding]", *, as_json: bool) -> None:

@@ -13,7 +13,7 @@ from fieldrig_devices.search.corpus import Corpus, Finding
 from fieldrig_devices.search.minimal import minimal
 from fieldrig_devices.search.plan import Plan
 from fieldrig_devices.search.run import Run
-from fieldrig_devices.search.strategies import STRATEGIES, World
+from fieldrig_devices.search.strategies import STRATEGIES, WHOLE, Shard, World
 
 if TYPE_CHECKING:
     from fieldrig.virtual.branch import Branch
@@ -32,10 +32,10 @@ class Limits(NamedTuple):
 
 
 class Search:
-    def __init__(self, rig: "Rig", plan: Plan, corpus: Corpus, workers: int, seed: int) -> None:
+    def __init__(self, rig: "Rig", plan: Plan, corpus: Corpus, workers: int, seed: int, shard: Shard = WHOLE) -> None:
         """`rig` is at the begin of the scenario."""
         self._rig, self._plan, self._corpus = rig, plan, corpus
-        self._workers, self._seed = workers, seed
+        self._workers, self._seed, self._shard = workers, seed, shard
         self.runs = 0
         self._failing: dict[str, list[Run]] = {}
         """The runs in which a property does not hold, by its name."""
@@ -54,13 +54,15 @@ class Search:
                 self._shrink(property_name, one)
 
     def _world(self, root: "Branch", strategy: str, watch: Stopwatch, until_s: float, most_runs: int) -> World:
-        def is_over() -> bool:
-            return watch.seconds > until_s or self.runs >= most_runs
+        def may_start() -> bool:
+            may = watch.seconds < until_s and self.runs < most_runs
+            self.runs += may
+            return may
 
         def take(result: Run) -> None:
             self._take(result, strategy)
 
-        return World(self._plan, root, self._workers, self._seed, is_over, take)
+        return World(self._plan, root, self._workers, self._seed, self._shard, may_start, take)
 
     def _check_control(self) -> None:
         with self._rig.branch() as control:
@@ -70,7 +72,6 @@ class Search:
             raise RigError(what, "fix the property or the scenario first; `fieldrig scenario run` shows it as well")
 
     def _take(self, result: Run, strategy: str) -> None:
-        self.runs += 1
         self._corpus.add(result, strategy)
         for violation in result.violations:
             self._failing.setdefault(violation.property, []).append(result)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 from fieldrig.clock import MS, S
@@ -29,6 +30,16 @@ GRID_NS: Final = 1 * MS
 Take = Callable[[Run], None]
 
 
+class Shard(NamedTuple):
+    """The part of a search that one of several machines does; together they do all of it."""
+
+    number: int = 0
+    of: int = 1
+
+
+WHOLE: Final = Shard()
+
+
 class Dice(Protocol):
     """The part of `random.Random` that strategies use."""
 
@@ -46,7 +57,9 @@ class World(NamedTuple):
     """The rig at the begin of the scenario, whose stage has begun."""
     workers: int
     seed: int
-    is_over: Callable[[], bool]
+    shard: Shard
+    may_start: Callable[[], bool]
+    """Return whether there is time for one more run, which then has to be started."""
     take: Take
 
 
@@ -59,17 +72,17 @@ def sweep(world: World) -> str:
     with world.root.branch() as fresh:
         edges = fresh.call(run.edges, plan.edges, scenario.length_ns)
     passes = [_around(edges.changes), *_closer(_around(edges.others))]
+    passes = [instants[world.shard.number :: world.shard.of] for instants in passes]
     total, done = sum(map(len, passes)) * len(plan.actions), 0
     with Pool(world.workers) as pool:
         for instants in passes:
             with world.root.branch() as trunk:
-                for at_ns in instants:
-                    if world.is_over() or not trunk.call(run.advance, at_ns):
+                for at_ns, action in product(instants, plan.actions):
+                    if not (trunk.call(run.advance, at_ns) and world.may_start()):
                         break
-                    for action in plan.actions:
-                        acts = (moved(action, at_ns),)
-                        pool.start(trunk.branch(), world.take, run.go_on, acts, scenario.length_ns)
-                        done += 1
+                    acts = (moved(action, at_ns),)
+                    pool.start(trunk.branch(), world.take, run.go_on, acts, scenario.length_ns)
+                    done += 1
                 pool.finish()
     return f"sweep: {done} of {total} runs ({100 * done // total if total else 100} %), {len(edges.changes)} changes"
 
@@ -86,12 +99,12 @@ def _closer(instants: list[int]) -> list[list[int]]:
 
 def swarm(world: World) -> str:
     """Throw dice over random subsets of the actions; the baseline for the others."""
-    count = 0
+    count, number = 0, world.shard.number
     with Pool(world.workers) as pool:
-        while not world.is_over():
-            acts = _thrown(random_of(f"swarm/{count}", world.seed), world.plan, 0, world.plan.scenario.length_ns)
+        while world.may_start():
+            acts = _thrown(random_of(f"swarm/{number}", world.seed), world.plan, 0, world.plan.scenario.length_ns)
             pool.start(world.root.branch(), world.take, run.go_on, acts, world.plan.scenario.length_ns)
-            count += 1
+            count, number = count + 1, number + world.shard.of
         pool.finish()
     return f"swarm: {count} runs"
 
@@ -125,7 +138,7 @@ def archive(world: World) -> str:
 class _Archive:
     def __init__(self, world: World) -> None:
         self._world = world
-        self._dice = random_of("archive", world.seed)
+        self._dice = random_of(f"archive/{world.shard.number}", world.seed)
         self._parked = [_Parked(world.root, (), 0, 0)]
         self._seen: set[tuple[Any, ...]] = set()
         self._count = 0
@@ -133,7 +146,7 @@ class _Archive:
     def go(self) -> str:
         try:
             with Pool(self._world.workers) as pool:
-                while not self._world.is_over():
+                while self._world.may_start():
                     self._start(pool)
                 pool.finish()
         finally:

@@ -22,6 +22,7 @@ from fieldrig_devices.search.minimal import minimal
 from fieldrig_devices.search.plan import load_plan
 from fieldrig_devices.search.run import Run
 from fieldrig_devices.search.search import Limits, Search
+from fieldrig_devices.search.strategies import WHOLE, Shard
 
 pytestmark = pytest.mark.long
 
@@ -78,11 +79,13 @@ def planted(folder: Path, bug: str, plan: str = PLAN) -> Path:
     return folder / "plan.yaml"
 
 
-def searched(plan_file: Path, *strategies: str, most: int = 10_000, seed: int = 1) -> tuple[Corpus, list[str]]:
+def searched(
+    plan_file: Path, *strategies: str, most: int = 10_000, seed: int = 1, shard: Shard = WHOLE
+) -> tuple[Corpus, list[str]]:
     plan, corpus, told = load_plan(plan_file), Corpus(None), list[str]()
     with Rig(load(plan.scenario.rig)) as rig:
         rig.run_until(plan.scenario.after_ns)
-        Search(rig, plan, corpus, workers=2, seed=seed).go(strategies, Limits(600.0, most), told.append)
+        Search(rig, plan, corpus, workers=2, seed=seed, shard=shard).go(strategies, Limits(600.0, most), told.append)
     return corpus, told
 
 
@@ -126,6 +129,19 @@ def test_the_same_seed_makes_the_same_runs(tmp_path: Path) -> None:
     plan = planted(tmp_path, HISTORY)
     runs = [sorted(searched(plan, "swarm", most=8, seed=seed)[0].runs()) for seed in (3, 3, 4)]
     assert runs[0] == runs[1] != runs[2]
+
+
+@pytest.mark.parametrize(("strategy", "whole", "half"), [("sweep", 10_000, 10_000), ("swarm", 8, 4)])
+def test_two_machines_do_together_what_one_does(tmp_path: Path, strategy: str, whole: int, half: int) -> None:
+    head, tail = SHORT[: SHORT.index("- {at: 600ms")], SHORT[SHORT.index("properties") :]
+    plan = planted(tmp_path, "", head.replace("for: 800ms", "for: 130ms") + tail)
+
+    def acts(most: int, shard: Shard) -> list[Schedule]:
+        corpus, _ = searched(plan, strategy, most=most, shard=shard)
+        return sorted(acts for acts, *_ in corpus.runs())
+
+    halves = [*acts(half, Shard(0, 2)), *acts(half, Shard(1, 2))]
+    assert sorted(halves) == acts(whole, WHOLE)
 
 
 def test_a_scenario_that_does_not_hold_by_itself_ends_the_search(tmp_path: Path) -> None:
