@@ -34,6 +34,9 @@ def put(file: Path, host: str) -> None:
 
 def reach_every_service(rig: AskedRig, folder: Path) -> None:
     """Call, ping, fetch a page, replace one by FTP and see it served, read Modbus and OPC UA, and hang up."""
+    until(
+        lambda: rig.get("max4/booted") is True
+    )  # a controller that boots is silent to Modbus, and the line is up before
     mine = folder / "MINE.HTM"
     mine.write_text(PAGE)
     with pppd_call(folder) as call:
