@@ -4,6 +4,7 @@ import os
 import sys
 import tomllib
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 from clone import copy_clone
@@ -13,6 +14,7 @@ from tests.driver.release import CHANGELOG, PROJECT, sections
 
 pytestmark = pytest.mark.system
 
+WHERE = "import fieldrig.clock; print(fieldrig.clock.__file__)"
 GIT = {"GIT_AUTHOR_NAME": "a", "GIT_AUTHOR_EMAIL": "a@b", "GIT_COMMITTER_NAME": "a", "GIT_COMMITTER_EMAIL": "a@b"}
 
 
@@ -36,6 +38,10 @@ def test_the_commands_of_the_page_make_a_release(clone: Path) -> None:
     assert next(sections((clone / CHANGELOG).read_text(encoding="utf-8"))).version == "0.2.0"
     assert "fieldrig/__init__.py" in done.stdout
     assert "fieldrig_devices/examples/lab.yaml" in done.stdout
+    with ZipFile(clone / "dist" / "fieldrig-0.2.0.vsix") as extension:
+        assert b'Version="0.2.0"' in extension.read("extension.vsixmanifest")
+    # The environment is that of the tests, and still has the code that they judge.
+    assert str(ROOT / "emulator") in run_group([sys.executable, "-c", WHERE], ROOT, {**os.environ}).stdout
 
 
 def test_what_the_page_makes_exists() -> None:
