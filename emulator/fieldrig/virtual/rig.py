@@ -435,6 +435,8 @@ class Rig:
     def call(self, function: "Callable[Concatenate[Self, P], T]", *arguments: P.args, **named: P.kwargs) -> T:
         """Return what `function(rig, ...)` returns, as `Branch.call` does in a branch."""
         self._check_open()
+        if not callable(function):
+            raise ArgumentError(f"call cannot take {shown(function)}", "expected a function that takes a rig")
         return function(self, *arguments, **named)
 
     def branch(self, seed: int | None = None) -> Branch:

@@ -77,6 +77,7 @@ WRONG: dict[str, list[tuple[tuple[Any, ...], tuple[str, str]]]] = {
         ((print, [1.5]), (r"a seed cannot be 1.5", "expected a whole number")),
         ((print, [1], 0), (r"branches cannot have 0 workers", "expected at least 1")),
     ],
+    "call": [((5,), (r"call cannot take 5", "expected a function that takes a rig"))],
     "checkpoint_every": [
         ((0,), (r"checkpoint_every cannot take 0", r"expected a period, such as 5 \* S")),
         ((1.5,), (r"checkpoint_every cannot take 1.5", r"expected a period")),
@@ -191,6 +192,7 @@ def test_a_closed_rig_does_nothing_any_more(call: str) -> None:
         "never": (lambda: False, S), "interests": ("can0",), "attach": ("bench",), "keys": ("dice",),
         "facts": ("dice",), "front": ("dice",), "values": ("dice",),
         "on_change": ("dice/throws", print), "on_delivery": (print,), "on_instant": (print,), "branches": (print, [1]),
+        "call": (print,),
         "checkpoint_every": (S,), "back": (0,), "detach": ("bench",),
         "record": ("dice/throws",), "signals": ("can0",),
         "get": ("dice/throws",), "set": ("dice/throws", 1), "answer": ("dice", "rethrow", {"times": 1}),

@@ -48,7 +48,7 @@ def test_it_starts_as_a_canopen_node_and_tells_keys_and_that_nothing_was_edited(
 
 @pytest.mark.manual("ARP-119")
 def test_heartbeat_comes_as_often_as_the_master_asks(bench: TerminalBench) -> None:
-    assert bench.send("614#2b 17 10 00 64 00 00 00") == ["714#05", "594#60 17 10 00 00 00 00 00"]
+    assert bench.send("614#2b 17 10 00 64 00 00 00") == ["594#60 17 10 00 00 00 00 00", "714#05"]
     assert bench.after(250) == ["714#05"] * 2
 
 
