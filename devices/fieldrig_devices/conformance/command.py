@@ -193,8 +193,7 @@ def _write(report: "Report", junit: Path | None, html: Path | None, markdown: Pa
     for path, make in ((junit, to_junit), (html, to_html), (markdown, to_markdown)):
         if path is not None:
             with writing(path):
-                made = make(report)
-                path.write_bytes(made if isinstance(made, bytes) else made.encode())
+                path.write_text(make(report), encoding="utf-8")
 
 
 def _list(cases: "list[Case]", as_json: bool) -> None:

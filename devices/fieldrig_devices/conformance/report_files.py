@@ -20,12 +20,12 @@ small { color: #777 } summary { cursor: pointer; color: #555 }
 """
 
 
-def to_junit(report: Report) -> bytes:
+def to_junit(report: Report) -> str:
     suites = {
         family: [_junit_case(report, result) for result in report.results if result.case.family == family]
         for family in report.families
     }
-    return junit(f"CANopen conformance of node {report.node_id}", suites)
+    return junit(f"CANopen conformance of node {report.node_id}", suites).decode()
 
 
 def _junit_case(report: Report, result: Result) -> Case:

@@ -7,7 +7,7 @@ take the rig, and what crosses the pipe is small.
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fieldrig_devices.scenarios.act import Act, Schedule
+from fieldrig_devices.scenarios.act import Schedule
 from fieldrig_devices.scenarios.play import Played, Stage, Track
 from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.scenarios.scenario_file import Scenario
@@ -22,7 +22,6 @@ class Run(NamedTuple):
     acts: Schedule
     """The actions besides those of the scenario."""
     violations: tuple[Violation, ...]
-    hash: str
     length_ns: int
     states: frozenset[tuple[Any, ...]] = frozenset()
     """The states of the machine that it has seen, if they were asked for."""
@@ -56,7 +55,8 @@ def go_on(rig: "Rig", acts: Schedule, length_ns: int) -> Run:
     """Play on to the end, with actions that come from now on."""
     (stage,) = _stages
     stage.add(*acts)
-    return _run_of(acts, stage.finish(length_ns))
+    played = stage.finish(length_ns)
+    return Run(acts, played.violations, played.length_ns)
 
 
 def go_on_for(rig: "Rig", acts: Schedule, until_ns: int, states: Sequence[str]) -> Run:
@@ -68,7 +68,7 @@ def go_on_for(rig: "Rig", acts: Schedule, until_ns: int, states: Sequence[str]) 
         stage.follow(name)
     stage.run_until(until_ns)
     seen = _states({name: stage.track(name) for name in states}, from_ns)
-    return Run(acts, stage.violations, "", stage.now_ns, seen)
+    return Run(acts, stage.violations, stage.now_ns, seen)
 
 
 def edges(rig: "Rig", places: Sequence[str], length_ns: int) -> Edges:
@@ -88,14 +88,6 @@ def play_all(rig: "Rig", scenario: Scenario, acts: Schedule, length_ns: int) -> 
     with Stage(rig, scenario.schedule, scenario.properties, stops_early=True) as stage:
         stage.add(*acts)
         return stage.finish(length_ns)
-
-
-def moved(act: Act, at_ns: int) -> Act:
-    return act._replace(at_ns=at_ns)
-
-
-def _run_of(acts: Schedule, played: Played) -> Run:
-    return Run(acts, played.violations, played.hash, played.length_ns)
 
 
 def _states(tracks: dict[str, Track], from_ns: int) -> frozenset[tuple[Any, ...]]:

@@ -11,7 +11,7 @@ from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.search import run
 from fieldrig_devices.search.plan import Plan
 from fieldrig_devices.search.pool import Pool
-from fieldrig_devices.search.run import Run, moved
+from fieldrig_devices.search.run import Run
 
 if TYPE_CHECKING:
     from fieldrig.virtual.branch import Branch
@@ -80,7 +80,7 @@ def sweep(world: World) -> str:
                 for at_ns, action in product(instants, plan.actions):
                     if not (trunk.call(run.advance, at_ns) and world.may_start()):
                         break
-                    acts = (moved(action, at_ns),)
+                    acts = (action._replace(at_ns=at_ns),)
                     pool.start(trunk.branch(), world.take, run.go_on, acts, scenario.length_ns)
                     done += 1
                 pool.finish()
@@ -116,7 +116,7 @@ def _thrown(dice: Dice, plan: Plan, from_ns: int, until_ns: int) -> Schedule:
         dice.randrange(from_ns // GRID_NS, max(until_ns // GRID_NS, from_ns // GRID_NS + 1)) * GRID_NS
         for _ in range(dice.randint(1, MOST_ACTS))
     )
-    return tuple(moved(dice.choice(kinds), at_ns) for at_ns in instants)
+    return tuple(dice.choice(kinds)._replace(at_ns=at_ns) for at_ns in instants)
 
 
 @dataclass(eq=False)

@@ -58,10 +58,6 @@ class KeptRig(Branch):
         if hasattr(os, "set_blocking"):
             os.set_blocking(self.fileno(), True)
 
-    def fileno(self) -> int:
-        """Return the descriptor that can be read when the keeper has answered."""
-        return int(self._pipe.fileno())
-
 
 def why_no_way_back(config: RigConfig) -> str:
     """Return why a rig that is served cannot go back in time; empty if it can."""

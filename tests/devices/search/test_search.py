@@ -200,9 +200,9 @@ def test_a_fixed_program_is_better_and_a_broken_one_worse(tmp_path: Path) -> Non
 def test_corpora_of_several_machines_are_merged(tmp_path: Path) -> None:
     first, second = (Corpus(tmp_path / name) for name in ("a.sqlite", "b.sqlite"))
     acts = (Act(5 * MS, "fault", "io", {"what": "power_off", "duration_ms": 5}), Act(1 * S, "set", "a/b", True))
-    first.add(Run(acts, (), "1:a", 0), "swarm")
+    first.add(Run(acts, (), 0), "swarm")
     for corpus in (first, second):
-        corpus.add(Run((), (), "1:b", 0), "sweep")
+        corpus.add(Run((), (), 0), "sweep")
         corpus.note(Finding(0, "p", acts, acts, 5 * S, 7, "wrong"))
     assert "2 runs, 1 findings" in run("merge", tmp_path / "b.sqlite", tmp_path / "a.sqlite").stdout
     assert acts_of(acts_text(acts)) == acts
