@@ -5,7 +5,6 @@ each instant at which something happens.  Nothing is sampled: a pulse that is ov
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Protocol
 
 from fieldrig.device import Value
 from fieldrig.virtual.readings import seconds
@@ -78,19 +77,26 @@ Found = tuple[int, str] | None
 """The instant of a violation with its reason, or None."""
 
 
-class _Watch(Protocol):
-    rule: Property
+class _Watch:
+    """One property on its way."""
 
-    @property
-    def due_ns(self) -> int | None:
+    def __init__(self, rule: Property) -> None:
+        self.rule = rule
+        self.due_ns: int | None = None
         """The instant until which something has to happen."""
 
-    def look(self, at_ns: int, values: Values) -> Found: ...
+    def look(self, at_ns: int, values: Values) -> Found:
+        raise NotImplementedError
 
-    def heal(self, at_ns: int) -> None: ...
+    def heal(self, at_ns: int) -> None:
+        """Nothing: most properties hold with faults as well."""
 
     def missed(self, at_ns: int) -> Found:
         """Return what has not happened until the end of the scenario."""
+        return self._late(self.due_ns) if self.due_ns is not None and self.due_ns <= at_ns else None
+
+    def _late(self, due_ns: int) -> Found:
+        raise NotImplementedError
 
 
 class _Edge:
@@ -104,84 +110,70 @@ class _Edge:
         return self._was and not was
 
 
-class _Invariant:
+class _Invariant(_Watch):
     """`always` and `never`; with a time, the condition may be wrong for that long."""
 
     def __init__(self, rule: Property) -> None:
-        self.rule = rule
+        super().__init__(rule)
         self._begin, self._is_on = _Edge(rule.after), False
-        self.due_ns: int | None = None
 
     def look(self, at_ns: int, values: Values) -> Found:
         self._is_on = self._is_on or self._begin.rises(values)
         if self.due_ns is not None and at_ns > self.due_ns:
-            return self._wrong(self.due_ns)
+            return self._late(self.due_ns)
         rule = self.rule
         if not self._is_on or rule.condition.holds(values) is (rule.kind is Kind.ALWAYS):
             self.due_ns = None
         elif rule.within_ns is None:
-            return self._wrong(at_ns)
+            return self._late(at_ns)
         elif self.due_ns is None:
             self.due_ns = at_ns + rule.within_ns
         return None
 
-    def heal(self, at_ns: int) -> None:
-        """Nothing: it holds with faults as well."""
-
-    def missed(self, at_ns: int) -> Found:
-        return self._wrong(self.due_ns) if self.due_ns is not None and self.due_ns <= at_ns else None
-
-    def _wrong(self, at_ns: int) -> Found:
+    def _late(self, due_ns: int) -> Found:
         rule = self.rule
         was = "was not true" if rule.kind is Kind.ALWAYS else "was true"
         longer = "" if rule.within_ns is None else f" for longer than {seconds(rule.within_ns)}"
-        return at_ns, f"`{rule.condition.text}` {was}{longer}"
+        return due_ns, f"`{rule.condition.text}` {was}{longer}"
 
 
-class _Response:
+class _Response(_Watch):
     """`within`: each time that something begins, the condition is true in time."""
 
     def __init__(self, rule: Property) -> None:
         assert rule.within_ns is not None, "the file has it"
-        self.rule, self._within_ns = rule, rule.within_ns
+        super().__init__(rule)
+        self._within_ns = rule.within_ns
         self._begin = _Edge(rule.after)
-        self.due_ns: int | None = None
 
     def look(self, at_ns: int, values: Values) -> Found:
         if self.due_ns is not None and at_ns > self.due_ns:
-            return self._late()
+            return self._late(self.due_ns)
         if self._begin.rises(values) and self.due_ns is None:
             self.due_ns = at_ns + self._within_ns
         if self.due_ns is not None and self.rule.condition.holds(values):
             self.due_ns = None
         return None
 
-    def heal(self, at_ns: int) -> None:
-        """Nothing: it holds with faults as well."""
-
-    def missed(self, at_ns: int) -> Found:
-        return self._late() if self.due_ns is not None and self.due_ns <= at_ns else None
-
-    def _late(self) -> Found:
-        assert self.due_ns is not None
-        rule, begin_ns = self.rule, self.due_ns - self._within_ns
+    def _late(self, due_ns: int) -> Found:
+        rule, begin_ns = self.rule, due_ns - self._within_ns
         since = f"`{rule.after.text}` at {seconds(begin_ns)}" if rule.after is not None else "the begin"
-        return self.due_ns, f"`{rule.condition.text}` was not true within {seconds(self._within_ns)} of {since}"
+        return due_ns, f"`{rule.condition.text}` was not true within {seconds(self._within_ns)} of {since}"
 
 
-class _Stay:
+class _Stay(_Watch):
     """`stays`: from the begin on the condition is true until the end is."""
 
     def __init__(self, rule: Property) -> None:
         assert rule.until is not None, "the file has it"
-        self.rule, self._until = rule, rule.until
+        super().__init__(rule)
+        self._until = rule.until
         self._begin, self._is_on = _Edge(rule.after), False
-        self.due_ns: int | None = None
 
     def look(self, at_ns: int, values: Values) -> Found:
         rule = self.rule
         if self.due_ns is not None and at_ns > self.due_ns:
-            return self._late()
+            return self._late(self.due_ns)
         if self._begin.rises(values):
             self._is_on = True
             self.due_ns = None if rule.within_ns is None else at_ns + rule.within_ns
@@ -191,25 +183,18 @@ class _Stay:
             return at_ns, f"`{rule.condition.text}` was not true until `{self._until.text}`"
         return None
 
-    def heal(self, at_ns: int) -> None:
-        """Nothing: it holds with faults as well."""
-
-    def missed(self, at_ns: int) -> Found:
-        return self._late() if self.due_ns is not None and self.due_ns <= at_ns else None
-
-    def _late(self) -> Found:
-        assert self.due_ns is not None
+    def _late(self, due_ns: int) -> Found:
         assert self.rule.within_ns is not None
-        return self.due_ns, f"`{self._until.text}` was not true within {seconds(self.rule.within_ns)}"
+        return due_ns, f"`{self._until.text}` was not true within {seconds(self.rule.within_ns)}"
 
 
-class _Recovery:
+class _Recovery(_Watch):
     """`eventually`: the machine comes back when all faults are over."""
 
     def __init__(self, rule: Property) -> None:
         assert rule.within_ns is not None, "the file has it"
-        self.rule, self._within_ns = rule, rule.within_ns
-        self.due_ns: int | None = None
+        super().__init__(rule)
+        self._within_ns = rule.within_ns
         self._is_met = False
 
     def look(self, at_ns: int, values: Values) -> Found:

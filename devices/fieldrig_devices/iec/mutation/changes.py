@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.instructions import NEGATABLE, SYMBOLS
-from fieldrig_devices.iec.mutation.expressions import ARITHMETIC, BITS, COMPARISONS, negated, operators, other_constant
+from fieldrig_devices.iec.mutation.expressions import ARITHMETIC, BITS, COMPARISONS, negated, other_constant
 from fieldrig_devices.iec.mutation.places import Way, replaced, walk
 from fieldrig_devices.iec.printer import expression_text, print_body
 
@@ -95,7 +95,8 @@ def changes_of(unit: tree.Unit, left_out: Collection[str] = ()) -> Iterator[Made
 def _offers(node: tree.Node) -> Iterator[Offer]:
     match node:
         case tree.Binary(operator, left, right):
-            yield from ((_kind(table), (), other) for table, other in operators(node))
+            others = ((kind, other) for table, kind in _OF_TABLES for other in table.get(operator, ()))
+            yield from ((kind, (), replace(node, operator=other)) for kind, other in others)
             if operator in BITS:
                 yield from (*_contact("left", left), *_contact("right", right))
         case tree.Unary("NOT", operand):
@@ -121,10 +122,6 @@ def _offers(node: tree.Node) -> Iterator[Offer]:
                 yield Kind.ACTION, ("uses",), (*uses[:number], *uses[number + 1 :])
         case tree.IlInstruction():
             yield from _of_instruction(node)
-
-
-def _kind(table: object) -> Kind:
-    return next(kind for known, kind in _OF_TABLES if known is table)
 
 
 def _contact(name: str, condition: tree.Expression) -> Iterator[Offer]:

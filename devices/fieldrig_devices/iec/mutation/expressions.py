@@ -1,6 +1,6 @@
 """Changes of expressions."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -41,10 +41,6 @@ def negated(node: tree.Expression) -> tree.Expression | None:
     return tree.Unary("NOT", node, position=node.position) if isinstance(node, _PLACES) else None
 
 
-def truth(*, is_true: bool) -> tree.Literal:
-    return tree.Literal(LiteralKind.BOOL, is_true)
-
-
 def other_constant(node: tree.Literal) -> tree.Literal | None:
     """Return another constant of the same type: one more, twice as long, the other truth, an empty text."""
     value = node.value
@@ -60,10 +56,3 @@ def other_constant(node: tree.Literal) -> tree.Literal | None:
         case LiteralKind.STRING | LiteralKind.WSTRING:
             return replace(node, value="" if value else "X", text="")
     return None
-
-
-def operators(node: tree.Binary) -> Iterator[tuple[Mapping[str, tuple[str, ...]], tree.Binary]]:
-    """Yield an expression with other operators, each with the table that it is from."""
-    for table in (BITS, COMPARISONS, ARITHMETIC):
-        for other in table.get(node.operator, ()):
-            yield table, replace(node, operator=other)
