@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
 
 from fieldrig.device import Value
+from fieldrig.faults.words import words_of_fault
 
 Verb = Literal["set", "press", "fault", "clear", "restart"]
 
@@ -35,7 +36,7 @@ class Act(NamedTuple):
                 return f"{self.where} = {_shown(self.value)} for {self.hold_ns / 1e6:g} ms"
             case "fault":
                 assert isinstance(self.value, Mapping)
-                return f"fault {self.where} {_words(self.value)}"
+                return f"fault {self.where} {words_of_fault(self.value)}"
         return f"{self.verb} {self.where}"
 
 
@@ -45,7 +46,3 @@ Schedule = tuple[Act, ...]
 
 def _shown(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _words(fault: Mapping[str, Any]) -> str:
-    return " ".join([str(fault["what"]), *(f"{key}={_shown(value)}" for key, value in fault.items() if key != "what")])

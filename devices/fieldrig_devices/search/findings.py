@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fieldrig.clock import MS
+from fieldrig.faults.words import words_of_fault
 from fieldrig.storage.store import replace_file
 from fieldrig.virtual.readings import seconds
 from fieldrig_devices.scenarios.act import Act
@@ -88,8 +89,7 @@ def _step(act: Act) -> str:
             body |= {"press": {act.where: act.value}, "hold": _time(act.hold_ns)}
         case "fault":
             assert isinstance(act.value, Mapping)
-            words = [str(act.value["what"]), *(f"{key}={value}" for key, value in act.value.items() if key != "what")]
-            body["fault"] = " ".join([act.where, *words])
+            body["fault"] = f"{act.where} {words_of_fault(act.value)}"
         case _:
             body[act.verb] = act.where
     return _flow(body)

@@ -1,6 +1,7 @@
 """A fault in the words of a person: `drop node=sensor probability=0.5`."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 
 def fault_of_words(words: Sequence[str]) -> dict[str, str]:
@@ -19,3 +20,12 @@ def fault_of_words(words: Sequence[str]) -> dict[str, str]:
             raise ValueError(f"{key} is there twice")
         given[key] = text
     return given
+
+
+def words_of_fault(fault: Mapping[str, Any]) -> str:
+    """Return a fault as `fault_of_words` takes it apart."""
+    return " ".join([str(fault["what"]), *(f"{key}={_shown(value)}" for key, value in fault.items() if key != "what")])
+
+
+def _shown(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)

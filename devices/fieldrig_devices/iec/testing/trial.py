@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from enum import StrEnum
 from multiprocessing import get_context
@@ -88,13 +89,12 @@ def results(
     changes: Sequence[Change], reached: Reached, work: Sequence[Work], limits: Limits, workers: int
 ) -> Iterator[Result]:
     """Yield the fate of each change, in their order.  `limits` are those of the tests without a change."""
-    if workers <= 1:
-        for change in changes:
-            yield _result(change, work, limits) if reached.has(change) else Result(change, Fate.NOT_RUN)
-        return
-    tried = [change for change in changes if reached.has(change)]
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        judged = pool.map(_of_order, [(change, work, limits) for change in tried])
+    orders = [(change, work, limits) for change in changes if reached.has(change)]
+    with ExitStack() as stack:
+        judged: Iterator[Result] = map(_of_order, orders)
+        if workers > 1:
+            pool = stack.enter_context(ProcessPoolExecutor(workers, mp_context=get_context("spawn")))
+            judged = pool.map(_of_order, orders)
         for change in changes:
             yield next(judged) if reached.has(change) else Result(change, Fate.NOT_RUN)
 
