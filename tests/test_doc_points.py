@@ -100,7 +100,7 @@ def test_the_points_of_a_table_exist(table: tuple[str, str]) -> None:
     rig = {"time": "virtual", "buses": buses, "devices": {"device": device}}
     with Rig(from_dict(rig, ROOT / "configs")) as running:
         known = running.keys("device").keys()
-        node = running._nodes["device"]
+        node = running._engine.nodes["device"]
         assert isinstance(node, LocalNode)
         troubles = node.device.troubles().keys()
     assert named_points()[table] - known == set()

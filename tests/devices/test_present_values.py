@@ -81,7 +81,7 @@ def values(rig: Rig) -> dict[str, Value]:
 
 def stir(rig: Rig) -> None:
     """Give every device an event at the present instant, with all that its wires carry, as it was published last."""
-    for model in rig._models.values():
+    for model in rig._engine.models.values():
         if isinstance(model, WiresModel):
             for driver, signal in list(model._present.values()):
                 model.submit(rig.now_ns, driver, signal)

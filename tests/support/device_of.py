@@ -10,7 +10,7 @@ D = TypeVar("D", bound=Device)
 
 
 def device_of(rig: Rig, name: str, kind: type[D]) -> D:
-    node = rig._nodes[name]
+    node = rig._engine.nodes[name]
     assert isinstance(node, LocalNode)
     assert isinstance(node.device, kind)
     return node.device

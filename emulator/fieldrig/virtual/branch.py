@@ -57,10 +57,14 @@ class Branchable(Protocol):
     """The rig, as far as a branch needs it."""
 
     config: RigConfig
-    now_ns: int
-    _is_playing: bool
     _stores: dict[str, Store]
     _threads: set[int]
+
+    @property
+    def now_ns(self) -> int: ...
+
+    @property
+    def _is_playing(self) -> bool: ...
 
     def run_until(self, until_ns: int) -> bool: ...
 
@@ -72,7 +76,8 @@ class Branchable(Protocol):
 class Parking(Protocol):
     """A rig or a branch of which checkpoints are taken."""
 
-    now_ns: int
+    @property
+    def now_ns(self) -> int: ...
 
     def _parked(self) -> "Branch": ...
 

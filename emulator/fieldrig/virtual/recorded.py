@@ -49,13 +49,13 @@ class RigSource:
         def due() -> None:
             if is_on:
                 action(rig.now_ns, 0)
-                rig._at_end_of(rig.now_ns + period_ns, due)
+                rig._engine.at_end_of(rig.now_ns + period_ns, due)
 
         def end() -> None:
             nonlocal is_on
             is_on = False
 
-        rig._at_end_of((rig.now_ns // period_ns + 1) * period_ns, due)
+        rig._engine.at_end_of((rig.now_ns // period_ns + 1) * period_ns, due)
         return end
 
     def _listen(self, bus: str, on_delivery: OnDelivery) -> End:

@@ -37,7 +37,7 @@ class Bench:
 
     @property
     def max4(self) -> Max4:
-        node = self.rig._nodes["max4"]
+        node = self.rig._engine.nodes["max4"]
         assert isinstance(node, LocalNode)
         assert isinstance(node.device, Max4)
         return node.device

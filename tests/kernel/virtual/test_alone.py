@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fieldrig import MS, ArgumentError, Bus, Delivery, Rig, S, from_dict
 from fieldrig.testing import plain_forms
-from fieldrig.virtual.rig import ALONE
+from fieldrig.virtual.engine import ALONE, Engine
 from fieldrig_bus.wires import Signal
 
 HERE = Path(__file__).parents[1]
@@ -86,15 +86,15 @@ def test_a_rig_with_a_member_from_outside_looks_at_all_members_only_when_it_has_
 ) -> None:
     def instants() -> int:
         count = 0
-        run = Rig._run_instant
+        run = Engine.run_instant
 
-        def counted(rig: Rig, now_ns: int) -> None:
+        def counted(engine: Engine, now_ns: int) -> None:
             nonlocal count
             count += 1
-            run(rig, now_ns)
+            run(engine, now_ns)
 
         with monkeypatch.context() as patch, Rig(from_dict(RIG, HERE)) as rig:
-            patch.setattr(Rig, "_run_instant", counted)
+            patch.setattr(Engine, "run_instant", counted)
             rig.attach("bench").link("wires").on_receive(lambda _: None)
             rig.run_until(100 * MS)
         return count

@@ -134,7 +134,7 @@ def test_an_answer_of_a_device_comes_out_of_a_branch(rig: Rig) -> None:
 
 
 def has_points(rig: Rig) -> bool:
-    node: Any = rig._nodes["sensor"]
+    node: Any = rig._engine.nodes["sensor"]
     return "_points" in vars(node.device)
 
 
