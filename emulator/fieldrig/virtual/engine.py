@@ -37,7 +37,7 @@ OnDelivery = Callable[[Bus[Any], Delivery[Any]], None]
 
 
 class Engine:
-    """The members of a rig, which of them acts when, and who is told."""
+    """The members of a rig, the instants at which they act, and the calls that hear of it."""
 
     def __init__(self, config: RigConfig) -> None:
         """RigError for a bus that has no model."""
