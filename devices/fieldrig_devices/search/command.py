@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fieldrig_devices.search.corpus import Corpus, Finding
-    from fieldrig_devices.search.strategies import Shard
+    from fieldrig_devices.search.strategy import Shard
 
 SECTION = "Run a rig"
 """The group of the command in the help of `fieldrig`."""
@@ -62,18 +62,16 @@ def run(
 
     Each way to break one is made as small as possible, and repeats bit for bit.
     """
-    from fieldrig.config.rig_file import load
-    from fieldrig.virtual.rig import Rig
     from fieldrig_devices.search.corpus import Corpus
+    from fieldrig_devices.search.crew import Bench, LocalCrew
     from fieldrig_devices.search.findings import write
     from fieldrig_devices.search.plan import load_plan
     from fieldrig_devices.search.search import Limits, Search
 
     given, chosen, part = load_plan(plan), _chosen(strategies), _shard(shard)
     store = Corpus(corpus)
-    with Rig(load(given.scenario.rig, ("time=virtual", *given.scenario.overrides))) as rig:
-        rig.run_until(given.scenario.after_ns)
-        one = Search(rig, given, store, workers, seed, part)
+    with Bench(given) as bench, LocalCrew(bench, workers) as crew:
+        one = Search(given, bench, crew, store, seed, part)
         limits = Limits(duration_ns(budget) / S, most)
         one.go(chosen, limits, lambda line: typer.echo(line, err=as_json))
     found = store.findings()
@@ -146,7 +144,7 @@ def _chosen(strategies: str) -> "Sequence[str]":
 
 
 def _shard(text: str) -> "Shard":
-    from fieldrig_devices.search.strategies import Shard
+    from fieldrig_devices.search.strategy import Shard
 
     found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
     number, of = (int(found[1]), int(found[2])) if found else (0, 0)

@@ -4,12 +4,13 @@ import json
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from fieldrig.errors import UsageError
 from fieldrig_devices.scenarios.act import Act, Schedule
-from fieldrig_devices.search.run import Run
+from fieldrig_devices.search.piece import Run
 
 _TABLES: Final = """
 CREATE TABLE IF NOT EXISTS run (acts TEXT PRIMARY KEY, strategy TEXT, length_ns INTEGER, violations TEXT);
@@ -81,6 +82,12 @@ class Corpus:
                 self._store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?)", row)
         for one in other.findings():
             self.note(one)
+
+    def hash(self) -> str:
+        """Return a hash of all runs and findings.  It does not depend on the order in which they came."""
+        rows = [repr(row) for row in self._store.execute("SELECT acts, length_ns, violations FROM run ORDER BY acts")]
+        rows += sorted(repr(one[1:]) for one in self.findings())
+        return sha256("\n".join(rows).encode()).hexdigest()[:16]
 
     def close(self) -> None:
         self._store.close()

@@ -1,7 +1,7 @@
-"""Runs of a search, in branches of a rig: the scenario with some actions besides.
+"""What is called in the branches of a rig: the scenario with some actions besides.
 
-A branch has a stage of its own, which its branches begin from.  The functions are called there (`Branch.call`), so they
-take the rig, and what crosses the pipe is small.
+A branch has a stage of its own, which its branches begin from.  The functions take the rig (`Branch.call`), and what
+crosses the pipe is small.
 """
 
 from collections.abc import Sequence
@@ -9,22 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fieldrig_devices.scenarios.act import Schedule
 from fieldrig_devices.scenarios.play import Played, Stage, Track
-from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.scenarios.scenario_file import Scenario
+from fieldrig_devices.search.piece import Piece, Run
 
 if TYPE_CHECKING:
     from fieldrig.virtual.rig import Rig
-
-
-class Run(NamedTuple):
-    """The outcome of a run."""
-
-    acts: Schedule
-    """The actions besides those of the scenario."""
-    violations: tuple[Violation, ...]
-    length_ns: int
-    states: frozenset[tuple[Any, ...]] = frozenset()
-    """The states of the machine that it has seen, if they were asked for."""
 
 
 class Edges(NamedTuple):
@@ -44,31 +33,25 @@ def begin(rig: "Rig", scenario: Scenario) -> None:
     _stages[:] = [Stage(rig, scenario.schedule, scenario.properties, stops_early=True)]
 
 
-def advance(rig: "Rig", until_ns: int) -> bool:
-    """Play on to an instant; false if a property did not hold before."""
+def advance(rig: "Rig", until_ns: int) -> None:
+    """Play on to an instant."""
     (stage,) = _stages
     stage.run_until(until_ns)
-    return not stage.is_over
 
 
-def go_on(rig: "Rig", acts: Schedule, length_ns: int) -> Run:
-    """Play on to the end, with actions that come from now on."""
+def play_piece(rig: "Rig", piece: Piece, states: Sequence[str]) -> Run:
+    """Play a piece from where this branch is, which has done what comes before that."""
     (stage,) = _stages
-    stage.add(*acts)
-    played = stage.finish(length_ns)
-    return Run(acts, played.violations, played.length_ns)
-
-
-def go_on_for(rig: "Rig", acts: Schedule, until_ns: int, states: Sequence[str]) -> Run:
-    """Play on to an instant, where it can go on, and note the states of the machine on the way."""
-    (stage,) = _stages
-    from_ns = stage.now_ns
-    stage.add(*acts)
+    stage.add(*(act for act in piece.acts if act.at_ns >= stage.now_ns))
+    stage.run_until(piece.from_ns)
+    if piece.is_whole:
+        played = stage.finish(piece.until_ns)
+        return Run(piece.acts, played.violations, played.length_ns)
     for name in states:
         stage.follow(name)
-    stage.run_until(until_ns)
-    seen = _states({name: stage.track(name) for name in states}, from_ns)
-    return Run(acts, stage.violations, stage.now_ns, seen)
+    stage.run_until(piece.until_ns)
+    seen = _states({name: stage.track(name) for name in states}, piece.from_ns)
+    return Run(piece.acts, stage.violations, stage.now_ns, seen)
 
 
 def edges(rig: "Rig", places: Sequence[str], length_ns: int) -> Edges:

@@ -11,18 +11,17 @@ from st_tests import LAMP_RIG
 from typer.testing import CliRunner, Result
 
 from fieldrig.clock import MS, S
-from fieldrig.config.rig_file import load
 from fieldrig.errors import ConfigError, RigError
-from fieldrig.virtual.rig import Rig
 from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.command import app as scenario_app
 from fieldrig_devices.search.command import app
 from fieldrig_devices.search.corpus import Corpus, Finding, acts_of, acts_text
+from fieldrig_devices.search.crew import Bench, LocalCrew
 from fieldrig_devices.search.minimal import minimal
+from fieldrig_devices.search.piece import Piece, Run
 from fieldrig_devices.search.plan import load_plan
-from fieldrig_devices.search.run import Run
 from fieldrig_devices.search.search import Limits, Search
-from fieldrig_devices.search.strategies import WHOLE, Shard
+from fieldrig_devices.search.strategy import WHOLE, Shard
 
 pytestmark = pytest.mark.long
 
@@ -80,13 +79,34 @@ def planted(folder: Path, bug: str, plan: str = PLAN) -> Path:
 
 
 def searched(
-    plan_file: Path, *strategies: str, most: int = 10_000, seed: int = 1, shard: Shard = WHOLE
+    plan_file: Path, *strategies: str, most: int = 10_000, seed: int = 1, shard: Shard = WHOLE, workers: int = 2
 ) -> tuple[Corpus, list[str]]:
     plan, corpus, told = load_plan(plan_file), Corpus(None), list[str]()
-    with Rig(load(plan.scenario.rig)) as rig:
-        rig.run_until(plan.scenario.after_ns)
-        Search(rig, plan, corpus, workers=2, seed=seed, shard=shard).go(strategies, Limits(600.0, most), told.append)
+    with Bench(plan) as bench, LocalCrew(bench, workers) as crew:
+        Search(plan, bench, crew, corpus, seed, shard).go(strategies, Limits(600.0, most), told.append)
     return corpus, told
+
+
+class Forgetful:
+    """A crew that plays the last piece first, and keeps no branch."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench, self._open = bench, list[Piece]()
+        self._ended: dict[Piece, Run] = {}
+
+    def start(self, piece: Piece) -> None:
+        self._open.append(piece)
+
+    def next(self) -> Run:
+        piece = self._open.pop(0)
+        for other in reversed((piece, *self._open)):
+            if other not in self._ended:
+                self._ended[other] = self._bench.play(other)
+                self._bench.drop(self._ended[other])
+        return self._ended.pop(piece)
+
+    def drop(self, run: Run) -> None:
+        self._bench.drop(run)
 
 
 def acts_at(findings: Any) -> list[list[tuple[float, str]]]:
@@ -129,6 +149,19 @@ def test_the_same_seed_makes_the_same_runs(tmp_path: Path) -> None:
     plan = planted(tmp_path, HISTORY)
     runs = [sorted(searched(plan, "swarm", most=8, seed=seed)[0].runs()) for seed in (3, 3, 4)]
     assert runs[0] == runs[1] != runs[2]
+
+
+@pytest.mark.parametrize("strategy", ["archive", "swarm"])
+def test_the_outcome_does_not_depend_on_who_plays_what(tmp_path: Path, strategy: str) -> None:
+    """One worker, several, and one whose branches are all gone, so that it plays everything from the begin."""
+    plan = planted(tmp_path, HISTORY)
+    hashes = {searched(plan, strategy, most=24, workers=workers)[0].hash() for workers in (1, 3)}
+    corpus = Corpus(None)
+    with Bench(load_plan(plan)) as bench:
+        crew = Forgetful(bench)
+        Search(bench.plan, bench, crew, corpus, 1).go([strategy], Limits(600.0, 24), lambda _: None)
+    assert hashes == {corpus.hash()}
+    assert corpus.findings()
 
 
 @pytest.mark.parametrize(("strategy", "whole", "half"), [("sweep", 10_000, 10_000), ("swarm", 8, 4)])

@@ -1,0 +1,38 @@
+"""Pieces of a search: runs, or parts of them, that depend on nothing but what they say.
+
+Whoever plays a piece, on whatever machine and in whatever order, gets the same outcome.  A worker that has a branch of
+the rig at the begin of the piece goes on from there; another one plays what comes before it first.
+"""
+
+from typing import Any, NamedTuple
+
+from fieldrig_devices.scenarios.act import Schedule
+from fieldrig_devices.scenarios.property import Violation
+
+
+class Piece(NamedTuple):
+    acts: Schedule
+    """All actions besides those of the scenario, from its begin on."""
+    from_ns: int
+    """The instant of the scenario at which the piece begins; what was before has been played by another one."""
+    until_ns: int
+    """The instant at which it ends."""
+    is_whole: bool = True
+    """True if it is judged at its end what had to happen until then; false if other pieces may go on from there."""
+
+    @property
+    def before(self) -> Schedule:
+        """The actions that come before the piece."""
+        return tuple(act for act in self.acts if act.at_ns < self.from_ns)
+
+
+class Run(NamedTuple):
+    """The outcome of a piece."""
+
+    acts: Schedule
+    """The actions besides those of the scenario, from its begin on."""
+    violations: tuple[Violation, ...]
+    length_ns: int
+    """The instant at which it was over."""
+    states: frozenset[tuple[Any, ...]] = frozenset()
+    """The states of the machine in a piece that others may go on from."""

@@ -1,0 +1,73 @@
+"""What strategies have in common: each says which pieces are played, and learns from their outcomes.
+
+What it says depends on the plan, the seed and the outcomes that it was given, in the order of their pieces; never on
+how many are played at the same time, or on which of them ends first.
+"""
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple, Protocol
+
+from fieldrig.clock import MS
+from fieldrig_devices.scenarios.act import Act, Schedule
+from fieldrig_devices.search.crew import Bench
+from fieldrig_devices.search.piece import Piece, Run
+from fieldrig_devices.search.plan import Plan
+
+MOST_ACTS: Final = 4
+"""Actions that are thrown at a time."""
+GRID_NS: Final = 1 * MS
+"""Dice choose instants on this grid."""
+
+
+class Shard(NamedTuple):
+    """The part of a search that one of several machines does; together they do all of it."""
+
+    number: int = 0
+    of: int = 1
+
+
+WHOLE: Final = Shard()
+
+
+class Task(NamedTuple):
+    """The part that all strategies have in common."""
+
+    plan: Plan
+    bench: Bench
+    """The rig on this machine, for what has to be known before the first piece."""
+    seed: int
+    shard: Shard
+
+
+class Strategy(Protocol):
+    ahead: int
+    """The number of pieces that are started before the outcome of the first of them is known; it is part of what makes
+    a search what it is, so it does not depend on the number of workers, and should not be below that."""
+
+    def piece(self) -> Piece | None:
+        """Return the next piece; None if there is none left."""
+
+    def take(self, played: Run) -> bool:
+        """Take the outcome of the first piece that is still open; return whether others may go on from its end."""
+
+    def told(self) -> str:
+        """Return what has been done, for a person."""
+
+
+class Dice(Protocol):
+    """The part of `random.Random` that strategies use."""
+
+    def random(self) -> float: ...
+    def randint(self, a: int, b: int) -> int: ...
+    def randrange(self, start: int, stop: int) -> int: ...
+    def choice(self, seq: Sequence[Act]) -> Act: ...
+
+
+def thrown(dice: Dice, plan: Plan, from_ns: int, until_ns: int) -> Schedule:
+    """Return up to MOST_ACTS actions of a random subset, at random instants."""
+    kinds = [action for action in plan.actions if dice.random() < 0.5] or [dice.choice(plan.actions)]
+    instants = sorted(
+        dice.randrange(from_ns // GRID_NS, max(until_ns // GRID_NS, from_ns // GRID_NS + 1)) * GRID_NS
+        for _ in range(dice.randint(1, MOST_ACTS))
+    )
+    return tuple(dice.choice(kinds)._replace(at_ns=at_ns) for at_ns in instants)
