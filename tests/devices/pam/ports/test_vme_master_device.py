@@ -81,6 +81,16 @@ def test_a_written_value_is_read_back_at_once(rig: Rig) -> None:
         assert [rig.get("plc", key) for key in written] == [False, -7, 70_000, 0.5]
 
 
+def test_a_value_has_the_type_of_its_variable_from_the_start(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
+    rig = fieldrig_rig(rig_of(tmp_path, initial={"DFI_MachAlarm": 1, "DRI_MachHeadFactor": 2}))
+    types = {"DF": bool, "DW": int, "DL": int, "DR": float}
+    for instant_ns in (0, S):  # before the start-up, and after the master has sent the initial values
+        rig.run_until(instant_ns)
+        values = {key: value for key, value in rig.values("plc").items() if key[:2] in types}
+        assert {key: type(value) for key, value in values.items()} == {key: types[key[:2]] for key in values}
+    assert (values["DFI_MachAlarm"], values["DRI_MachHeadFactor.0"]) == (True, 2.0)
+
+
 def test_the_last_of_many_values_arrives(fieldrig_rig: RigMaker, tmp_path: Path) -> None:
     config = rig_of(tmp_path)
     config["devices"]["pam"]["turnaround_ms"] = 2.0

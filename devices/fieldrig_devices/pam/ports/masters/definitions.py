@@ -6,6 +6,12 @@ from typing import Final
 from fieldrig_devices.pam.language.ports import ALL_ITEMS, PortVariable
 from fieldrig_devices.pam.runtime.item import Value
 
+_TYPES: Final[Mapping[str, type[bool | int | float]]] = {
+    "FLAG_VAR": bool,
+    "WORD_VAR": int,
+    "LONG_VAR": int,
+    "REAL_VAR": float,
+}
 UNKNOWN: Final = -1
 """The key of a variable that the two sides define differently, or that only one of them has."""
 
@@ -20,7 +26,7 @@ class Definitions:
         self.inputs = {variable.crc: variable for variable in wanted if variable.is_input}
         self.outputs = [variable for variable in wanted if not variable.is_input]
         self.values: dict[str, list[Value]] = {
-            variable.name: [False if variable.kind == "FLAG_VAR" else 0] * variable.number for variable in wanted
+            variable.name: [_TYPES[variable.kind](0)] * variable.number for variable in wanted
         }
         self.mistakes: list[str] = []
         self._by_name = {variable.name: variable for variable in wanted}
@@ -71,8 +77,8 @@ class Definitions:
         return variable if self.key(variable.name) == key else None
 
     def keep(self, variable: PortVariable, index: int, value: Value) -> bool:
-        """Keep a value; return False if there is no such item."""
-        values = self.values[variable.name]
+        """Keep a value as one of the variable's class; return False if there is no such item."""
+        values, value = self.values[variable.name], _TYPES[variable.kind](value)
         if index & ALL_ITEMS == ALL_ITEMS:
             values[:] = [value] * len(values)
         elif index < len(values):
