@@ -6,6 +6,7 @@ RigError              anything that a user can fix; printed without a traceback
 ├── ArgumentError     a call from Python has a wrong argument; a TypeError and a ValueError as well
 ├── UnmetError        a condition did not hold in time
 ├── BusError          a port, a path or a network device that is not available
+├── EndlessError      devices answer each other without end at one instant of virtual time
 ├── RefusedError      a device outside, such as an encoder at a serial port, refuses what a command asks for
 └── ControlError      no rig answers, or it refuses
 """
@@ -68,6 +69,10 @@ class UnmetError(RigError):
 
 class BusError(RigError):
     """A bus or one of its ports cannot be opened."""
+
+
+class EndlessError(RigError):
+    """Devices answer each other without end, and no time passes."""
 
 
 class RefusedError(RigError):

@@ -1,14 +1,17 @@
 """Plays a schedule to a rig in virtual time, and judges it: here, in a branch, or in a worker of a search."""
 
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
+from pathlib import Path
+from traceback import extract_tb
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fieldrig.clock import MS
 from fieldrig.device import Value
-from fieldrig.errors import ControlError, UsageError
+from fieldrig.errors import ControlError, EndlessError, RigError, UsageError
+from fieldrig.points.names import split_point
 from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.judge import Judge
 from fieldrig_devices.scenarios.places import RigPlace, place_of
@@ -21,6 +24,9 @@ MOST_CHANGES: Final = 10_000
 """Changes of a place that are kept for pictures, the last of them."""
 HEALED_NS: Final = 1 * MS
 """The time between two looks for the end of the last fault."""
+
+NOTHING_RAISES: Final = "no device raises an exception"
+"""The property of every rig, beside those of its scenario: an error of ours, or of the author of a device."""
 
 Track = Sequence[tuple[int, Value]]
 """The changes of a place: instants from the begin of the scenario, in nanoseconds, and values."""
@@ -70,6 +76,7 @@ class Stage(ExitStack):
         self._faults: dict[str, None] = {}
         """The buses and devices that have been given faults."""
         self._healed = False
+        self._raised: tuple[Violation, ...] = ()
         self.callback(rig.on_instant(self._on_instant))
         rig.trace_hash()
 
@@ -90,7 +97,7 @@ class Stage(ExitStack):
     @property
     def violations(self) -> tuple[Violation, ...]:
         """The violations so far."""
-        return tuple(self._judge.violations)
+        return (*self._judge.violations, *self._raised)
 
     def track(self, place: str) -> Track:
         """Return the changes of a place that is followed, so far."""
@@ -98,34 +105,46 @@ class Stage(ExitStack):
 
     @property
     def is_over(self) -> bool:
-        """True if it ends at the first violation, and there has been one."""
-        return self._stops_early and bool(self._judge.violations)
+        """True if it ends at the first violation, and there has been one; a rig in which a device raised ends too."""
+        return bool(self._raised) or (self._stops_early and bool(self._judge.violations))
 
     def add(self, *acts: Act) -> None:
         """Let more happen.  RigError for a place that the rig does not have."""
         for name in _written(acts):
-            self.follow(name)
+            if self._is_on(split_point(name)[0]):
+                self.follow(name)
         self._acts = deque(sorted([*self._acts, *acts], key=lambda act: act.at_ns))
         self._healed = False
 
     def run_until(self, until_ns: int) -> None:
         """Let everything happen up to an instant, where what is done at that instant has not happened yet."""
         while not self.is_over:
-            self._do_due()
+            self._guarded(self._do_due)
             next_ns = self._acts[0].at_ns if self._acts else until_ns
             if self.now_ns >= until_ns:
                 return
-            self._run(min(next_ns, until_ns))
+            self._guarded(partial(self._run, min(next_ns, until_ns)))
 
     def finish(self, length_ns: int) -> Played:
         """Play to the end, and judge what had to happen until then."""
         self.run_until(length_ns)
         if not self.is_over:
-            self._do_due()
+            self._guarded(self._do_due)
             self._heal()
             self._judge.end(self.now_ns)
         tracks = {name: tuple(track) for name, track in self._tracks.items()}
-        return Played(tuple(self._judge.violations), self.now_ns, tracks, self._rig.trace_hash())
+        return Played(self.violations, self.now_ns, tracks, self._rig.trace_hash())
+
+    def _guarded(self, step: Callable[[], None]) -> None:
+        """Do a step; what a device raises there is a violation, and the end.  RigError for what a user can fix."""
+        try:
+            step()
+        except EndlessError as endless:
+            self._raised = (Violation(NOTHING_RAISES, self.now_ns, endless.what, ()),)
+        except RigError:
+            raise
+        except Exception as wrong:  # noqa: BLE001  whatever a device raises is what is looked for
+            self._raised = (Violation(NOTHING_RAISES, self.now_ns, _told(wrong), ()),)
 
     def _run(self, until_ns: int) -> None:
         """Run from instant to instant; the end of the last fault, which is none, is looked for every millisecond."""
@@ -155,9 +174,7 @@ class Stage(ExitStack):
             case "set":
                 self._write(act.where, act.value)
             case "press":
-                before = self._places[act.where].read()
-                self._write(act.where, act.value)
-                self.add(Act(act.end_ns, "set", act.where, before))
+                self._press(act)
             case "fault":
                 assert isinstance(act.value, Mapping)
                 rig.add_fault(act.where, act.value)
@@ -166,11 +183,32 @@ class Stage(ExitStack):
                 for number in list(rig.faults(act.where)):
                     rig.clear_fault(act.where, number)
             case "restart":
-                rig.restart(act.where)
+                if self._is_on(act.where):
+                    rig.restart(act.where)
+
+    def _press(self, act: Act) -> None:
+        if self._is_on(split_point(act.where)[0]):
+            self.follow(act.where)
+            before = self._places[act.where].read()
+            self._write(act.where, act.value)
+            self.add(Act(act.end_ns, "set", act.where, before))
 
     def _write(self, where: str, value: object) -> None:
+        """Write a place; a key of a device without power does nothing."""
         assert isinstance(value, bool | int | float | str)
-        self._places[where].write(value)
+        if self._is_on(split_point(where)[0]):
+            self.follow(where)
+            self._places[where].write(value)
+
+    def _is_on(self, part: str) -> bool:
+        """Return whether it is a bus, or a device with power."""
+        if part not in self._rig.config.devices:
+            return True
+        try:
+            self._rig.values(part, ())
+        except ControlError:
+            return False
+        return True
 
     def _heal(self) -> None:
         """Note the instant from which on there is no fault any more."""
@@ -219,6 +257,13 @@ def _judge(properties: Iterable[Property], values: Mapping[str, Value]) -> Judge
                 shown = ", ".join(f"{place} is {values[place]!r}" for place in expression.places)
                 raise UsageError(f"{one.name}: `{expression.text}` cannot be judged: {wrong}", shown) from wrong
     return Judge(tuple(properties), values)
+
+
+def _told(wrong: Exception) -> str:
+    """Return an exception with the line that raised it, and what it has been told of the device."""
+    *_, frame = extract_tb(wrong.__traceback__)
+    notes = "; ".join(getattr(wrong, "__notes__", ()))
+    return f"{type(wrong).__name__}: {wrong} ({Path(frame.filename).name}:{frame.lineno}){notes and f' {notes}'}"
 
 
 def _is_active(fault: Mapping[str, object]) -> bool:

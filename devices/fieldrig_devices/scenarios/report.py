@@ -28,14 +28,20 @@ class Outcome(NamedTuple):
     def is_good(self) -> bool:
         return not self.played.violations
 
+    @property
+    def judged(self) -> list[str]:
+        """The names of its properties, and of those of every rig that do not hold."""
+        named = (one.name for one in self.scenario.properties)
+        return list(dict.fromkeys((*named, *(one.property for one in self.played.violations))))
+
 
 def lines_of(outcome: Outcome) -> Iterator[str]:
     """Yield a line for each property, and the reason of each that did not hold."""
     yield f"{outcome.file}  ({seconds(outcome.played.length_ns)})"
     broken = {one.property: one for one in outcome.played.violations}
-    for one in outcome.scenario.properties:
-        violation = broken.get(one.name)
-        yield f"  {'ok    ' if violation is None else 'FAILED'}  {one.name}"
+    for name in outcome.judged:
+        violation = broken.get(name)
+        yield f"  {'ok    ' if violation is None else 'FAILED'}  {name}"
         if violation is not None:
             yield from (f"          {line}" for line in told(outcome.played, violation))
 
@@ -65,7 +71,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "file": str(outcome.file),
         "length_s": outcome.played.length_ns / S,
         "hash": outcome.played.hash,
-        "properties": [one.name for one in outcome.scenario.properties],
+        "properties": outcome.judged,
         "violations": [
             {**one._asdict(), "at_s": one.at_ns / S, "values": dict(one.values)} for one in outcome.played.violations
         ],
@@ -79,17 +85,15 @@ def junit(outcomes: Sequence[Outcome]) -> bytes:
 
 def _cases(outcome: Outcome) -> list[form.Case]:
     broken = {one.property: one for one in outcome.played.violations}
-    share_s = outcome.wall_s / len(outcome.scenario.properties)
+    share_s = outcome.wall_s / len(outcome.judged)
     return [
         form.Case(
-            one.name,
+            name,
             share_s,
-            [form.Failed(found.what, "\n".join(told(outcome.played, found)))]
-            if (found := broken.get(one.name))
-            else [],
+            [form.Failed(found.what, "\n".join(told(outcome.played, found)))] if (found := broken.get(name)) else [],
             file=str(outcome.file),
         )
-        for one in outcome.scenario.properties
+        for name in outcome.judged
     ]
 
 

@@ -58,8 +58,8 @@ def write(scenario: Scenario, findings: Sequence[Finding], folder: Path) -> list
 
 
 def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:
-    """Return a scenario file, for a folder, with the one property that does not hold."""
-    rule = next(one for one in scenario.properties if one.name == finding.property)
+    """Return a scenario file, for a folder, with the one property that does not hold; all for one of every rig."""
+    rules = [one for one in scenario.properties if one.name == finding.property] or scenario.properties
     acts = sorted((*scenario.schedule, *finding.acts), key=lambda act: act.at_ns)
     lines = [
         f"# {finding.property}: at {seconds(finding.at_ns)} {finding.what}",
@@ -70,7 +70,7 @@ def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:
         "steps:",
         *(f"  - {_step(act)}{'  # found' if act in finding.acts else ''}" for act in acts),
         "properties:",
-        f"  {_quoted(rule.name)}: {_flow(_rule(rule))}",
+        *(f"  {_quoted(rule.name)}: {_flow(_rule(rule))}" for rule in rules),
     ]
     return "\n".join(lines) + "\n"
 

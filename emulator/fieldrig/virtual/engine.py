@@ -15,7 +15,7 @@ from fieldrig.clock import NEVER_NS, VirtualClock
 from fieldrig.config.build import random_of
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
-from fieldrig.errors import RigError
+from fieldrig.errors import EndlessError, RigError
 from fieldrig.faults.chance import reseed
 from fieldrig.faults.disturbed import medium_of
 from fieldrig.faults.note import FaultNote
@@ -200,7 +200,7 @@ class Engine:
         return True
 
     def run_instant(self, now_ns: int) -> None:
-        """Let everything happen that happens at this instant.  RigError if it has no end."""
+        """Let everything happen that happens at this instant.  EndlessError if it has no end."""
         self.is_playing = True
         try:
             self._play_instant(now_ns)
@@ -261,7 +261,7 @@ class Engine:
             if not inbox and self.earliest_ns > now_ns:
                 return
             active = self._active(inbox)
-        raise RigError(
+        raise EndlessError(
             f"at {now_ns} ns {', '.join(sorted(inbox))} react to each other endlessly without time passing",
             "give one of them a turnaround time, or the bus a bit rate",
         )
