@@ -49,9 +49,10 @@ class Judge:
         self.look(at_ns)
 
     @property
-    def pending_ns(self) -> int | None:
-        """The latest instant at which a property that waits for something is judged; None if none waits."""
-        return max((due for watch in self._open if (due := watch.due_ns) is not None), default=None)
+    def recovery_ns(self) -> int | None:
+        """The latest instant at which the machine has to have come back; None if it is not waited for."""
+        dues = (watch.due_ns for watch in self._open if isinstance(watch, _Recovery))
+        return max((due for due in dues if due is not None), default=None)
 
     def end(self, at_ns: int) -> None:
         """Judge what had to happen until now."""

@@ -1,7 +1,7 @@
 """Plays a schedule to a rig in virtual time, and judges it: here, in a branch, or in a worker of a search."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
@@ -46,13 +46,19 @@ class Played(NamedTuple):
 
 
 def play(
-    rig: "Rig", schedule: Schedule, properties: Sequence[Property], length_ns: int, *, stops_early: bool = False
+    rig: "Rig",
+    schedule: Schedule,
+    properties: Sequence[Property],
+    length_ns: int,
+    *,
+    recovery: Schedule = (),
+    stops_early: bool = False,
 ) -> Played:
     """Play a schedule from the present instant on.  RigError for a place or a fault that the rig does not have.
 
     With `stops_early` it ends at the first instant at which a property does not hold.
     """
-    with Stage(rig, schedule, properties, stops_early=stops_early) as stage:
+    with Stage(rig, schedule, properties, recovery=recovery, stops_early=stops_early) as stage:
         return stage.finish(length_ns)
 
 
@@ -60,17 +66,26 @@ class Stage(ExitStack):
     """A rig with what is still to happen, and its judge.  A branch of the rig has a copy of it, which goes on alone."""
 
     def __init__(
-        self, rig: "Rig", schedule: Schedule, properties: Sequence[Property], *, stops_early: bool = False
+        self,
+        rig: "Rig",
+        schedule: Schedule,
+        properties: Sequence[Property],
+        *,
+        recovery: Schedule = (),
+        stops_early: bool = False,
     ) -> None:
-        """Begin at the present instant of the rig.  RigError for a place that it does not have."""
+        """Begin at the present instant of the rig.  RigError for a place that it does not have.
+
+        `recovery` is what the operator does in the end, when no fault is left; its instants count from there.
+        """
         super().__init__()
         self._rig, self._begin_ns = rig, rig.now_ns
         self._acts = deque(sorted(schedule, key=lambda act: act.at_ns))
-        self._stops_early = stops_early
+        self._stops_early, self._recovery = stops_early, recovery
         self._judged = dict.fromkeys(place for one in properties for place in one.places)
         self._places: dict[str, RigPlace] = {}
         self._tracks: dict[str, deque[tuple[int, Value]]] = {}
-        for name in (*self._judged, *_written(schedule)):
+        for name in (*self._judged, *_written((*schedule, *recovery))):
             self.follow(name)
         self._judge = _judge(properties, {name: track[-1][1] for name, track in self._tracks.items()})
         self._faults: dict[str, None] = {}
@@ -126,14 +141,33 @@ class Stage(ExitStack):
             self._guarded(partial(self._run, min(next_ns, until_ns)))
 
     def finish(self, length_ns: int) -> Played:
-        """Play to the end, and judge what had to happen until then."""
+        """Play to the end and until the machine has had its time to come back, and judge what had to happen."""
         self.run_until(length_ns)
         if not self.is_over:
             self._guarded(self._do_due)
-            self._heal()
+            self._come_back()
+        if not self.is_over:
             self._judge.end(self.now_ns)
         tracks = {name: tuple(track) for name, track in self._tracks.items()}
         return Played(self.violations, self.now_ns, tracks, self._rig.trace_hash())
+
+    def _come_back(self) -> None:
+        """Go on to the end of all faults that have one, let the operator do the rest, and wait for what has to come."""
+        while self._faults_end() and not self.is_over:
+            self.run_until(self.now_ns + HEALED_NS)
+        recovery, self._recovery = self._recovery, ()
+        if self._acts or any(self._active()):
+            return
+        self.add(*(act._replace(at_ns=self.now_ns + act.at_ns) for act in recovery))
+        while not self.is_over and (self._acts or (self._judge.recovery_ns or 0) > self.now_ns):
+            self.run_until(self._acts[-1].at_ns if self._acts else self.now_ns + HEALED_NS)
+            self._guarded(self._do_due)
+            self._heal()
+
+    def _faults_end(self) -> bool:
+        """Return whether there are faults, all of which end by themselves."""
+        active = list(self._active())
+        return bool(active) and all("duration_ms" in one and one.get("state") == "on" for one in active)
 
     def _guarded(self, step: Callable[[], None]) -> None:
         """Do a step; what a device raises there is a violation, and the end.  RigError for what a user can fix."""
@@ -212,11 +246,13 @@ class Stage(ExitStack):
 
     def _heal(self) -> None:
         """Note the instant from which on there is no fault any more."""
-        active = (one for where in self._faults for one in self._rig.faults(where).values() if _is_active(one))
-        if self._healed or self._acts or any(active):
+        if self._healed or self._acts or self._recovery or any(self._active()):
             return
         self._healed = True
         self._judge.healed(self.now_ns)
+
+    def _active(self) -> Iterator[Mapping[str, object]]:
+        return (one for where in self._faults for one in self._rig.faults(where).values() if _is_active(one))
 
     # ---- what is seen
 
@@ -260,7 +296,7 @@ def _judge(properties: Iterable[Property], values: Mapping[str, Value]) -> Judge
 
 
 def _told(wrong: Exception) -> str:
-    """Return an exception with the line that raised it, and what it has been told of the device."""
+    """Return an exception with the line that raised it, and the device and instant of it."""
     *_, frame = extract_tb(wrong.__traceback__)
     notes = "; ".join(getattr(wrong, "__notes__", ()))
     return f"{type(wrong).__name__}: {wrong} ({Path(frame.filename).name}:{frame.lineno}){notes and f' {notes}'}"

@@ -26,5 +26,5 @@ def played(file: Path, overrides: Sequence[str] = ()) -> Outcome:
     watch, scenario = Stopwatch(), load_scenario(file)
     with Rig(load(scenario.rig, ("time=virtual", *scenario.overrides, *overrides))) as rig:
         rig.run_until(scenario.after_ns)
-        shown = play(rig, scenario.schedule, scenario.properties, scenario.length_ns)
+        shown = play(rig, scenario.schedule, scenario.properties, scenario.length_ns, recovery=scenario.recovery)
     return Outcome(file, scenario, shown, watch.seconds)

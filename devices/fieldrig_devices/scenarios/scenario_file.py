@@ -10,6 +10,7 @@ properties:
 """
 
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Final, NamedTuple, Self
 
@@ -157,13 +158,19 @@ class ScenarioSettings(Settings):
         default=None, alias="for", description="the length; without it, a time after the last step that is long enough"
     )
     steps: list[StepSettings] = Field(default=[], description="what happens, in the order of time")
+    recover: list[StepSettings] = Field(
+        default=[],
+        description="what the operator does in the end, when no fault is left, so that the machine comes back; in the "
+        "order of time, which counts from then",
+    )
     properties: dict[str, PropertySettings] = Field(description="what has to hold, by name", min_length=1)
 
     @model_validator(mode="after")
     def _is_in_order(self) -> Self:
         wrong = [
-            WrongKey(("steps", number, "at"), "it is before the step above", "expected steps in the order of time")
-            for number, (before, step) in enumerate(zip(self.steps, self.steps[1:], strict=False), 1)
+            WrongKey((key, number, "at"), "it is before the step above", "expected steps in the order of time")
+            for key, steps in (("steps", self.steps), ("recover", self.recover))
+            for number, (before, step) in enumerate(pairwise(steps), 1)
             if step.at < before.at
         ]
         if self.length is not None and self.steps and self.steps[-1].at > self.length:
@@ -181,6 +188,8 @@ class Scenario(NamedTuple):
     after_ns: int
     length_ns: int
     schedule: Schedule
+    recovery: Schedule
+    """What the operator does in the end; its instants count from the end of all faults."""
     properties: tuple[Property, ...]
 
 
@@ -191,10 +200,12 @@ def load_scenario(path: Path) -> Scenario:
 
 def scenario_of(given: ScenarioSettings) -> Scenario:
     """Return the scenario of settings that were checked."""
-    schedule = tuple(act for step in given.steps for act in step.acts(step.at))
+    schedule, recovery = (
+        tuple(act for step in steps for act in step.acts(step.at)) for steps in (given.steps, given.recover)
+    )
     properties = tuple(one.property(name) for name, one in given.properties.items())
     length_ns = _length_ns(schedule, properties) if given.length is None else given.length
-    return Scenario(given.rig, tuple(given.overrides), given.after, length_ns, schedule, properties)
+    return Scenario(given.rig, tuple(given.overrides), given.after, length_ns, schedule, recovery, properties)
 
 
 def _length_ns(schedule: Schedule, properties: tuple[Property, ...]) -> int:

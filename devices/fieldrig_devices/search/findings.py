@@ -69,6 +69,8 @@ def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:
         f"for: {_time(finding.length_ns)}",
         "steps:",
         *(f"  - {_step(act)}{'  # found' if act in finding.acts else ''}" for act in acts),
+        *(["recover:"] if scenario.recovery else []),
+        *(f"  - {_step(act)}" for act in scenario.recovery),
         "properties:",
         *(f"  {_quoted(rule.name)}: {_flow(_rule(rule))}" for rule in rules),
     ]

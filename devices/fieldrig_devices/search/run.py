@@ -30,7 +30,7 @@ _stages: list[Stage] = []
 
 def begin(rig: "Rig", scenario: Scenario) -> None:
     """Begin the scenario, which ends at the first violation.  RigError for a place that the rig does not have."""
-    _stages[:] = [Stage(rig, scenario.schedule, scenario.properties, stops_early=True)]
+    _stages[:] = [_stage(rig, scenario)]
 
 
 def advance(rig: "Rig", until_ns: int) -> None:
@@ -62,15 +62,19 @@ def edges(rig: "Rig", places: Sequence[str], length_ns: int) -> Edges:
     for name in places:
         stage.follow(name)
     tracks = stage.finish(length_ns).tracks
-    changes = {at_ns for track in tracks.values() for at_ns, _ in track if at_ns > 0}
-    return Edges(tuple(sorted(changes)), tuple(sorted(instants - changes)))
+    changes = {at_ns for track in tracks.values() for at_ns, _ in track if 0 < at_ns <= length_ns}
+    return Edges(tuple(sorted(changes)), tuple(sorted({at_ns for at_ns in instants if at_ns <= length_ns} - changes)))
 
 
 def play_all(rig: "Rig", scenario: Scenario, acts: Schedule, length_ns: int) -> Played:
     """Play the scenario with actions from its begin, with all that a report needs."""
-    with Stage(rig, scenario.schedule, scenario.properties, stops_early=True) as stage:
+    with _stage(rig, scenario) as stage:
         stage.add(*acts)
         return stage.finish(length_ns)
+
+
+def _stage(rig: "Rig", scenario: Scenario) -> Stage:
+    return Stage(rig, scenario.schedule, scenario.properties, recovery=scenario.recovery, stops_early=True)
 
 
 def _states(tracks: dict[str, Track], from_ns: int) -> frozenset[tuple[Any, ...]]:

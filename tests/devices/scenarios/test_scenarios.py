@@ -163,3 +163,28 @@ def test_the_command_tells_reasons_and_writes_reports(tmp_path: Path) -> None:
 def test_the_shipped_scenarios_hold(file: Path) -> None:
     done = run(file)
     assert done.exit_code == 0, done.output
+
+
+def test_the_operator_acts_when_all_faults_are_over(tmp_path: Path) -> None:
+    """The pump was switched off by the power cycle of its drive, and only an operator starts it again."""
+    text = """steps:
+- {at: 100ms, set: {drive/speed_set: 50, drive/run: true}}
+- {at: 900ms, fault: drive power_off duration_ms=500}
+for: 1s
+recover:
+- {at: 200ms, set: {drive/speed_set: 50}}
+- {at: 300ms, set: {drive/run: true}}
+properties:
+  pumps: {eventually: tank/inflow > 0.0, within: 50ms}
+  pumps faster: {eventually: tank/inflow > 0.0006, within: 2s}
+"""
+    found = played(tmp_path, text, recovery=load_scenario(scenario(tmp_path, text)).recovery)
+    assert [(one.property, one.at_ns) for one in found.violations] == [("pumps faster", 3700 * MS)]
+
+
+def test_a_fault_at_the_end_leaves_the_machine_its_time_to_come_back(tmp_path: Path) -> None:
+    text = """steps: [{at: 900ms, fault: io power_off duration_ms=300}]
+for: 1s
+properties: {back: {eventually: io/nmt.state == 'pre_operational', within: 500ms}}
+"""
+    assert played(tmp_path, text).violations == ()
