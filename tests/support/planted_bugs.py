@@ -1,8 +1,8 @@
 """The planted bugs: copies of shipped programs, or of a Python master, with a mistake that an engineer might have made.
 
-Each is a file in `planted`: what is wrong (`about`), the lines of the shipped program that are replaced (`patch`), the plan
-of a search, a scenario by hand that shows the bug (`trigger`, actions beside those of the plan), and the property that it
-breaks.  The shipped program itself has to be clean under the same plan, whatever a search does.
+Each is a file in `planted`: what is wrong (`about`), the lines of the shipped program that are replaced (`patch`), the
+plan of a search, a scenario by hand that shows the bug (`trigger`, actions beside those of the plan), and the property
+that it breaks.  The shipped program itself has to be clean under the same plan, whatever a search does.
 
 They were written before anybody tuned the search for them, the first seven by somebody who had not seen it: the history
 of the files shows which.
