@@ -1,10 +1,12 @@
 """A Modbus message as bytes, for other processes and traces, and as a line of text.
 
-Bytes, little endian: kind (1), unit (1), exchange (4), state of the serial line if there is one (8), PDU.  The PDU is
-bytes throughout: the PDU classes of pymodbus would cost 40 us per request and answer wrong quantities with function
-code 0x80, so pymodbus is the foreign client of the tests and not the codec.  A connection has unit and exchange 0, and
-its address as text.  A damaged answer has, after the exchange, whether the connection is cut (1), the size of the PDU
-(1) and the PDU, then for each of its pieces the delay in ns (8), the size (2) and the bytes.
+Bytes, little endian: kind (1), unit (1), exchange (4), state of the serial line if there is one (8), PDU.  An answer
+that the bus has carried has unit (1) and exchange (4) of its request before the PDU.  The PDU is bytes throughout: the
+PDU classes of pymodbus would cost 40 us per request and answer wrong quantities with function code 0x80, so pymodbus is
+the foreign client of the tests and not the codec.  A connection has unit and exchange 0, and its address as text.  A
+damaged answer has, after the exchange, bits (1; bit 0: the connection is cut, bit 1: unit and exchange of its request
+follow), the size of the PDU (1), what bit 1 says, and the PDU, then for each of its pieces the delay in ns (8), the
+size (2) and the bytes.
 """
 
 import ipaddress
@@ -15,6 +17,7 @@ from fieldrig.faults import note
 from fieldrig.faults.note import FaultNote
 from fieldrig_bus.modbus.message import (
     LONGEST_PDU,
+    Asked,
     ClientConnected,
     DamagedAnswer,
     LineState,
@@ -23,11 +26,14 @@ from fieldrig_bus.modbus.message import (
     OnModbus,
 )
 
-RESPONSE, REQUEST, REQUEST_ON_RTU, REQUEST_ON_ASCII, CONNECTED, DAMAGED = range(6)
+RESPONSE, REQUEST, REQUEST_ON_RTU, REQUEST_ON_ASCII, CONNECTED, DAMAGED, ANSWER = range(7)
 
 _HEAD: Final = struct.Struct("<BBI")
 _LINE: Final = struct.Struct("<BBIII")
+_ASKED: Final = struct.Struct("<BI")
+_ANSWER: Final = struct.Struct("<BBIBI")
 _DAMAGED: Final = struct.Struct("<BB")
+_IS_CUT, _HAS_ASKED = 1, 2
 _PIECE: Final = struct.Struct("<QH")
 _COUNT_MASK: Final = 0xFFFF_FFFF
 
@@ -63,6 +69,8 @@ _LONGEST_SHOWN: Final = 24
 
 def encode(message: OnModbus) -> bytes:
     if isinstance(message, ModbusResponse):
+        if message.asked is not None:
+            return _ANSWER.pack(ANSWER, message.unit, message.exchange, *message.asked) + message.pdu
         return _HEAD.pack(RESPONSE, message.unit, message.exchange) + message.pdu
     if isinstance(message, ClientConnected):
         return _HEAD.pack(CONNECTED, 0, 0) + message.peer.encode()
@@ -84,6 +92,9 @@ def decode(data: bytes) -> OnModbus:
         tag, unit, exchange = _HEAD.unpack_from(data)
         if tag == RESPONSE:
             return ModbusResponse(unit, _pdu(data, _HEAD.size), exchange)
+        if tag == ANSWER:
+            asked = Asked._make(_ASKED.unpack_from(data, _HEAD.size))
+            return ModbusResponse(unit, _pdu(data, _ANSWER.size), exchange, asked)
         if tag == REQUEST:
             return ModbusRequest(unit, _pdu(data, _HEAD.size), exchange)
         if tag == CONNECTED and unit == exchange == 0:
@@ -120,22 +131,27 @@ def show(message: OnModbus) -> str:
 
 
 def _encode_damaged(message: DamagedAnswer) -> bytes:
-    head = _HEAD.pack(DAMAGED, message.unit, message.exchange) + _DAMAGED.pack(message.is_cut, len(message.pdu))
+    asked = b"" if message.asked is None else _ASKED.pack(*message.asked)
+    bits = _IS_CUT * message.is_cut | _HAS_ASKED * bool(asked)
+    head = _HEAD.pack(DAMAGED, message.unit, message.exchange) + _DAMAGED.pack(bits, len(message.pdu)) + asked
     return head + message.pdu + b"".join(_PIECE.pack(after_ns, len(data)) + data for after_ns, data in message.pieces)
 
 
 def _decode_damaged(unit: int, exchange: int, body: bytes) -> DamagedAnswer:
-    is_cut, size = _DAMAGED.unpack_from(body)
-    at, pieces = _DAMAGED.size + size, list[tuple[int, bytes]]()
-    pdu = body[_DAMAGED.size : at]
+    (bits, size), begin, asked = _DAMAGED.unpack_from(body), _DAMAGED.size, None
+    if bits & _HAS_ASKED:
+        asked = Asked._make(_ASKED.unpack_from(body, begin))
+        begin += _ASKED.size
+    at, pieces = begin + size, list[tuple[int, bytes]]()
+    pdu = body[begin:at]
     while at < len(body):
         after_ns, length = _PIECE.unpack_from(body, at)
         at += _PIECE.size
         pieces.append((after_ns, body[at : at + length]))
         at += length
-    if at != len(body) or is_cut > 1 or size > LONGEST_PDU:
+    if at != len(body) or bits > _IS_CUT | _HAS_ASKED or size > LONGEST_PDU:
         raise ValueError(f"not a damaged answer: {body[:_LONGEST_SHOWN].hex(' ')}")
-    return DamagedAnswer(unit, pdu, exchange, tuple(pieces), bool(is_cut))
+    return DamagedAnswer(unit, pdu, exchange, tuple(pieces), bool(bits & _IS_CUT), asked=asked)
 
 
 def _address(data: bytes) -> str:

@@ -157,7 +157,7 @@ class ModbusEffects(Effects[OnModbus]):
     def _replaced(self, settings: faults.Replace, delivery: Delivery[Any], message: ModbusResponse) -> Struck[OnModbus]:
         head, rest = message.pdu[:1], message.pdu[1:]
         data = replaced(rest, settings.data) if settings.data is not None else flipped(rest, settings.xor or "")
-        changed = ModbusResponse(message.unit, head + data, message.exchange)
+        changed = ModbusResponse(message.unit, head + data, message.exchange, message.asked)
         return Struck([delivery._replace(message=changed)], f"data replaced, was {rest.hex(' ')}")
 
     def _damaged(self, settings: Any, delivery: Delivery[Any], message: ModbusResponse) -> Struck[OnModbus]:
@@ -231,11 +231,11 @@ class ModbusEffects(Effects[OnModbus]):
     ) -> list[Delivery[OnModbus]]:
         """The bytes for a client outside, and for one in the rig the message if it passes, `late_ns` later."""
         message = delivery.message
-        unit, pdu, exchange = (0, b"", 0)
+        unit, pdu, exchange, asked = 0, b"", 0, None
         if not isinstance(message, ClientConnected):
-            unit, pdu, exchange = message.unit, message.pdu, message.exchange
+            unit, pdu, exchange, asked = message.unit, message.pdu, message.exchange, message.asked
         outside = tuple(name for name in delivery.receivers if OUTSIDE in name or name in LINE_PORTS)
-        damaged = DamagedAnswer(unit, pdu, exchange, pieces, is_cut)
+        damaged = DamagedAnswer(unit, pdu, exchange, pieces, is_cut, asked=asked)
         deliveries: list[Delivery[OnModbus]] = [Delivery(delivery.time_ns, delivery.sender, damaged, outside)]
         inside = tuple(name for name in delivery.receivers if name not in outside)
         if passes and inside:

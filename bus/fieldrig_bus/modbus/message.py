@@ -5,7 +5,7 @@ never changed.  They are not `frozen` because creating a frozen one takes 0.5 us
 """
 
 import ipaddress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from fieldrig.bus import words_of
@@ -41,13 +41,29 @@ class ModbusRequest:
     line: LineState | None = None
 
 
+class Asked(NamedTuple):
+    """A request as its servers see it, and as a trace has it: the bus gives it a number, and 255 may mean unit 1."""
+
+    unit: int
+    exchange: int
+
+
 @dataclass(slots=True, unsafe_hash=True)
 class ModbusResponse:
-    """A response of a server, with the `exchange` of the request that it answers."""
+    """A response of a server, with the `exchange` of the request that it answers.
+
+    The bus sets `asked` when it carries the response, because unit and exchange are those of the client from there on.
+    """
 
     unit: int
     pdu: bytes
     exchange: int = 0
+    asked: Asked | None = field(default=None, compare=False)
+
+    @property
+    def request(self) -> Asked:
+        """The unit and exchange of its request in a trace."""
+        return self.asked or Asked(self.unit, self.exchange)
 
 
 @dataclass(slots=True, unsafe_hash=True)
@@ -72,8 +88,14 @@ class DamagedAnswer:
     unit: int
     pdu: bytes
     exchange: int
+    asked: Asked | None = field(default=None, compare=False, kw_only=True)
     pieces: tuple[tuple[int, bytes], ...] = ()
     is_cut: bool = False
+
+    @property
+    def request(self) -> Asked:
+        """The unit and exchange of its request in a trace."""
+        return self.asked or Asked(self.unit, self.exchange)
 
 
 CONNECTIONS = "connections"

@@ -10,7 +10,7 @@ from operator import attrgetter
 from typing import Any
 
 from fieldrig.bus import BusModel, Delivery
-from fieldrig_bus.modbus.message import ClientConnected, ModbusRequest, ModbusResponse, OnModbus
+from fieldrig_bus.modbus.message import Asked, ClientConnected, ModbusRequest, ModbusResponse, OnModbus
 from fieldrig_bus.modbus.routing import Routing
 
 GATEWAY = "gateway"
@@ -50,12 +50,14 @@ class ModbusModel(BusModel[OnModbus]):
             self._add(Delivery(now_ns, member, request, servers))
             if not servers and self._answers_for_unknown:
                 pdu = bytes((message.pdu[0] | 0x80, GATEWAY_TARGET_FAILED))
-                self._add(Delivery(now_ns, GATEWAY, ModbusResponse(message.unit, pdu, message.exchange), (member,)))
+                asked = Asked(request.unit, request.exchange)
+                answer = ModbusResponse(message.unit, pdu, message.exchange, asked)
+                self._add(Delivery(now_ns, GATEWAY, answer, (member,)))
         elif isinstance(message, ClientConnected):
             self._add(Delivery(now_ns, member, message, self._routing.listeners))
-        elif isinstance(message, ModbusResponse) and (answer := self._routing.answer(message)) is not None:
+        elif isinstance(message, ModbusResponse) and (routed := self._routing.answer(message)) is not None:
             self._responses += 1
-            self._add(Delivery(now_ns, member, *answer))
+            self._add(Delivery(now_ns, member, *routed))
         else:
             self._unasked += 1
 

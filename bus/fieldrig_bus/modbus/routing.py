@@ -10,7 +10,7 @@ clients cannot reach it: the bus does not connect outside programs with each oth
 from collections.abc import Sequence
 from typing import Any
 
-from fieldrig_bus.modbus.message import BROADCAST, CONNECTIONS, LineState, ModbusRequest, ModbusResponse
+from fieldrig_bus.modbus.message import BROADCAST, CONNECTIONS, Asked, LineState, ModbusRequest, ModbusResponse
 
 NOT_SIGNIFICANT = frozenset({0, 255})
 """Unit ids for a server that its IP address alone identifies (Modbus messaging on TCP/IP guide V1.0b, chapter 4)."""
@@ -30,7 +30,9 @@ class Routing:
         self._is_line, self._direct_unit = is_line, direct_unit
         self._interests: dict[str, frozenset[int] | None] = {}  # None: every unit
         self._routes: dict[int, tuple[int, tuple[str, ...]]] = {}  # by requested unit; filled on demand
-        self._open: dict[int, tuple[str, int, int]] = {}  # client, and the exchange and unit of its response
+        self._open: dict[
+            int, tuple[str, int, int, Asked]
+        ] = {}  # client, exchange and unit of its response, its request
         self._numbered = 0
         self._has_servers_outside = False
         self.listeners: tuple[str, ...] = ()
@@ -43,7 +45,7 @@ class Routing:
         self._interests.pop(member, None)
         self._routes.clear()
         self.listeners = tuple(name for name in self.listeners if name != member)
-        for exchange in [exchange for exchange, (client, _, _) in self._open.items() if client == member]:
+        for exchange in [exchange for exchange, (client, *_) in self._open.items() if client == member]:
             del self._open[exchange]
 
     def listen(self, member: str, interest: Sequence[Any] | None) -> None:
@@ -66,7 +68,7 @@ class Routing:
             servers = _nearest(client, servers)
         self._numbered = exchange = self._numbered + 1 & 0xFFFF_FFFF
         if servers and not (self._is_line and unit == BROADCAST):
-            self._open[exchange] = (client, request.exchange, unit)
+            self._open[exchange] = (client, request.exchange, unit, Asked(target, exchange))
             if len(self._open) > MOST_OPEN:
                 del self._open[next(iter(self._open))]
         return ModbusRequest(target, request.pdu, exchange, line), servers
@@ -76,8 +78,8 @@ class Routing:
         asked = self._open.pop(response.exchange, None)
         if asked is None:
             return None
-        client, exchange, unit = asked
-        return ModbusResponse(unit, response.pdu, exchange), (client,)
+        client, exchange, unit, request = asked
+        return ModbusResponse(unit, response.pdu, exchange, request), (client,)
 
     def _find(self, unit: int) -> tuple[int, tuple[str, ...]]:
         if self._is_line and unit == BROADCAST:

@@ -1,14 +1,15 @@
 """Modbus messages as TCP/IP packets (Modbus messaging on TCP/IP V1.0b), constructed for Wireshark.
 
 The addresses are invented: 10.BUS.0.UNIT is the server of a unit, 10.BUS.CLIENT.1 a client.  Each client has one
-connection to each unit, without a handshake; a SYN to 10.BUS.0.0 represents a client that connects.  A response is
-addressed to the client whose request it answers, by unit and function code, because a trace contains no more.
+connection to each unit, without a handshake; a SYN to 10.BUS.0.0 represents a client that connects.  A response goes to
+the client whose request it answers: the one that it names, or of the same unit and number, or in a trace of an older
+version the latest one of a client with the same function code.
 """
 
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from fieldrig.faults.note import FaultNote
 from fieldrig_bus.modbus.message import ClientConnected, DamagedAnswer, ModbusRequest, ModbusResponse, OnModbus
@@ -32,13 +33,17 @@ class _Connection:
     server_sequence: int = 1
 
 
+MOST_OPEN: Final = 4_096
+"""Requests of a bus that wait for a response at the same time."""
+
+
 class _Open(NamedTuple):
     """A request that has not been answered yet."""
 
     client: str
     unit: int
     function: int
-    transaction: int
+    exchange: int
 
 
 class PacketMaker:
@@ -48,7 +53,8 @@ class PacketMaker:
         self._net = 10, bus_number & 0xFF
         self._clients: dict[str, int] = {}
         self._connections: dict[tuple[str, int], _Connection] = {}
-        self._open: dict[tuple[str, int], _Open] = {}
+        self._open: dict[tuple[int, int], list[_Open]] = {}
+        """The open requests by unit and number, the oldest first."""
         self._packets = 0
 
     def make(self, sender: str, message: OnModbus) -> bytes:
@@ -60,11 +66,12 @@ class PacketMaker:
             connection = self._connection(sender, 0)
             return self._packet(connection.client, connection.server, connection.port, PORT, 0, 0, b"", _SYN)
         if isinstance(message, ModbusRequest):
-            unit, transaction, client = message.unit, message.exchange & 0xFFFF, sender
-            self._open[client, unit] = _Open(client, unit, message.pdu[0], transaction)
+            unit, exchange, client = message.unit, message.exchange, sender
+            self._ask(_Open(client, unit, message.pdu[0], exchange))
         else:
-            client, unit, transaction = self._asked(message)
-        adu = _MBAP.pack(transaction, 0, 1 + len(message.pdu), message.unit) + message.pdu
+            client, unit, _, exchange = self._asked_by(message)
+        shown = message.unit if isinstance(message, ModbusRequest) or message.asked is None else unit
+        adu = _MBAP.pack(exchange & 0xFFFF, 0, 1 + len(message.pdu), shown) + message.pdu
         if isinstance(message, DamagedAnswer):
             adu = b"".join(data for _, data in message.pieces)
         connection = self._connection(client, unit)
@@ -78,16 +85,32 @@ class PacketMaker:
         connection.server_sequence = sequence + len(adu) & 0xFFFF_FFFF
         return self._packet(connection.server, connection.client, PORT, connection.port, sequence, acknowledged, adu)
 
-    def _asked(self, response: ModbusResponse | DamagedAnswer) -> tuple[str, int, int]:
-        """Client, unit and transaction of the oldest request that this response may answer."""
+    def _ask(self, open_: _Open) -> None:
+        self._open.setdefault((open_.unit, open_.exchange), []).append(open_)
+        if len(self._open) > MOST_OPEN:
+            del self._open[next(iter(self._open))]
+
+    def _asked_by(self, response: ModbusResponse | DamagedAnswer) -> _Open:
+        """Return the request that a response answers, which is open no longer."""
+        key = response.request if response.request in self._open or response.asked else self._like(response)
+        waiting = self._open.get(key)
+        if waiting is None:
+            return _Open("", response.request.unit, 0, response.exchange)
+        oldest = waiting.pop(0)
+        if not waiting:
+            del self._open[key]
+        return oldest
+
+    def _like(self, response: ModbusResponse | DamagedAnswer) -> tuple[int, int]:
+        """Return the latest request of a client with the same function, and for the same unit if there is one.
+
+        A server identified by its address may answer as unit 0 or 255 (guide, chapter 4).
+        """
         function = response.pdu[0] & 0x7F if response.pdu else 0
-        fitting = [asked for asked in self._open.values() if asked.function == function]
-        # a server identified by its address may answer as unit 0 or 255 (guide, chapter 4): then any unit fits
-        asked = next((asked for asked in fitting if asked.unit == response.unit), next(iter(fitting), None))
-        if asked is None:
-            return "", response.unit, response.exchange & 0xFFFF
-        del self._open[asked.client, asked.unit]
-        return asked.client, asked.unit, asked.transaction
+        waiting = ((key, one) for key, same in self._open.items() for one in same if one.function == function)
+        latest = list({(one.client, one.unit): key for key, one in waiting}.values())
+        of_unit = (key for key in latest if key[0] == response.unit)
+        return next(of_unit, next(iter(latest), response.request))
 
     def _connection(self, client: str, unit: int) -> _Connection:
         connection = self._connections.get((client, unit))

@@ -3,8 +3,8 @@
 Source: Modbus messaging on TCP/IP implementation guide V1.0b, 4.2.1.7 (a response has the transaction of its request),
 and Modbus over serial line V1.02, 2.4 (one exchange at a time; unit 0 is a broadcast).  A log names the client of a
 request, but not that of a response.  So where several clients use the same unit and transaction, the response belongs
-to the oldest of their requests that it can answer.  In a trace of a rig, request and response may be numbered
-differently, as the bus gives requests new numbers for their servers; then the unit alone decides.
+to the oldest of their requests that it can answer.  In a trace of a rig, the bus gives requests new numbers for their
+servers, and its responses name the request; in one of an older version they don't, and the unit alone decides.
 """
 
 from collections import OrderedDict
@@ -150,8 +150,8 @@ class ModbusDialogues:
 
     def _waiting(self, entry: TraceEntry, response: ModbusResponse | DamagedAnswer) -> Sequence[_Open]:
         """Return the requests that a response may answer, the oldest first."""
-        same = self._by_key.get((entry.bus, response.unit, response.exchange))
-        if same is not None or is_address(entry.sender):
+        same = self._by_key.get((entry.bus, *response.request))
+        if same is not None or response.asked is not None or is_address(entry.sender):
             return same or ()
         return list(islice(self._by_unit.get((entry.bus, response.unit), {}).values(), MOST_TRIED))
 

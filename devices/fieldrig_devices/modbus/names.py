@@ -48,12 +48,12 @@ class ModbusNames:
     def __call__(self, message: Any, sender: str = "") -> Named:
         if not isinstance(message, ModbusRequest | ModbusResponse):
             return Named("", "", show(message))
-        unit = self.unit(message.unit)
+        unit = self._unit_of(message)
         function = FUNCTIONS.get(message.pdu[0] & ~EXCEPTION, f"function {message.pdu[0] & ~EXCEPTION}")
         if isinstance(message, ModbusRequest):
             self._remember(message)
             return Named(function, unit.name, request_words(unit.registers, message.pdu))
-        request = self._open.pop((message.unit, message.exchange), None)
+        request = self._open.pop(message.request, None)
         if message.pdu[0] & EXCEPTION:
             code = message.pdu[1] if len(message.pdu) > 1 else 0
             return Named(f"{function}: exception", unit.name, f"{code:02X}h {EXCEPTIONS.get(code, '')}".rstrip())
@@ -72,11 +72,14 @@ class ModbusNames:
         """Return the registers and bits of a message; those of a response are found by its request."""
         if not isinstance(message, ModbusRequest | ModbusResponse):
             return None
-        unit = self.unit(message.unit)
+        unit = self._unit_of(message)
         function = FUNCTIONS.get(message.pdu[0] & ~EXCEPTION, f"function {message.pdu[0] & ~EXCEPTION}")
         if isinstance(message, ModbusRequest):
             return Parts(unit.name, function, request_parts(unit.registers, message.pdu))
         return Parts(unit.name, f"{function}: response", response_parts(unit.registers, message.pdu, request))
+
+    def _unit_of(self, message: ModbusRequest | ModbusResponse) -> KnownUnit:
+        return self.unit(message.unit if isinstance(message, ModbusRequest) else message.request.unit)
 
     def _remember(self, request: ModbusRequest) -> None:
         self._open[request.unit, request.exchange] = request.pdu

@@ -92,8 +92,8 @@ class Streams:
                 del self._open[next(iter(self._open))]
             return f"unit {message.unit} request", Item(entry.time_ns, message.pdu, number, entry)
         if isinstance(message, ModbusResponse):
-            request = self._open.pop((entry.bus, message.unit, message.exchange), b"")
-            return f"unit {message.unit} response", Item(entry.time_ns, message.pdu, number, entry, request)
+            request = self._open.pop((entry.bus, *message.request), b"")
+            return f"unit {message.request.unit} response", Item(entry.time_ns, message.pdu, number, entry, request)
         return _other(number, entry)
 
 
