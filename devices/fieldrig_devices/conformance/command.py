@@ -153,6 +153,10 @@ def _report(
     if bus not in config.buses:
         raise UsageError(f"{rig} has no bus {bus!r}", closest(bus, list(config.buses)))
     description = _described(config, bus, node_id, eds)
+    for master in _masters(config, bus, node_id):
+        typer.echo(
+            f"note: {master} is the master of node {node_id} in this rig; what it sends may fail cases", err=True
+        )
     if config.time == "virtual":
         with Rig(config) as running:
             return conform_virtual(running, bus, description, cases, options, on_result, date)
@@ -177,6 +181,17 @@ def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) ->
         for key, value in found.objects.items():
             description.set_default(key, value)
     return description
+
+
+def _masters(config: "RigConfig", bus: str, node_id: int) -> list[str]:
+    """Return the devices on this bus that are masters of a node, and start it and write to it on their own."""
+    from fieldrig.traces.names import members_of
+
+    return [
+        member.entry.name
+        for member in members_of(config, bus)
+        if any(claim.value == node_id for claim in member.claims("master of node-ID"))
+    ]
 
 
 def _nodes_at(device: "DeviceEntry", bus: str) -> "Iterator[DescribedNode]":

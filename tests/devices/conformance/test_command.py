@@ -44,6 +44,7 @@ def test_a_device_with_an_eds_of_its_own_needs_no_option(rig: str, bus: str, nod
     assert done.exit_code == Exit.OK, done.output
     report = json.loads(done.stdout)
     assert (report["eds"], report["passed"]) == (eds, 1)
+    assert ("note: line is the master of node 20" in done.stderr) is (node == 20)
 
 
 def test_an_eds_of_the_settings_of_a_slave_wins(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from fieldrig.clock import MS
 from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.arp.can.exchange import ExchangeSettings
 from fieldrig_devices.arp.can.face import EDS
-from fieldrig_devices.arp.can.objects import signals
+from fieldrig_devices.arp.can.objects import GROUPS, signals
 from fieldrig_devices.arp.card.local_io import DIGITAL_INPUTS, INPUTS, OUTPUTS, TERMINALS, accepts, wire_names
 from fieldrig_devices.arp.fixed import SCALE, to_raw, to_text
 from fieldrig_devices.arp.language.files import HIGHEST_SYSTEM
@@ -195,8 +195,11 @@ class ArpSettings(Settings):
         return self._general(Par.CAN_NODE_ID)
 
     def canopen_nodes(self) -> Iterator[DescribedNode]:
-        """Yield the node that the card is on its CAN, with the PDOs of its exchange."""
-        yield DescribedNode(self.can_node_id, EDS, self.exchange.objects(self.can_node_id), signals())
+        """Yield the node that the card is on its CAN, with its parameters and the PDOs of its exchange."""
+        objects = {
+            f"{GROUPS[group]:04X}:{number:02X}": raw for (group, number), raw in self.parameters.raw().items()
+        } | self.exchange.objects(self.can_node_id)
+        yield DescribedNode(self.can_node_id, EDS, objects, signals())
 
     def _general(self, number: Par) -> int:
         default = GENERAL_PARAMETERS[number].default
