@@ -9,7 +9,7 @@ import json
 import logging
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -54,8 +54,8 @@ class _Noted:
 class Collector:
     """The notes of this process and those that it starts about the programs that they compile meanwhile."""
 
-    def __init__(self, folder: Path, *, is_detailed: bool = False) -> None:
-        self._folder, self.is_detailed = folder, is_detailed
+    def __init__(self, folder: Path, *, is_detailed: bool = False, is_written: bool = True) -> None:
+        self._folder, self.is_detailed, self._is_written = folder, is_detailed, is_written
         self._known: list[_Noted] = []
         self.flushed_s = 0.0
         """The instant of the last flush, by the clock of the host."""
@@ -79,8 +79,15 @@ class Collector:
             number += 1
         return file
 
+    @property
+    def programs(self) -> Sequence[Marked]:
+        """The programs that this process has loaded, in their order, each with its present marks."""
+        return [known.marked for known in self._known]
+
     def flush(self) -> None:
         """Write what this process has run so far."""
+        if not self._is_written:
+            return
         self.flushed_s = time.monotonic()
         for known in self._known:
             with suppress(OSError):  # as above
@@ -106,17 +113,18 @@ if FOLDER_VARIABLE in os.environ:
 
 
 @contextmanager
-def collecting(*, is_detailed: bool = False) -> Iterator[Collector]:
+def collecting(*, is_detailed: bool = False, is_written: bool = True) -> Iterator[Collector]:
     """Compile programs with marks meanwhile, here and in processes that are started, and note what runs of them.
 
-    With `is_detailed`, conditions and the states of enumerations have marks too.
+    With `is_detailed`, conditions and the states of enumerations have marks too.  Without `is_written` the caller takes
+    the marks of each process from its memory: a search with thousands of branches would write as many files.
     """
     before = {name: os.environ.pop(name, None) for name in (FOLDER_VARIABLE, DETAIL_VARIABLE)}
     with TemporaryDirectory(prefix="fieldrig-coverage-") as folder:
         os.environ[FOLDER_VARIABLE] = folder
         if is_detailed:
             os.environ[DETAIL_VARIABLE] = "1"
-        _present.append(Collector(Path(folder), is_detailed=is_detailed))
+        _present.append(Collector(Path(folder), is_detailed=is_detailed, is_written=is_written))
         try:
             yield _present[-1]
         finally:
@@ -149,6 +157,11 @@ def use(marked: Marked) -> None:
     """Take note of a program that is loaded, before its code is bound to its marks: they are new ones."""
     if _present:
         _present[-1].use(marked)
+
+
+def programs() -> Sequence[Marked]:
+    """Return the programs that this process has loaded, in their order, each with its present marks."""
+    return _present[-1].programs if _present else ()
 
 
 def news() -> News:

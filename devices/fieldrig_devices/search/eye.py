@@ -1,0 +1,147 @@
+"""Sees in which states a machine is while it runs, without being an event for it.
+
+A state is what one device shows at a time (`state_places`), the wires that controllers have switched on, a branch of a
+program that has run, the steps of its charts that are active, or a code with which something was refused.
+"""
+
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from fieldrig.clock import MS
+from fieldrig.coverage import collecting
+from fieldrig.coverage.places import Kind
+from fieldrig.errors import ControlError
+from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.modbus.message import ModbusResponse
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.scenarios.places import place_of
+from fieldrig_devices.search.state_places import Sort, state_places
+
+if TYPE_CHECKING:
+    from fieldrig.virtual.rig import Rig
+
+LOOK_NS: Final = 10 * MS
+"""The time between two looks at points; they choose what is searched next, and judge nothing."""
+WINDOW_NS: Final = 5 * MS
+WINDOWS: Final = 10
+"""The branches that have run in this many windows, and in the present one, are the way to what happens now."""
+ABORT: Final = 0x80
+"""The command byte of an aborted transfer (CiA 301, 7.2.4.3.17), and the sign of an exception of Modbus."""
+
+State = tuple[Any, ...]
+
+
+class Eye:
+    """Looks at a rig from now on; a branch of the rig has a copy of it."""
+
+    def __init__(self, rig: "Rig", sorts: frozenset[Sort], further: Sequence[str]) -> None:
+        """`further` are places that are one more state together."""
+        self._rig, self._sorts = rig, sorts
+        self._keys = state_places(rig, sorts)
+        self._further = [place_of(rig, name) for name in further]
+        self._programs = collecting.programs() if Sort.PROGRAMS in sorts else ()
+        self._steps = [[mark for mark, place in one.places if place.kind is Kind.STEP] for one in self._programs]
+        self._sum = [0] * len(self._programs)
+        """The marks that were passed, as the bytes of a number, which are joined fast."""
+        self._windows: deque[list[int]] = deque(maxlen=WINDOWS)
+        self._window_ns = self._look_ns = rig.now_ns
+        self._is_on: dict[str, bool] = {}
+        """The levels of the wires that are not those of plants."""
+        self._states: set[State] = set()
+        self._controllers = {name for name, one in rig.config.devices.items() if not one.kind.startswith("plant.")}
+        rig.on_instant(self._on_instant)
+        if sorts & {Sort.ABORTS, Sort.OUTPUTS}:
+            rig.on_delivery(self._on_delivery)
+
+    def forget(self) -> None:
+        """Begin again with the states from the present instant on."""
+        self._states.clear()
+        self._look()
+
+    def states(self) -> frozenset[State]:
+        """Return the states since then."""
+        self._look()
+        return frozenset(self._states)
+
+    def marks(self) -> bytes:
+        """Return a byte for each mark of all programs: 1 if it was passed since the begin."""
+        self._turn()
+        return b"".join(self._bytes(number, marks) for number, marks in enumerate(self._sum))
+
+    def way(self) -> bytes:
+        """Return the marks that were passed in the last 50 ms."""
+        windows = [*self._windows, [_number(one.hits) for one in self._programs]]
+        sums = [_joined(window[number] for window in windows) for number in range(len(self._programs))]
+        return b"".join(self._bytes(number, marks) for number, marks in enumerate(sums))
+
+    def _bytes(self, number: int, marks: int) -> bytes:
+        return marks.to_bytes(len(self._programs[number].hits), "little")
+
+    def _on_instant(self) -> None:
+        now_ns = self._rig.now_ns
+        if now_ns >= self._window_ns:
+            self._window_ns = (now_ns // WINDOW_NS + 1) * WINDOW_NS
+            self._turn()
+        if now_ns >= self._look_ns:
+            self._look_ns = (now_ns // LOOK_NS + 1) * LOOK_NS
+            self._look()
+
+    def _turn(self) -> None:
+        """Begin a new window."""
+        window = [_number(one.hits) for one in self._programs]
+        self._windows.append(window)
+        for number, marks in enumerate(window):
+            self._sum[number] |= marks
+            hits = self._programs[number].hits
+            hits[:] = bytes(len(hits))
+
+    def _look(self) -> None:
+        self._states.update(self._present())
+
+    def _present(self) -> Iterator[State]:
+        rig = self._rig
+        for device, keys in self._keys.items():
+            try:
+                yield (device, *map(_coarse, rig.values(device, keys).values()))
+            except ControlError:  # it has no power now
+                yield (device,)
+        if self._further:
+            yield ("places", *(_coarse(place.read()) for place in self._further))
+        yield ("wires", frozenset(name for name, is_on in self._is_on.items() if is_on))
+        for number, steps in enumerate(self._steps):
+            if steps and self._windows:
+                window = self._windows[-1][number]
+                yield ("steps", number, frozenset(mark for mark in steps if window >> (8 * mark) & 1))
+
+    def _on_delivery(self, bus: Any, delivery: Any) -> None:
+        message = delivery.message
+        if isinstance(message, Signal):
+            if isinstance(message.value, bool) and delivery.sender in self._controllers and Sort.OUTPUTS in self._sorts:
+                self._is_on[f"{bus.name}/{message.name}"] = message.value
+        elif Sort.ABORTS in self._sorts:
+            self._states.update(_refused(bus.name, message))
+
+
+def _refused(bus: str, message: object) -> Iterator[State]:
+    match message:
+        case CanFrame() if 0x580 <= message.identifier < 0x680 and len(message.data) == 8 and message.data[0] == ABORT:
+            yield ("abort", bus, message.identifier, message.data[4:])
+        case ModbusResponse() if message.pdu and message.pdu[0] & ABORT:
+            yield ("abort", bus, message.unit, message.pdu[:2])
+
+
+def _number(hits: Sequence[int]) -> int:
+    return int.from_bytes(bytes(hits), "little")
+
+
+def _joined(numbers: Iterator[int]) -> int:
+    joined = 0
+    for number in numbers:
+        joined |= number
+    return joined
+
+
+def _coarse(value: object) -> object:
+    """Return a value as a part of a state: of a real number only its order of magnitude says something new."""
+    return float(f"{value:.0e}") if isinstance(value, float) else value
