@@ -28,6 +28,9 @@ from fieldrig_bus.modbus.message import (
 
 RESPONSE, REQUEST, REQUEST_ON_RTU, REQUEST_ON_ASCII, CONNECTED, DAMAGED, ANSWER = range(7)
 
+_RESPONSES: Final = (bytes((RESPONSE,)), bytes((ANSWER,)))
+"""The first byte of a response, before and after the bus has carried it."""
+
 _HEAD: Final = struct.Struct("<BBI")
 _LINE: Final = struct.Struct("<BBIII")
 _ASKED: Final = struct.Struct("<BI")
@@ -109,6 +112,16 @@ def decode(data: bytes) -> OnModbus:
     if tag > REQUEST_ON_ASCII:
         raise ValueError(f"not a Modbus message: {data.hex(' ')}")
     return ModbusRequest(unit, _pdu(data, _LINE.size), exchange, LineState(messages, errors, tag == REQUEST_ON_ASCII))
+
+
+def is_response(data: bytes) -> bool:
+    """Return whether an encoded message is a response."""
+    return data[:1] in _RESPONSES
+
+
+def unit_in(data: bytes) -> int:
+    """Return the unit of an encoded request, or of the request that an encoded response answers."""
+    return data[_HEAD.size] if data[0] == ANSWER and len(data) > _HEAD.size else data[1]
 
 
 def show(message: OnModbus) -> str:

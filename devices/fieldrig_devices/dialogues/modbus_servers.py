@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Final
 
 from fieldrig.traces.trace import TraceEntry
-from fieldrig_bus.modbus.codec import RESPONSE
+from fieldrig_bus.modbus.codec import is_response
 from fieldrig_devices.dialogues.modbus_dialogues import ModbusDialogues, is_address
 from fieldrig_devices.dialogues.modbus_exchange import ModbusExchange
 
@@ -76,4 +76,4 @@ class ModbusServers:
 
 
 def _is_request(entry: TraceEntry) -> bool:
-    return entry.family == "modbus" and entry.data[:1] != bytes((RESPONSE,)) and is_address(entry.sender)
+    return entry.family == "modbus" and not is_response(entry.data) and is_address(entry.sender)

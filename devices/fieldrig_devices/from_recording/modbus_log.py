@@ -28,6 +28,7 @@ from fieldrig_devices.from_recording.register_log import (
     values_written,
 )
 from fieldrig_devices.from_recording.series import Room
+from fieldrig_devices.from_recording.silences import Silences
 from fieldrig_devices.registers.table import SPACES
 
 STATUS, SERVER_ID, INTERFACE, READ_DEVICE_ID = 7, 17, 43, 14
@@ -57,10 +58,12 @@ class UnitLog:
         """Functions of which nothing is taken."""
         self.refused_functions: dict[bytes, int] = {}
         """Exception codes of functions without an address, by the requests."""
+        self.silences = Silences()
         self.unanswered = self.answers = self.left_out = 0
 
     def take(self, exchange: ModbusExchange) -> None:
         request, response = exchange.request, exchange.response
+        self.silences.take(exchange.begin_ns, request[0], bool(response))
         if response is None or exchange.end_ns is None or not response:
             self.unanswered += 1
             return

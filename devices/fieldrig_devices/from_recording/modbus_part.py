@@ -27,7 +27,7 @@ def modbus_part(name: str, log: ModbusLog, source: str, prefix: str, place: int)
     remarks: list[str] = []
     line = LineTiming(baud=BAUD) if log.is_line else None
     models = [
-        UnitModel(f"{prefix}unit{asked_as}", unit_id, asked_as, unit, log.start_ns, line)
+        UnitModel(f"{prefix}unit{asked_as}", unit_id, asked_as, unit, (log.start_ns, log.end_ns), line)
         for asked_as, unit_id, unit in _units(log, remarks)
     ]
     if log.broadcasts:

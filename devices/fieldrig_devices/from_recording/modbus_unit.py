@@ -33,13 +33,22 @@ class UnitModel:
     """One unit, as it is written."""
 
     def __init__(
-        self, name: str, unit_id: int, asked_as: int, log: UnitLog, begin_ns: int, line: LineTiming | None = None
+        self,
+        name: str,
+        unit_id: int,
+        asked_as: int,
+        log: UnitLog,
+        during_ns: tuple[int, int],
+        line: LineTiming | None = None,
     ) -> None:
-        """`asked_as` is the unit id of the recording, which is another one for a unit that has none of its own.
+        """`during_ns` are the instants from which the unit is on, and at which the recording ends.
+
+        `asked_as` is the unit id of the recording, which is another one for a unit that has none of its own.
 
         `line` is the timing of the serial line that it is on.
         """
         self._line = line
+        begin_ns, end_ns = during_ns
         self.name, self.unit_id, self.asked_as, self.log = name, unit_id, asked_as, log
         self.remarks: list[str] = []
         self.columns: dict[str, Column] = {}
@@ -47,7 +56,9 @@ class UnitModel:
         self.entries = {space: self._entries(space, log.spaces[space], begin_ns) for space in SPACES}
         self.more = self._more()
         refusals = ModbusRefusals(log, self.entries, self.more)
-        self.faults = refusals.faults
+        silences = log.silences.faults(begin_ns, end_ns, max(log.answer_ns, default=0))
+        self.faults = [*silences, *refusals.faults]
+        self.silences = len(silences)
         self.remarks += refusals.remarks
 
     @property
@@ -129,7 +140,7 @@ class UnitModel:
 
     def words_seen(self) -> Iterator[str]:
         """Yield what the recording says of the unit."""
-        return seen(self.log, self.asked_as, self.unit_id, self.turnaround_ms)
+        return seen(self.log, self.asked_as, self.unit_id, self.turnaround_ms, self.silences)
 
     def words_unknown(self) -> Iterator[str]:
         """Yield what is not known, or not repeated."""

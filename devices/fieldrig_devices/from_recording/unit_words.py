@@ -15,13 +15,15 @@ NAMES: Final = dict(zip(SPACES, ("coil", "discrete input", "holding register", "
 """The word for one value of a space."""
 
 
-def seen(log: UnitLog, asked_as: int, unit_id: int, turnaround_ms: float) -> Iterator[str]:
+def seen(log: UnitLog, asked_as: int, unit_id: int, turnaround_ms: float, silences: int) -> Iterator[str]:
     """Yield what the recording says of a unit that it calls `asked_as`, and the rig `unit_id`."""
     counts = [counted(len(log.spaces[space]), NAMES[space]) for space in SPACES if log.spaces[space]]
     words = f"unit {asked_as}: {', '.join(counts) or 'no register'}"
     if log.answer_ns:
         words += f"; it answers after {turnaround_ms:g} ms, at most {max(log.answer_ns) / MS:.3g} ms"
     yield words
+    if silences:
+        yield f"{counted(log.unanswered, 'request')} had no answer: its faults `silent` are silent in the same times"
     if asked_as != unit_id:
         yield f"unit {asked_as} is the device itself, which has the unit id {unit_id} here"
 

@@ -17,7 +17,7 @@ from fieldrig.link import Link
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import REMOTE
 from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
-from fieldrig_bus.modbus.codec import RESPONSE
+from fieldrig_bus.modbus.codec import is_response, unit_in
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.canopen.names import ERROR_CONTROL, LSS_MASTER, LSS_SLAVE, NODES
 from fieldrig_devices.dialogues import ModbusDialogues, ModbusExchange
@@ -248,8 +248,8 @@ class Player:
             if not is_there:
                 self._gates[entry.bus, "modbus", mine] = AnswerGate(entry.time_ns)
         self._judge.expect(entry, due.due_ns)
-        unit = entry.data[1]
-        if entry.data[0] != RESPONSE and unit in self._served and not self._asked.get((entry.bus, unit)):
+        unit = unit_in(entry.data)
+        if not is_response(entry.data) and unit in self._served and not self._asked.get((entry.bus, unit)):
             self._gates[entry.bus, "server", unit] = AnswerGate(entry.time_ns)
 
     def _expect_frame(self, entry: TraceEntry) -> None:
@@ -297,7 +297,7 @@ class Player:
         if isinstance(message, ModbusRequest):
             message = self._as_ours(due, message, at_ns)
         elif isinstance(message, ModbusResponse):
-            waiting = self._asked.get((entry.bus, message.unit))
+            waiting = self._asked.get((entry.bus, message.request.unit))
             if not waiting:
                 self._result.note(f"unit {message.unit}: the rig did not ask for all answers of the log")
                 return

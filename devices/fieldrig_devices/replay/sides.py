@@ -17,7 +17,7 @@ from fieldrig.traces.names import Member, Namer, members_of, namer_of
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
-from fieldrig_bus.modbus.codec import RESPONSE
+from fieldrig_bus.modbus.codec import REQUEST_ON_ASCII, is_response, unit_in
 from fieldrig_devices.canopen.names import ERROR_CONTROL, NMT, SDO_REQUEST, SYNC, TIME, CanopenNames
 from fieldrig_devices.dialogues.modbus_dialogues import is_address
 from fieldrig_devices.dialogues.modbus_servers import plain_bus
@@ -149,9 +149,9 @@ class Sides:
         return known.namer.sender_of(CanFrame(word & STANDARD_MASK, is_remote=is_remote))
 
     def _modbus(self, known: _Bus, entry: TraceEntry) -> Side:
-        kind, unit = (entry.data[0], entry.data[1]) if len(entry.data) > 1 else (0xFF, 0)
+        kind, unit = (entry.data[0], unit_in(entry.data)) if len(entry.data) > 1 else (0xFF, 0)
         device = self._device(entry.sender)
-        if kind == RESPONSE:
+        if is_response(entry.data):
             if unit in self.selection.units:
                 return Side.PLAYED
             if unit in known.units or unit in (0, 255) or device:
@@ -159,7 +159,7 @@ class Sides:
             is_there = not (entry.data[-2:-1] > b"\x80" and entry.data[-1] in NO_TARGET)
             self.absent.take("unit", known.name, str(unit), entry.time_ns, is_sure=is_there)
             return Side.OUTSIDE
-        if kind > 3:
+        if kind > REQUEST_ON_ASCII:
             return Side.OUTSIDE
         if device is not None:
             return self._of_device(device)
