@@ -1,7 +1,7 @@
 """NMT commands, resets, and reading the node's state.
 
-Source: CiA 301 7.2.8, 7.3.2; CiA 302-2 for a node that starts itself (1F80h).  The state comes from the node's heartbeat,
-or else from its answer to a guarding request.
+Source: CiA 301 7.2.8, 7.3.2; CiA 302-2 for a node that starts itself (1F80h).  The state comes from the heartbeat of
+the node, or else from its answer to a guarding request.
 """
 
 from enum import IntEnum
@@ -61,8 +61,8 @@ def reset(bench: Bench, wanted: Command = Command.RESET_COMMUNICATION, node_id: 
 def restart(bench: Bench, wanted: Command = Command.RESET_COMMUNICATION) -> Steps[None]:
     """Reset the node as a preparation, after which it is 'pre-operational'.
 
-    A node without a boot-up message, which only the cases that test it report, and a node that may start itself are taken
-    there by command.
+    A node without a boot-up message, which only the cases that test it report, and a node that may start itself are
+    taken there by command.
     """
     boot_ms = bench.options.boot_ms if bench.has_boot_up else bench.patience_ms
     bench.has_boot_up = yield from _reset(bench, wanted, None, boot_ms)

@@ -1,11 +1,13 @@
 """Requests and responses of HTTP, without their way over a connection."""
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from http import HTTPStatus
 from typing import Final
 from urllib.parse import parse_qs, unquote, urlsplit
 
+_ABSOLUTE: Final = re.compile(rb"https?://([^/?#]*)", re.IGNORECASE)
 MOST_FIELDS: Final = 256
 """Fields of a query; a request with more is wrong."""
 
@@ -28,7 +30,7 @@ class Request:
         path, _, query = target.partition("?")
         if not path.startswith("/"):
             parts = urlsplit(path)
-            if parts.scheme != "http":
+            if parts.scheme != "http" or not parts.netloc:
                 raise ValueError(f"expected a path such as /INDEX.HTM, got {target!r}")
             path = parts.path or "/"
         return cls(unquote(path, errors="strict"), parse_qs(query, max_num_fields=MOST_FIELDS))
@@ -41,6 +43,15 @@ class Response:
     status: HTTPStatus
     content: bytes
     content_type: str = "text/html; charset=utf-8"
+
+
+def authority_of(target: bytes) -> bytes | None:
+    """Return host and port of a target in absolute form, which count instead of the field Host (RFC 9112, 3.2.2).
+
+    None for a target in another form.
+    """
+    found = _ABSOLUTE.match(target)
+    return found[1] if found is not None else None
 
 
 Answer = Callable[[Request], Response]

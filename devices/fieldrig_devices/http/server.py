@@ -15,7 +15,7 @@ import h11
 
 from fieldrig.clock import Alarm, Clock, S
 from fieldrig_devices.connections.connection import Connection, Serve
-from fieldrig_devices.http.messages import Answer, Request, Response, refusal
+from fieldrig_devices.http.messages import Answer, Request, Response, authority_of, refusal
 from fieldrig_devices.http.own_names import is_host, is_own
 
 log = logging.getLogger(__name__)
@@ -42,6 +42,12 @@ def serving(clock: Clock, answer: Answer, hosts: Collection[str] = ()) -> Serve:
 
 def _new_http() -> h11.Connection:
     return h11.Connection(h11.SERVER, max_incomplete_event_size=LONGEST_HEAD)
+
+
+def _hosts(request: h11.Request) -> list[bytes]:
+    """Return what a request names as its host: the field Host, or instead of it the target, if that has one."""
+    authority = authority_of(request.target)
+    return [value for name, value in request.headers if name == b"host"] if authority is None else [authority]
 
 
 class HttpSession:
@@ -115,7 +121,7 @@ class HttpSession:
         match event:
             case h11.Request():
                 self._request, self._content = event, 0
-                if not all(is_host(value) for name, value in event.headers if name == b"host"):
+                if not all(is_host(value) for value in _hosts(event)):
                     self._refuse(HTTPStatus.BAD_REQUEST)
                 elif event.method not in METHODS:
                     self._refuse(HTTPStatus.METHOD_NOT_ALLOWED)
@@ -133,9 +139,12 @@ class HttpSession:
                 self._close()
 
     def _is_for_us(self, request: h11.Request) -> bool:
-        """Return whether the request has a name of the device as its host; HTTP/1.0 may leave it out."""
-        hosts = [value.decode("latin-1") for name, value in request.headers if name == b"host"]
-        return all(is_own(host, self._hosts) for host in hosts)
+        """Return whether the request has a name of the device as its host; HTTP/1.0 may leave it out.
+
+        Resources of `https` are refused, as they came over no secured connection (RFC 9110, 7.4).
+        """
+        is_secured = request.target.lower().startswith(b"https:")
+        return not is_secured and all(is_own(host.decode("latin-1"), self._hosts) for host in _hosts(request))
 
     def _response(self) -> Response:
         assert self._request is not None, "h11 gives a request before its end"

@@ -114,6 +114,36 @@ def test_a_wrong_request_is_refused(request_bytes: bytes, status: bytes) -> None
     assert not client.asked
 
 
+@pytest.mark.parametrize(
+    ("target", "host", "status"),
+    [
+        ("http://evil.example/", "plc", b"421"),
+        ("http://evil.example:80/a.htm?x=1", "127.0.0.1", b"421"),
+        ("HTTP://Evil.Example", "plc", b"421"),
+        ("http://evil.example?x", "plc", b"421"),
+        ("http://127.0.0.1.evil.example/", "127.0.0.1", b"421"),
+        ("https://plc/", "plc", b"421"),  # RFC 9110, 7.4
+        ("http://plc@evil.example/", "plc", b"400"),  # RFC 9110, 4.2.4
+        ("http:///a.htm", "plc", b"400"),  # RFC 9110, 4.2.1: an empty host
+        ("http://?x", "plc", b"400"),
+        ("http://plc:99999/", "plc", b"400"),
+        ("http:/a.htm", "plc", b"400"),
+        ("ftp://plc/a.htm", "plc", b"400"),
+        ("http://plc/", "evil.example", b"200"),
+        ("http://127.0.0.1:8080/a.htm", "evil.example", b"200"),
+        ("http://[::1]/", "plc", b"200"),
+        ("/http://evil.example/", "plc", b"200"),
+        ("/?u=http://evil.example/", "plc", b"200"),
+    ],
+)
+def test_the_host_of_a_target_in_absolute_form_counts_instead_of_the_field(
+    target: str, host: str, status: bytes
+) -> None:
+    """RFC 9112, 3.2.2: the server ignores the field Host of such a request."""
+    response = Client().send(f"GET {target} HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
+    assert status_of(response).split()[1] == status
+
+
 @pytest.mark.parametrize("lines", [b"\r\n", b"\n", b"\r\n\r\n\n"])
 def test_empty_lines_before_a_request_are_skipped(lines: bytes) -> None:
     """RFC 9112, 2.2; old clients sent one behind the content of a POST, so between two requests it counts as well."""

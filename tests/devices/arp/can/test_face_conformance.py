@@ -42,7 +42,7 @@ def test_the_card_conforms_to_cia_301() -> None:
 
 @pytest.mark.long
 def test_a_card_that_starts_itself_and_has_parameters_of_its_rig_conforms(tmp_path: Path) -> None:
-    """Once, states after a reset failed, as no master starts the card (1F80h), and so did the parameters of the rig file."""
+    """Once, its states after a reset failed, as it needs no master to start (1F80h), and so did its parameters."""
     card = {
         "kind": "arp",
         "parameters": {"general": {5: 11, 16: 40}, "axis1": {7: 1500, 14: 90}, "axis2": {3: 2}},
