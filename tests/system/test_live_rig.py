@@ -96,20 +96,41 @@ def test_a_fault_waits_for_a_point_of_its_process(file: Path) -> None:
         assert rig.faults("tank")[off]["state"] == "waiting"
         rig.set("tank/level", 1.75)
         until(lambda: rig.faults("tank")[off]["state"] == "on")
-        with pytest.raises(ControlError, match="tonk is no device of the process tank"):
+        with pytest.raises(ControlError, match="when: there is no device 'tonk'"):
             rig.add_fault("wires", {**fault, "when": "tonk/level > 1"})
         assert list(rig.faults("wires")) == [given]
 
 
-def test_a_rig_does_not_start_with_a_fault_that_waits_for_another_process(file: Path) -> None:
+def is_there(rig: LiveRig, point: str) -> bool:
+    try:
+        rig.get(point)
+    except ControlError:
+        return False
+    return True
+
+
+def test_a_fault_waits_for_a_point_of_another_process_also_after_its_restart(file: Path) -> None:
     file.write_text(
         RIG.replace("{kind: wires.hub}", "{kind: wires.hub, process: hub, faults: [FAULT]}").replace(
             "FAULT", "{what: drop_out, wire: tank.level, when: tank/level > 1}"
         ),
         encoding="utf-8",
     )
-    with pytest.raises(RigError, match="wires: fault 1: tank is no device of the process hub"):
-        LiveRig(file)
+    with LiveRig(file) as rig:
+        added = rig.add_fault("wires", {"what": "stuck", "wire": "tank.level", "value": 1, "when": "tank/level > 1.5"})
+        cleared = rig.add_fault("wires", {"what": "stuck", "wire": "tank.empty", "value": 1, "when": "tank/level > 1"})
+        rig.clear_fault("wires", cleared)
+        with pytest.raises(ControlError, match="tank has no value 'levle'"):
+            rig.add_fault("wires", {"what": "drop_out", "wire": "tank.level", "when": "tank/levle > 1"})
+        rig.restart("tank")
+        until(lambda: is_there(rig, "tank/level"))
+        assert {fault["state"] for fault in rig.faults("wires").values()} == {"waiting"}
+        rig.set("tank/level", 1.25)
+        until(lambda: rig.faults("wires")[1]["state"] == "on")
+        assert rig.faults("wires")[added]["state"] == "waiting"
+        rig.set("tank/level", 1.75)
+        until(lambda: rig.faults("wires")[added]["state"] == "on")
+        assert list(rig.faults("wires")) == [1, added]
 
 
 def test_a_rig_that_ends_at_its_start_says_why(file: Path) -> None:

@@ -11,6 +11,7 @@ from typing import Any, Final, NamedTuple
 
 from fieldrig.control.messages import Client, NoAnswerError
 from fieldrig.errors import ControlError
+from fieldrig.faults.condition import condition_of
 from fieldrig.text.nearest import closest
 
 NAMING: Final = ("node", "receivers")
@@ -52,8 +53,10 @@ def about_faults(where: str, verb: str, message: Any) -> Asking:
     known, devices = rig["buses"], rig["devices"]
     if where not in known and where not in devices:
         raise ControlError(f"{rig['rig']} has no bus or device {where!r}", closest(where, [*known, *devices]))
-    if verb == "add_fault" and where in known:
-        _check_members(message["fault"], list(devices))
+    if verb == "add_fault":
+        if where in known:
+            _check_members(message["fault"], list(devices))
+        yield from _check_condition(message["fault"], list(devices))
     try:
         return (yield Question(f"{'bus' if where in known else 'device'}/{where}/{verb}", message))
     except NoAnswerError:
@@ -76,6 +79,19 @@ def _check_members(fault: Mapping[str, Any], devices: list[str]) -> None:
         for name in _names(fault.get(key, "")):
             if name and ":" not in name and name not in devices:
                 raise ControlError(f"{key}: there is no device {name!r}", closest(name, devices))
+
+
+def _check_condition(fault: Mapping[str, Any], devices: list[str]) -> Asking:
+    """Check that the point of a condition exists; its device may run in another process than the fault."""
+    when = fault.get("when")
+    try:
+        condition = condition_of(when) if isinstance(when, str) else None
+    except ValueError:
+        return  # what takes the fault says what is wrong
+    if condition is not None:
+        if condition.device not in devices:
+            raise ControlError(f"when: there is no device {condition.device!r}", closest(condition.device, devices))
+        yield Question(f"device/{condition.device}/get", {"keys": [condition.key]})
 
 
 def _names(given: Any) -> Iterable[str]:

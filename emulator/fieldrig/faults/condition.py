@@ -16,8 +16,6 @@ OPERATORS: Final[dict[str, Callable[[Any, Any], bool]]] = {
     "<": operator.lt,
     ">": operator.gt,
 }
-REMEDY: Final = "in real time a fault waits for points of its own process: give both the same `process`"
-"""The remedy for a condition on a device that runs in another process."""
 LONGEST: Final = 1_000
 FORM: Final = "expected DEVICE/POINT, or DEVICE/POINT with ==, !=, <, >, <= or >= and a value"
 _PARTS: Final = re.compile(

@@ -3,16 +3,13 @@
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from fieldrig.bus import ModelBus
-from fieldrig.config import kinds
 from fieldrig.config.build import build_alone
 from fieldrig.config.entries import DeviceEntry
-from fieldrig.config.homes import home_of_hub, homes, linked, rules_of
 from fieldrig.config.kinds import constructor_parameters
 from fieldrig.config.yaml_source import KeyPath, Source, key_text
 from fieldrig.device import FAULTS_KEY, Point
-from fieldrig.errors import ConfigError, Mistake, RigError
-from fieldrig.faults.condition import REMEDY, Condition, condition_of
+from fieldrig.errors import ConfigError, Mistake
+from fieldrig.faults.condition import Condition, condition_of
 from fieldrig.text.nearest import closest
 
 
@@ -47,32 +44,8 @@ def _wrong(condition: Condition, path: KeyPath, data: Any, entries: Mapping[str,
     names = [str(name) for name in _mapping(data["devices"])]
     if condition.device not in names:
         yield f"there is no device {condition.device!r}\n{closest(condition.device, names)}"
-    elif data.get("time") == "real" and (others := _processes(path, data) - {home := _homes(data)[condition.device]}):
-        yield f"{condition.device} runs in the process {home}, and the fault in {', '.join(sorted(others))}\n{REMEDY}"
     elif condition.device in entries:
         yield from _wrong_point(condition, entries[condition.device])
-
-
-def _homes(data: Any) -> dict[Any, str]:
-    """Return the process of each device."""
-    return homes(rules_of(data.get("processes")), _mapping(data.get("buses")), _mapping(data["devices"]))
-
-
-def _processes(path: KeyPath, data: Any) -> set[str]:
-    """Return the processes in which the fault at a place of the file acts; none if its kind is not known."""
-    section, name = path[:2]
-    if section == "devices":
-        return {_homes(data)[name]}
-    entry = _mapping(data["buses"][name])
-    members = {home for device, home in _homes(data).items() if name in linked(data["devices"][device])}
-    try:
-        cls = kinds.find_bus(str(entry.get("kind")))
-    except RigError:
-        return set()  # a mistake of the bus
-    if not issubclass(cls, ModelBus):
-        return members
-    own = entry.get("process")
-    return {home_of_hub(str(name), own if isinstance(own, str) else None, members, cls.own_process)}
 
 
 def _wrong_point(condition: Condition, entry: DeviceEntry) -> Iterator[str]:

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self, overload
 
+from fieldrig.control.fault_asking import about_faults, ask
 from fieldrig.control.messages import Client
 from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, ControlError, RigError
@@ -24,7 +25,6 @@ from fieldrig.points.names import split_point, written_point
 from fieldrig.real.this_system import check_system
 from fieldrig.recording.signals import Rhythm, wish_of
 from fieldrig.testing import free_port
-from fieldrig.text.nearest import closest
 
 if TYPE_CHECKING:
     from fieldrig.recording.recording import Recording
@@ -168,24 +168,21 @@ class LiveRig(UpProcess):
 
         ControlError for one that it refuses.
         """
-        number: int = self.ask(f"{self._sort(where)}/{where}/add_fault", {"fault": dict(fault)})["number"]
+        number: int = self._about_faults(where, "add_fault", {"fault": dict(fault)})["number"]
         return number
 
     def clear_fault(self, where: str, number: int) -> None:
         """Remove a fault of a bus or a device.  ControlError if there is none of this number."""
-        self.ask(f"{self._sort(where)}/{where}/clear_fault", {"number": number})
+        self._about_faults(where, "clear_fault", {"number": number})
 
     def faults(self, where: str) -> Mapping[int, Mapping[str, Any]]:
         """Return the faults of a bus or a device that were added and not cleared, by number."""
-        found: Mapping[str, Mapping[str, Any]] = self.ask(f"{self._sort(where)}/{where}/faults")
+        found: Mapping[str, Mapping[str, Any]] = self._about_faults(where, "faults")
         return {int(number): fault for number, fault in found.items()}
 
-    def _sort(self, where: str) -> str:
-        status = self.status()
-        sorts = {**dict.fromkeys(status["devices"], "device"), **dict.fromkeys(status["buses"], "bus")}
-        if where not in sorts:
-            raise ControlError(f"the rig has no bus or device {where!r}", closest(where, list(sorts)))
-        return sorts[where]
+    def _about_faults(self, where: str, verb: str, message: Any = None) -> Any:
+        with Client(self.endpoint) as client:
+            return ask(client, about_faults(where, verb, message))
 
     def _wait_until_ready(self) -> None:
         """Wait as long as the process lives; a rig that cannot start ends by its own `start_timeout_s`."""

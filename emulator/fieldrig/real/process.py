@@ -33,6 +33,7 @@ from fieldrig.link import Link
 from fieldrig.loop.pace import Pace, beside_a_cycle
 from fieldrig.loop.real_clock import DeviceClock, RealClock
 from fieldrig.real.background_process import BackgroundProcesses
+from fieldrig.real.far_conditions import ConditionsOfOthers, FarConditions
 from fieldrig.real.placement import ProcessPlan, linked_buses
 from fieldrig.real.process_points import ProcessPoints
 from fieldrig.real.progress import step
@@ -103,8 +104,10 @@ class DeviceProcess:
         self._waits: set[asyncio.Task[None]] = set()
         self.background = BackgroundProcesses(clock)
         points = ProcessPoints(plan.name, self.devices)
-        self.waiting = WaitingFaults(clock, points, points.tell)
-        """The faults that wait until a point of one of its devices has a value."""
+        self._far = FarConditions(plan.name, control)
+        self.waiting = WaitingFaults(clock, points, points.tell, self._far)
+        """The faults that wait until a point has a value."""
+        self._of_others = ConditionsOfOthers(clock, points, points.tell, control)
         self.pace = beside_a_cycle(clock) if self._serves_a_cycle() else Pace(clock)
 
     def path(self, name: str) -> Path:
@@ -199,6 +202,9 @@ class DeviceProcess:
             with blamed(name, self.clock.now_ns()):
                 self.clock.handle(device.start)
                 self.clock.handle(partial(self._lose_power, name))
+        self._far.listen(partial(self.clock.handle, self.waiting.begin))
+        for name in self.devices:
+            self.control.serve(f"condition/{name}/*", self._of_others.answers(name))
         self.clock.handle(self.waiting.arm_all)
 
     def _note(self, entry: DeviceEntry, ends: Mapping[str, Link[Any]], fault: FaultNote) -> None:
@@ -229,6 +235,7 @@ class DeviceProcess:
         )
 
     async def close(self) -> None:
+        self._far.close()
         for wait in tuple(self._waits):
             wait.cancel()
         while self.devices:

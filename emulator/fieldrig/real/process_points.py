@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
-from fieldrig.faults.condition import REMEDY
 from fieldrig.points.access import read_point
 from fieldrig.points.names import split_point
 from fieldrig.real.switched import Switched
@@ -19,6 +18,10 @@ class ProcessPoints:
         self._process, self._devices = process, devices
         self._calls: dict[str, dict[str, list[OnChange]]] = {}
         """The calls for changes of points, by device and key."""
+
+    def has(self, device: str) -> bool:
+        """Return whether a device is one of this process."""
+        return device in self._devices
 
     def get(self, point: str, key: str | None = None) -> Value:
         """Return the present value.  ControlError for a point that this process does not have."""
@@ -50,5 +53,5 @@ class ProcessPoints:
 
     def _device(self, name: str) -> Switched:
         if name not in self._devices:
-            raise ControlError(f"{name} is no device of the process {self._process}", REMEDY)
+            raise ControlError(f"{name} is no device of the process {self._process}")
         return self._devices[name]
