@@ -288,7 +288,7 @@ def _point(variable: Variable) -> Point:
     high = variable.type.high if variable.high is None else variable.high
     return Point(
         lambda: variable.present,
-        variable.put,
+        variable.order,
         about=variable.name,
         type=variable.type.name,
         low=low,

@@ -151,10 +151,27 @@ class Variable:
 
     def put(self, value: Value) -> None:
         """Set the value from the application, regardless of the access type.  Raises ValueError if it doesn't fit."""
+        self.set(self._fitting(value))
+
+    def order(self, value: Value) -> None:
+        """Do what a master's write does, such as the order of a control word, where a master can write; else put.
+
+        Raises ValueError if the value doesn't fit, or is refused at present.
+        """
+        data = self._fitting(value)
+        if self.writer is None or not self.access.is_writable:
+            self.set(data)
+            return
+        try:
+            self.writer(data)
+        except Abort as refused:
+            raise ValueError(f"refused with {refused}") from refused
+
+    def _fitting(self, value: Value) -> bytes:
         data = self.type.encode(value)
         if self.refusal(data) is not None:
             number_in(value, self.low, self.high, name=self.key)
-        self.set(data)
+        return data
 
     def nearest(self, number: float) -> int | float:
         """Return the number that a variable of a number can hold nearest to this one, within its limits."""
