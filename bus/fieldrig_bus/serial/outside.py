@@ -8,7 +8,6 @@ whose machine is gone.
 
 import asyncio
 import logging
-import socket
 import time
 from collections.abc import Callable
 from typing import Protocol
@@ -16,6 +15,7 @@ from typing import Protocol
 from fieldrig.loop.pace import Pace
 from fieldrig.outside.addresses import split_address
 from fieldrig.outside.limits import FIRST_MESSAGE_S, Limits
+from fieldrig.outside.vanished import notice_silence
 from fieldrig_bus.net import Connection, TcpServer, cancel
 
 log = logging.getLogger(__name__)
@@ -26,11 +26,6 @@ GRACE_S = 0.5
 SILENT_S = FIRST_MESSAGE_S
 """Time after which a client that has sent nothing gives way, in seconds."""
 RETRY_S = 1.0
-KEEPALIVE = {
-    "TCP_KEEPIDLE": 10,
-    "TCP_KEEPINTVL": 5,
-    "TCP_KEEPCNT": 3,
-}  # seconds, seconds, probes; where the system has them
 
 
 class Client(Protocol):
@@ -151,7 +146,7 @@ class _Connection(Connection):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         self._since_s = time.monotonic()
-        _keep_alive(transport.get_extra_info("socket"))
+        notice_silence(transport.get_extra_info("socket"))
         self._place.arrived(self)
 
     def data_received(self, data: bytes) -> None:
@@ -165,10 +160,3 @@ class _Connection(Connection):
 
     def __str__(self) -> str:
         return str(self.transport.get_extra_info("peername"))
-
-
-def _keep_alive(sock: socket.socket) -> None:
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    for name, value in KEEPALIVE.items():
-        if hasattr(socket, name):
-            sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)

@@ -20,10 +20,14 @@ from fieldrig.outside.addresses import split_address
 from fieldrig.outside.portions import Portions
 from fieldrig.outside.shared_token import proof, token
 from fieldrig.outside.untrusted import field, read_json, shown
+from fieldrig.outside.vanished import leave_when_silent
 from fieldrig.text.exception_notes import blame
 
 log = logging.getLogger(__name__)
 
+CONNECT_S = 2.0
+"""Time for a connection over TCP.  The system itself tries for minutes, ever more seldom, so that a line that is back
+would not be noticed for as long as it was cut."""
 MOST_STANDING = 4_096
 """Number of standing messages that are kept for a new hub; a hub accepts no more from one member."""
 
@@ -102,12 +106,14 @@ class RemoteLink(asyncio.Protocol):
                 transport, _ = await loop.create_unix_connection(lambda: self, str(path))
             elif address is not None:
                 host, port = split_address(address)
-                transport, _ = await loop.create_connection(lambda: self, host, port)
+                async with asyncio.timeout(CONNECT_S):
+                    transport, _ = await loop.create_connection(lambda: self, host, port)
             else:
                 raise FileNotFoundError(f"no socket {path}")
         except OSError as cause:
             raise BusError(
-                f"{self._bus.name}: no hub answers: {cause}", "start the process that runs this bus first"
+                f"{self._bus.name}: no hub answers: {cause or f'within {CONNECT_S:g} s'}",
+                "start the process that runs this bus first",
             ) from cause
         try:
             hello = self._hello(await self._challenge)
@@ -153,6 +159,7 @@ class RemoteLink(asyncio.Protocol):
 
     def connection_made(self, transport: Any) -> None:
         self._line = transport
+        leave_when_silent(transport)
 
     def connection_lost(self, cause: Exception | None) -> None:
         was_attached, self._transport, self._line = self._transport is not None, None, None

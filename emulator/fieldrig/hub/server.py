@@ -17,6 +17,7 @@ from fieldrig.outside.addresses import bind_remedy, is_loopback, split_address
 from fieldrig.outside.limits import Door, Limits
 from fieldrig.outside.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, is_proof, token
 from fieldrig.outside.untrusted import field, read_json, shown
+from fieldrig.outside.vanished import leave_when_silent
 from fieldrig.system.own_files import remove_socket
 
 if TYPE_CHECKING:
@@ -129,6 +130,7 @@ class MemberStream(asyncio.Protocol):
             return
         self._server.door.enter(self, peer)
         self._server.streams.add(self)
+        leave_when_silent(transport)
         transport.set_write_buffer_limits(high=CROWDED_BACKLOG)
         self._write(Kind.CHALLENGE, {"nonce": self._nonce})
         self._patience = asyncio.get_running_loop().call_later(PATIENCE_S, self._disconnect, "no hello came")
