@@ -37,6 +37,7 @@ import pulses  # noqa: E402
 import recording  # noqa: E402
 import replay  # noqa: E402
 import ring  # noqa: E402
+import ring_network  # noqa: E402
 import shipped_rigs  # noqa: E402
 import single_drive  # noqa: E402
 import start_up  # noqa: E402
@@ -54,6 +55,7 @@ BENCHMARKS = (
     canopen_node,
     modbus,
     ring,
+    ring_network,
     flood,
     recording,
     trace_names,

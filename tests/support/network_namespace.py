@@ -5,7 +5,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import cache
 from ipaddress import ip_address
 from pathlib import Path
@@ -40,13 +40,23 @@ def network_namespace() -> Iterator[Callable[[], AbstractContextManager[None]]]:
         _checked(_libc.unshare(_CLONE_NEWNET))
         try:
             subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-            yield lambda: _moved(before)
+            yield lambda: inside(before)
         finally:
             _checked(_libc.setns(before, _CLONE_NEWNET))
 
 
 @contextmanager
-def _moved(network: int) -> Iterator[None]:
+def new_network() -> Iterator[int]:
+    """Return a descriptor of a new network, for `inside`; the calling thread stays where it is."""
+    with ExitStack() as kept:
+        with network_namespace():
+            network = kept.enter_context(_present())
+        yield network
+
+
+@contextmanager
+def inside(network: int) -> Iterator[None]:
+    """Move the calling thread, and what it starts, into a network."""
     with _present() as before:
         _checked(_libc.setns(network, _CLONE_NEWNET))
         try:
