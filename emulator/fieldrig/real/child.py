@@ -6,6 +6,7 @@ that is installed then.
 """
 
 import asyncio
+import errno
 import gc
 import logging
 import os
@@ -17,10 +18,11 @@ from contextlib import nullcontext, suppress
 from pathlib import Path
 
 from fieldrig.config.rig_file import RigConfig
+from fieldrig.errors import RigError
 from fieldrig.real.placement import ProcessPlan
 from fieldrig.system import log_files
 from fieldrig.system.exits import ABOUT, KILL, Exit
-from fieldrig.system.own_files import open_file
+from fieldrig.system.own_files import open_file, refused
 
 log = logging.getLogger(__name__)
 
@@ -39,6 +41,15 @@ def command(config: RigConfig, plan: ProcessPlan, overrides: Sequence[str], is_r
     for override in overrides:
         line += ["--set", override]
     return [*line, "--realtime"] if is_realtime else line
+
+
+def not_started(cause: OSError, name: str, remedy: str) -> RigError:
+    """Return the error for a process that the system has no room for, or whose log cannot be opened."""
+    if cause.filename is not None and cause.errno not in (errno.EMFILE, errno.ENFILE):
+        return refused(cause)
+    return RigError(
+        f"the system has no room for the process {name}: {cause.strerror or cause}", f"see ulimit -a; {remedy}"
+    )
 
 
 class Child:

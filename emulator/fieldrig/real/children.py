@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from functools import partial
 
 from fieldrig.config.rig_file import RigConfig
-from fieldrig.errors import RigError
-from fieldrig.real.child import CAN_FORK, Child, command
+from fieldrig.points.values import counted
+from fieldrig.real.child import CAN_FORK, Child, command, not_started
 from fieldrig.real.host import run_process, start_log
 from fieldrig.real.placement import ProcessPlan
 from fieldrig.system.exits import Exit
@@ -39,12 +39,12 @@ class Children:
         """
         if not CAN_FORK:
             return
+        count = counted(len(self.by_name), "process", "processes")
         for name, child in self.by_name.items():
             try:
                 child.fork(partial(_work, self._config, self._plans[name], self._is_realtime))
             except OSError as cause:
-                what = f"the system has no room for the process {name}: {cause.strerror or cause}"
-                raise RigError(what, f"it takes {len(self.by_name)} processes; see ulimit -a") from cause
+                raise not_started(cause, name, f"the rig takes {count}") from cause
 
     def close(self) -> None:
         """Kill the children that still run, and release the pipe."""

@@ -17,9 +17,8 @@ from typing import Any, Final
 from fieldrig.config import kinds
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.events import event
-from fieldrig.errors import RigError
 from fieldrig.outside.page_seat import SEAT_VARIABLE, PageRole, Seat, take_seat
-from fieldrig.real.child import CAN_FORK, FIRST_KEPT, Child, how_it_ended
+from fieldrig.real.child import CAN_FORK, FIRST_KEPT, Child, how_it_ended, not_started
 from fieldrig.real.host import end_with_parent, name_process, start_log
 from fieldrig.real.patience import Patience
 from fieldrig.real.roster import Report
@@ -70,8 +69,7 @@ class PageProcess:
             try:
                 self._child.fork(partial(_work, self._page, self._config, self._seat))
             except OSError as cause:
-                what = f"the system has no room for the process of the page: {cause.strerror or cause}"
-                raise RigError(what, "see ulimit -a, or leave the page out: fieldrig up --no-ui") from cause
+                raise not_started(cause, "of the page", "or leave the page out: fieldrig up --no-ui") from cause
 
     def status(self) -> dict[str, Any]:
         """Return its part of `fieldrig status`."""

@@ -5,6 +5,7 @@ may bring one.  So a folder has to be this user's own and writable by no one els
 user is neither opened nor deleted.  Left out: Windows, which has neither owners nor links of this kind.
 """
 
+import errno
 import os
 import stat
 from pathlib import Path
@@ -25,8 +26,13 @@ OUTSIDE_VARIABLE: Final = "FIELDRIG_OUTSIDE_PATHS"
 def own_folder(folder: Path) -> Path:
     """Make the folder if it is missing, and return it.
 
-    RigError if it is another user's, or if others may write to it.  OSError if it cannot be made.
+    RigError if it is another user's, if another user's link leads to it, or if others may write to it.  OSError if it
+    cannot be made.
     """
+    if HAS_OWNERS and folder.is_symlink() and (owner := folder.lstat().st_uid) not in (0, os.geteuid()):
+        raise RigError(
+            f"{folder} is a link of another user (id {owner})", "name a folder of your own: --set run=FOLDER"
+        )
     folder.mkdir(parents=True, exist_ok=True, mode=FOLDER_MODE)
     about = folder.stat()
     if hasattr(os, "geteuid") and about.st_uid != os.geteuid():
@@ -97,6 +103,14 @@ def open_own(path: Path, flags: int) -> int:
     if hasattr(os, "fchmod") and flags & (os.O_WRONLY | os.O_RDWR) and about.st_mode & 0o077:
         os.fchmod(fd, FILE_MODE)  # made by an earlier version, for all to read
     return fd
+
+
+def refused(cause: OSError) -> RigError:
+    """Return the error for a user in whose run folder a file or folder cannot be made or opened."""
+    what = cause.filename if cause.filename is not None else "the run folder"
+    if cause.errno == errno.ELOOP:
+        return RigError(f"{what} is a link", "remove it, and start the rig again")
+    return RigError(f"{what} cannot be made: {cause.strerror or cause}", "name another folder: --set run=FOLDER")
 
 
 def open_file(path: Path, mode: str, encoding: str | None = None) -> IO[Any]:

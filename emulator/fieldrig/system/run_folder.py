@@ -14,7 +14,7 @@ from typing import IO, Any
 
 from fieldrig.errors import RigError
 from fieldrig.system.file_locks import lock as lock_file
-from fieldrig.system.own_files import FOLDER_MODE, open_file, own_folder, part_of
+from fieldrig.system.own_files import FOLDER_MODE, open_file, own_folder, part_of, refused
 
 RIG_LOCK = "rig.lock"
 PROCESSES_LOCK = "processes.lock"
@@ -48,7 +48,7 @@ class RunFolder:
                 (self.folder / part).chmod(FOLDER_MODE)  # earlier versions made them for all to read
             lock = open_file(self.folder / RIG_LOCK, "a+", encoding="ascii")
         except OSError as cause:
-            raise RigError(f"the run folder cannot be made: {cause}", "name another: --set run=FOLDER") from cause
+            raise refused(cause) from cause
         if not _locked(lock, wait_s=0):
             lock.seek(0)
             owner = lock.read().strip() or "unknown"
@@ -78,9 +78,7 @@ class RunFolder:
         try:
             lock = open_file(self.folder / PROCESSES_LOCK, "ab")
         except OSError as cause:
-            raise RigError(
-                f"{self.folder} cannot be written: {cause.strerror}", "make room, or --set run=FOLDER"
-            ) from cause
+            raise refused(cause) from cause
         with lock:
             if not _locked(lock, wait_s=LINGER_S):
                 raise RigError(
@@ -108,7 +106,7 @@ def join_run(folder: Path) -> IO[Any]:
         own_folder(folder)
         lock = open_file(folder / PROCESSES_LOCK, "ab")
     except OSError as cause:
-        raise RigError(f"the run folder cannot be used: {cause}", "name another: --set run=FOLDER") from cause
+        raise refused(cause) from cause
     lock_file(lock, is_shared=True)
     return lock
 

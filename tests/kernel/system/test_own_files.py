@@ -11,6 +11,7 @@ from running_rig import RunningRig
 from fieldrig.config.rig_file import load
 from fieldrig.control import endpoint
 from fieldrig.errors import ConfigError, RigError
+from fieldrig.real.child import not_started
 from fieldrig.settings import RunPath, Settings
 from fieldrig.storage.store import FileStore, StoreError
 from fieldrig.system.own_files import OUTSIDE_VARIABLE, open_file, open_own, own_folder, part_of, remove_socket
@@ -54,6 +55,18 @@ def test_a_run_folder_of_another_user_is_refused(use: object, tmp_path: Path) ->
         use(folder)
     assert "--set run=FOLDER" in refused.value.remedy
     assert list(folder.iterdir()) == []
+
+
+@AS_ROOT
+def test_a_link_of_another_user_to_a_folder_of_ours_is_refused(tmp_path: Path) -> None:
+    """The other user could let it lead to another folder of ours while the rig runs."""
+    folder, link = tmp_path / "lab", tmp_path / "link"
+    own_folder(folder)
+    link.symlink_to(folder)
+    own_folder(link)  # our own link
+    os.chown(link, OTHER_USER, OTHER_USER, follow_symlinks=False)
+    with pytest.raises(RigError, match="link of another user"):
+        RunFolder(link).claim([])
 
 
 @pytest.mark.parametrize("mode", [0o770, 0o707, 0o777, 0o1777])
@@ -151,13 +164,25 @@ def test_a_lock_that_is_a_link_is_not_followed(name: str, tmp_path: Path, precio
         claimed.claim([])
         claimed.wait_for_the_last()
 
-    with pytest.raises(RigError):
+    with pytest.raises(RigError, match=f"{name} is a link"):
         start()
     claimed.release()
     if name == "processes.lock":
-        with pytest.raises(RigError):
+        with pytest.raises(RigError, match=f"{name} is a link"):
             join_run(folder)
     assert precious.read_text(encoding="utf-8") == "keep me"
+
+
+def test_a_log_that_is_a_link_is_named(tmp_path: Path, precious: Path) -> None:
+    """Once, it was said that the system had no room for the process."""
+    log = tmp_path / "meters.log"
+    log.symlink_to(precious)
+    with pytest.raises(OSError) as failed:  # noqa: PT011  the error of the system
+        open_file(log, "ab")
+    said = not_started(failed.value, "meters", "the rig takes 1 process")
+    assert str(said) == f"{log} is a link\n  remove it, and start the rig again"
+    no_process = not_started(OSError(11, "Resource temporarily unavailable"), "meters", "the rig takes 1 process")
+    assert "no room for the process meters" in str(no_process)
 
 
 @pytest.mark.parametrize("part", ["log", "state", "serial"])
