@@ -48,6 +48,11 @@ class Judge:
             watch.heal(at_ns)
         self.look(at_ns)
 
+    def hurt(self) -> None:
+        """Note that more happens after all was over: whether the machine comes back is judged after that."""
+        for watch in self._open:
+            watch.hurt()
+
     @property
     def recovery_ns(self) -> int | None:
         """The latest instant at which the machine has to have come back; None if it is not waited for."""
@@ -91,6 +96,9 @@ class _Watch:
 
     def heal(self, at_ns: int) -> None:
         """Nothing: most properties hold with faults as well."""
+
+    def hurt(self) -> None:
+        """Nothing, as above."""
 
     def missed(self, at_ns: int) -> Found:
         """Return what has not happened until the end of the scenario."""
@@ -210,6 +218,9 @@ class _Recovery(_Watch):
     def heal(self, at_ns: int) -> None:
         if not self._is_met and self.due_ns is None:
             self.due_ns = at_ns + self._within_ns
+
+    def hurt(self) -> None:
+        self._is_met, self.due_ns = False, None
 
     def missed(self, at_ns: int) -> Found:
         if self.due_ns is None:

@@ -129,7 +129,9 @@ class Stage(ExitStack):
             if self._is_on(split_point(name)[0]):
                 self.follow(name)
         self._acts = deque(sorted([*self._acts, *acts], key=lambda act: act.at_ns))
-        self._healed = False
+        if self._healed and acts:
+            self._healed = False
+            self._judge.hurt()
 
     def run_until(self, until_ns: int) -> None:
         """Let everything happen up to an instant, where what is done at that instant has not happened yet."""

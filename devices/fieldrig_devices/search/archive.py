@@ -2,12 +2,13 @@
 
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from fieldrig.clock import S
 from fieldrig.config.build import random_of
 from fieldrig_devices.scenarios.act import Schedule
-from fieldrig_devices.search.piece import Piece, Run
+from fieldrig_devices.search.eye import State
+from fieldrig_devices.search.piece import Piece, Run, World
 from fieldrig_devices.search.strategy import Task, thrown
 
 PIECE_NS: Final = 2 * S
@@ -20,6 +21,7 @@ MOST_STATES: Final = 64
 class _State:
     """A state of the machine from which the search goes on."""
 
+    world: World
     acts: Schedule
     at_ns: int
     pieces: int
@@ -30,12 +32,15 @@ class Archive:
     ahead = 16
 
     def __init__(self, task: Task) -> None:
-        self._plan = task.plan
+        self._task = task
         self._dice = random_of(f"archive/{task.shard.number}", task.seed)
-        self._known = [_State((), 0, 0)]
+        self._known = [_State(world, (), 0, 0) for world in task.plan.worlds]
+        self._begins = len(self._known)
         self._open: deque[_State] = deque()
         """The states that the open pieces go on from."""
-        self._seen: set[tuple[Any, ...]] = set()
+        self._seen: set[State] = set()
+        self._marks = 0
+        """The marks that any piece has passed, as the bytes of a number."""
         self._count = 0
 
     def piece(self) -> Piece:
@@ -44,21 +49,28 @@ class Archive:
         state.visits += 1
         self._open.append(state)
         until_ns = state.at_ns + PIECE_NS
-        acts = thrown(self._dice, self._plan, state.at_ns, until_ns)
-        return Piece((*state.acts, *acts), state.at_ns, until_ns, is_whole=False)
+        acts = thrown(self._dice, self._task.bench.choices, state.at_ns, until_ns)
+        return Piece((*state.acts, *acts), state.at_ns, until_ns, is_whole=False, world=state.world)
 
     def take(self, played: Run) -> bool:
         before = self._open.popleft()
         self._count += 1
-        is_new = not played.states <= self._seen
-        self._seen |= played.states
+        is_new = self._is_new(played)
         if not is_new or played.violations or before.pieces + 1 >= MOST_PIECES:
             return False
-        self._known.append(_State(played.acts, played.length_ns, before.pieces + 1))
+        self._known.append(_State(before.world, played.acts, played.length_ns, before.pieces + 1))
         if len(self._known) > MOST_STATES:
-            # The state that was visited most often goes; never the begin.
-            self._known.remove(max(self._known[1:], key=lambda one: one.visits))
+            # The state that was visited most often goes; never a begin.
+            self._known.remove(max(self._known[self._begins :], key=lambda one: one.visits))
         return True
 
+    def _is_new(self, played: Run) -> bool:
+        """Note what a piece has seen, and return whether there is anything for the first time."""
+        marks = int.from_bytes(played.marks, "little")
+        is_new = not played.states <= self._seen or bool(marks & ~self._marks)
+        self._seen |= played.states
+        self._marks |= marks
+        return is_new
+
     def told(self) -> str:
-        return f"archive: {self._count} runs, {len(self._seen)} states"
+        return f"archive: {self._count} runs, {len(self._seen)} states, {self._marks.bit_count()} branches of programs"

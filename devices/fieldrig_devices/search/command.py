@@ -2,11 +2,12 @@
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
-from fieldrig.cli.common import AsJson, argument, command_group, duration_ns, echo_json, writing
+from fieldrig.cli.common import AsJson, Overrides, argument, command_group, duration_ns, echo_json, writing
 from fieldrig.clock import S
 from fieldrig.errors import UsageError
 from fieldrig.system.exits import Exit
@@ -14,14 +15,29 @@ from fieldrig.system.exits import Exit
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fieldrig_devices.search.corpus import Corpus, Finding
+    from fieldrig_devices.search.corpus import Corpus, Finding, Origin
+    from fieldrig_devices.search.plan import Plan
     from fieldrig_devices.search.strategy import Shard
 
 SECTION = "Run a rig"
 """The group of the command in the help of `fieldrig`."""
-app = command_group()
+
+
+class Searching(TyperGroup):
+    """`fieldrig search RIG --property FILE` means `fieldrig search run RIG --property FILE`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        is_file = bool(args) and args[0] not in self.commands and not args[0].startswith("-")
+        return super().parse_args(ctx, ["run", *args] if is_file else args)
+
+
+app = command_group(Searching)
 PlanFile = Annotated[Path, argument("PLAN", "The plan: a scenario, and what may happen besides.")]
 CorpusFile = Annotated[Path, argument("CORPUS", "The file with the runs and findings of searches.")]
+PlanOption = Annotated[
+    Path | None, typer.Option("--plan", metavar="PLAN", help="The plan, if it is not where it was.", show_default=False)
+]
+Numbers = Annotated[list[int] | None, argument("NUMBER...", "The findings, as `show` numbers them; all without one.")]
 CORPUS = "search.sqlite"
 
 
@@ -31,6 +47,7 @@ def search() -> None:
 
     \b
         fieldrig search run configs/searches/feeder.yaml --budget 10min
+        fieldrig search configs/feeder.yaml --property properties.yaml
         fieldrig search show search.sqlite
         fieldrig search compare configs/searches/feeder.yaml search.sqlite
     """
@@ -38,7 +55,14 @@ def search() -> None:
 
 @app.command()
 def run(
-    plan: PlanFile,
+    plan: Annotated[Path, argument("PLAN", "The plan: a scenario, and what may happen besides; or a rig file.")],
+    properties: Annotated[
+        Path | None,
+        typer.Option(
+            "--property", metavar="FILE", help="What has to hold: a plan for the rig file.", show_default=False
+        ),
+    ] = None,
+    overrides: Overrides = None,
     strategies: Annotated[
         str, typer.Option("--strategy", metavar="NAMES", help="The strategies, one after the other.")
     ] = "sweep,archive",
@@ -62,14 +86,16 @@ def run(
 
     Each way to break one is made as small as possible, and repeats bit for bit.
     """
-    from fieldrig_devices.search.corpus import Corpus
-    from fieldrig_devices.search.crew import Bench, LocalCrew
+    from fieldrig_devices.search.bench import Bench
+    from fieldrig_devices.search.corpus import Corpus, Origin
+    from fieldrig_devices.search.crew import LocalCrew
     from fieldrig_devices.search.findings import write
-    from fieldrig_devices.search.plan import load_plan
     from fieldrig_devices.search.search import Limits, Search
 
-    given, chosen, part = load_plan(plan), _chosen(strategies), _shard(shard)
+    origin = Origin(str(properties or plan), "" if properties is None else str(plan), tuple(overrides or ()))
+    given, chosen, part = _plan(origin), _chosen(strategies), _shard(shard)
     store = Corpus(corpus)
+    store.come_from(origin)
     with Bench(given) as bench, LocalCrew(bench, workers) as crew:
         one = Search(given, bench, crew, store, seed, part)
         limits = Limits(duration_ns(budget) / S, most)
@@ -91,6 +117,31 @@ def show(corpus: CorpusFile, as_json: AsJson = False) -> None:
 
 
 @app.command()
+def replay(corpus: CorpusFile, numbers: Numbers = None, plan: PlanOption = None) -> None:
+    """Play findings again, and tell what happens. The exit code is 1 if a property still does not hold."""
+    from fieldrig_devices.search.comparing import replayed
+
+    store, is_broken = _opened(corpus), False
+    for one in replayed(_plan_of(store, plan), _numbered(store, numbers)):
+        typer.echo(f"{one.finding.number}. {one.finding.property}: {one.told[0] if one.told else 'holds now'}")
+        for line in one.told[1:]:
+            typer.echo(f"     {line}")
+        typer.echo(f"     each message is {'the same' if one.is_same else 'not the same any more'}")
+        is_broken |= bool(one.told)
+    if is_broken:
+        raise typer.Exit(Exit.TESTS_FAILED)
+
+
+@app.command()
+def minimise(corpus: CorpusFile, numbers: Numbers = None, plan: PlanOption = None) -> None:
+    """Make findings small again, such as after a change of the program or of the plan."""
+    from fieldrig_devices.search.comparing import minimised
+
+    store = _opened(corpus)
+    _show(list(minimised(_plan_of(store, plan), store, _numbered(store, numbers))), as_json=False)
+
+
+@app.command()
 def merge(
     target: Annotated[Path, argument("TARGET", "The corpus that gets everything.")],
     others: Annotated[list[Path], argument("CORPUS...", "The others.")],
@@ -105,7 +156,12 @@ def merge(
 
 
 @app.command()
-def compare(plan: PlanFile, corpus: CorpusFile, as_json: AsJson = False) -> None:
+def compare(
+    plan: PlanFile,
+    corpus: CorpusFile,
+    workers: Annotated[int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Run N branches at a time.")] = 2,
+    as_json: AsJson = False,
+) -> None:
     """Play the runs of a corpus again after the program was changed, and list what holds now or no longer does.
 
     The exit code is 1 if a run has become worse.
@@ -113,7 +169,7 @@ def compare(plan: PlanFile, corpus: CorpusFile, as_json: AsJson = False) -> None
     from fieldrig_devices.search.comparing import compared
     from fieldrig_devices.search.plan import load_plan
 
-    changes = compared(load_plan(plan), _opened(corpus))
+    changes = compared(load_plan(plan), _opened(corpus), workers)
     worse = [one for one in changes if one.is_worse]
     if as_json:
         echo_json([one._asdict() for one in changes])
@@ -131,6 +187,34 @@ def _opened(file: Path) -> "Corpus":
     if not file.is_file():
         raise UsageError(f"there is no {file}", "expected the corpus of a search")
     return Corpus(file)
+
+
+def _plan(origin: "Origin") -> "Plan":
+    from fieldrig_devices.search.plan import load_plan, plan_for
+
+    file = Path(origin.file)
+    return plan_for(Path(origin.rig), file, origin.overrides) if origin.rig else load_plan(file, origin.overrides)
+
+
+def _plan_of(corpus: "Corpus", file: Path | None) -> "Plan":
+    """Return the plan of a corpus.  UsageError if it has several, and none is named."""
+    origins = corpus.origins()
+    if file is not None:
+        from fieldrig_devices.search.corpus import Origin
+
+        return _plan(origins[0]._replace(file=str(file)) if len(origins) == 1 else Origin(str(file), "", ()))
+    if len(origins) != 1:
+        raise UsageError(f"the corpus comes from {len(origins)} plans", "name one of them with --plan")
+    return _plan(origins[0])
+
+
+def _numbered(corpus: "Corpus", numbers: list[int] | None) -> "list[Finding]":
+    """Return the findings with these numbers, all without any.  UsageError for one that there is not."""
+    found = {one.number: one for one in corpus.findings()}
+    for number in numbers or ():
+        if number not in found:
+            raise UsageError(f"there is no finding {number}", f"there are: {', '.join(map(str, found)) or 'none'}")
+    return [found[number] for number in numbers or found]
 
 
 def _chosen(strategies: str) -> "Sequence[str]":
@@ -159,6 +243,8 @@ def _show(found: "Sequence[Finding]", *, as_json: bool) -> None:
         return
     for one in found:
         typer.echo(f"{one.number}. {one.property}: at {one.at_ns / 1e6:g} ms {one.what}")
+        for override in one.world:
+            typer.echo(f"     with {override}")
         for act in one.acts:
             typer.echo(f"     at {act.at_ns / 1e6:g} ms: {act}")
     typer.echo(f"{len(found)} findings" if found else "nothing was found")

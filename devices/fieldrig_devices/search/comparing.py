@@ -1,11 +1,17 @@
-"""Two versions of a program on the same corpus: what got worse, and what is fixed."""
+"""Plays what a corpus has again: two versions of a program on the same runs, and findings by themselves."""
 
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from fieldrig_devices.search.corpus import Corpus
-from fieldrig_devices.search.crew import Bench
-from fieldrig_devices.search.piece import Piece
+from fieldrig_devices.scenarios.report import told
+from fieldrig_devices.search.bench import Bench
+from fieldrig_devices.search.causes import Causes
+from fieldrig_devices.search.corpus import Corpus, Finding
+from fieldrig_devices.search.crew import LocalCrew
+from fieldrig_devices.search.piece import Piece, Run
 from fieldrig_devices.search.plan import Plan
+
+AHEAD = 64
 
 
 class Changed(NamedTuple):
@@ -20,13 +26,53 @@ class Changed(NamedTuple):
         return f"{self.property} {told}: {'; '.join(self.acts) or 'without any action'}"
 
 
-def compared(plan: Plan, corpus: Corpus) -> list[Changed]:
+class Replayed(NamedTuple):
+    """A finding that was played again."""
+
+    finding: Finding
+    told: tuple[str, ...]
+    """The reason in words; nothing if the property holds now."""
+    is_same: bool
+    """True if each message is the one of the search."""
+
+
+def compared(plan: Plan, corpus: Corpus, workers: int = 1) -> list[Changed]:
     """Play all runs of a corpus with the program as it is now."""
-    changes = list[Changed]()
-    with Bench(plan) as bench:
-        for acts, _, length_ns, violations in corpus.runs():
-            now = {one.property for one in bench.play(Piece(acts, 0, length_ns)).violations}
-            before = {name for name, *_ in violations}
-            shown = tuple(f"{act} at {act.at_ns / 1e6:g} ms" for act in acts)
+    changes, runs = list[Changed](), [(run, {name for name, *_ in wrong}) for run, _, wrong in corpus.all_runs()]
+    with Bench(plan) as bench, LocalCrew(bench, workers) as crew:
+        started = iter(runs)
+        for number, (run, before) in enumerate(runs):
+            for other, _ in _some(started, AHEAD if number == 0 else 1):
+                crew.start(Piece(other.acts, 0, other.length_ns, world=other.world))
+            now = {one.property for one in crew.next().violations}
+            shown = (*run.world, *(f"{act} at {act.at_ns / 1e6:g} ms" for act in run.acts))
             changes += [Changed(name, shown, name in now) for name in sorted(now ^ before)]
     return changes
+
+
+def _some(runs: Iterator[tuple[Run, set[str]]], count: int) -> Iterator[tuple[Run, set[str]]]:
+    return (one for _, one in zip(range(count), runs, strict=False))
+
+
+def replayed(plan: Plan, findings: Sequence[Finding]) -> Iterator[Replayed]:
+    """Play findings again."""
+    with Bench(plan) as bench:
+        for one in findings:
+            played = bench.told(Piece(one.acts, 0, one.length_ns, world=one.world))
+            violation = next((wrong for wrong in played.violations if wrong.property == one.property), None)
+            words = () if violation is None else tuple(told(played, violation))
+            yield Replayed(one, words, played.hash == one.hash)
+
+
+def minimised(plan: Plan, corpus: Corpus, findings: Sequence[Finding]) -> Iterator[Finding]:
+    """Make findings small again, from the actions with which they were found; those that hold now stay as they are."""
+    with Bench(plan) as bench:
+        causes = Causes(bench, corpus)
+        for one in findings:
+            for acts in (one.found, one.acts):
+                played = bench.play(Piece(acts, 0, one.length_ns, world=one.world))
+                if any(wrong.property == one.property for wrong in played.violations):
+                    small = causes.small(one.property, played)
+                    corpus.replace(one.number, small)
+                    yield small
+                    break

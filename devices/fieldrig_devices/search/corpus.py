@@ -10,15 +10,20 @@ from typing import Any, Final, NamedTuple
 
 from fieldrig.errors import UsageError
 from fieldrig_devices.scenarios.act import Act, Schedule
-from fieldrig_devices.search.piece import Run
+from fieldrig_devices.search.piece import Run, World
 
 _TABLES: Final = """
-CREATE TABLE IF NOT EXISTS run (acts TEXT PRIMARY KEY, strategy TEXT, length_ns INTEGER, violations TEXT);
+CREATE TABLE IF NOT EXISTS run (
+    acts TEXT, world TEXT, strategy TEXT, length_ns INTEGER, violations TEXT, PRIMARY KEY (acts, world)
+);
 CREATE TABLE IF NOT EXISTS finding (
     id INTEGER PRIMARY KEY, property TEXT, acts TEXT, found TEXT, length_ns INTEGER, at_ns INTEGER, what TEXT,
-    UNIQUE (property, acts)
+    world TEXT, cause TEXT, told TEXT, hash TEXT, UNIQUE (property, acts, world)
 );
+CREATE TABLE IF NOT EXISTS plan (file TEXT, rig TEXT, overrides TEXT, UNIQUE (file, rig, overrides));
+CREATE TABLE IF NOT EXISTS coverage (places TEXT PRIMARY KEY, marks BLOB);
 """
+_FINDING: Final = "property, acts, found, length_ns, at_ns, what, world, cause, told, hash"
 
 
 class Finding(NamedTuple):
@@ -34,6 +39,23 @@ class Finding(NamedTuple):
     """The time after which it is over."""
     at_ns: int
     what: str
+    world: World = ()
+    """The overrides with which it happens, beside those of the scenario."""
+    cause: str = ""
+    """Findings of one property with different causes are different faults of a program, as far as its way shows it."""
+    told: tuple[str, ...] = ()
+    """The reason in words, with what happened in the 50 ms before."""
+    hash: str = ""
+    """The number of all messages and their hash: a replay has the same one."""
+
+
+class Origin(NamedTuple):
+    """The plan of a search."""
+
+    file: str
+    rig: str
+    """The rig file, if the file has only properties; otherwise nothing."""
+    overrides: tuple[str, ...]
 
 
 class Corpus:
@@ -44,53 +66,111 @@ class Corpus:
         try:
             self._store = sqlite3.connect(file if file is not None else ":memory:")
             self._store.executescript(_TABLES)
+            self._store.execute(f"SELECT {_FINDING} FROM finding")
         except sqlite3.Error as wrong:
             raise UsageError(f"{file} is no corpus of a search", str(wrong)) from wrong
 
     def add(self, run: Run, strategy: str) -> bool:
         """Keep a run; false if there was one with the same actions."""
         violations = json.dumps([[one.property, one.at_ns, one.what] for one in run.violations])
-        row = (acts_text(run.acts), strategy, run.length_ns, violations)
+        row = (acts_text(run.acts), json.dumps(run.world), strategy, run.length_ns, violations)
         with self._store:
-            return self._store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?)", row).rowcount == 1
+            return self._store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?, ?)", row).rowcount == 1
 
     def note(self, finding: Finding) -> bool:
         """Keep a finding, whose number the corpus gives; false if it was there."""
-        acts, found = acts_text(finding.acts), acts_text(finding.found)
-        row = (finding.property, acts, found, finding.length_ns, finding.at_ns, finding.what)
+        row = (
+            finding.property,
+            acts_text(finding.acts),
+            acts_text(finding.found),
+            *finding[4:7],
+            json.dumps(finding.world),
+            finding.cause,
+            json.dumps(finding.told),
+            finding.hash,
+        )
         with self._store:
-            columns = "property, acts, found, length_ns, at_ns, what"
-            sql = f"INSERT OR IGNORE INTO finding ({columns}) VALUES (?, ?, ?, ?, ?, ?)"
+            marks = ", ".join("?" * len(row))
+            sql = f"INSERT OR IGNORE INTO finding ({_FINDING}) VALUES ({marks})"
             return self._store.execute(sql, row).rowcount == 1
 
+    def replace(self, number: int, finding: Finding) -> None:
+        """Keep a finding instead of the one with a number."""
+        with self._store:
+            self._store.execute("DELETE FROM finding WHERE id = ?", (number,))
+        self.note(finding)
+
     def runs(self) -> Iterator[tuple[Schedule, str, int, list[Any]]]:
-        """Yield the actions, the strategy, the length in nanoseconds and the violations of each run."""
-        sql = "SELECT acts, strategy, length_ns, violations FROM run ORDER BY rowid"
+        """Yield actions, strategy, length in nanoseconds and violations of each run of the first world."""
+        for run, strategy, violations in self.all_runs():
+            if not run.world:
+                yield run.acts, strategy, run.length_ns, violations
+
+    def all_runs(self) -> Iterator[tuple[Run, str, list[Any]]]:
+        """Yield each run without its violations, the strategy, and property, instant and reason of each violation."""
+        sql = "SELECT acts, world, strategy, length_ns, violations FROM run ORDER BY rowid"
         with closing(self._store.execute(sql)) as rows:
-            for acts, strategy, length_ns, violations in rows:
-                yield acts_of(acts), strategy, length_ns, json.loads(violations)
+            for acts, world, strategy, length_ns, violations in rows:
+                run = Run(acts_of(acts), (), length_ns, world=tuple(json.loads(world)))
+                yield run, strategy, json.loads(violations)
 
     def findings(self) -> list[Finding]:
-        sql = "SELECT id, property, acts, found, length_ns, at_ns, what FROM finding ORDER BY id"
-        rows = self._store.execute(sql).fetchall()
-        return [Finding(one[0], one[1], acts_of(one[2]), acts_of(one[3]), *one[4:]) for one in rows]
+        """Return the findings: of those of each property the one with the fewest actions first."""
+        rows = self._store.execute(f"SELECT id, {_FINDING} FROM finding ORDER BY id").fetchall()
+        found = [_finding_of(*row) for row in rows]
+        return sorted(found, key=lambda one: (one.property, len(one.acts), one.acts and one.acts[-1].at_ns, one.number))
+
+    def come_from(self, origin: Origin) -> None:
+        """Note the plan of the search, for those who play its findings again."""
+        with self._store:
+            row = (origin.file, origin.rig, json.dumps(origin.overrides))
+            self._store.execute("INSERT OR IGNORE INTO plan VALUES (?, ?, ?)", row)
+
+    def origins(self) -> list[Origin]:
+        rows = self._store.execute("SELECT file, rig, overrides FROM plan ORDER BY rowid").fetchall()
+        return [Origin(file, rig, tuple(json.loads(overrides))) for file, rig, overrides in rows]
 
     def merge(self, other: "Corpus") -> None:
         """Add everything of another corpus."""
         with self._store:
-            for row in other._store.execute("SELECT acts, strategy, length_ns, violations FROM run"):
-                self._store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?)", row)
+            for row in other._store.execute("SELECT acts, world, strategy, length_ns, violations FROM run"):
+                self._store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?, ?)", row)
+        known = {(one.property, one.cause) for one in self.findings() if one.cause}
         for one in other.findings():
-            self.note(one)
+            if (one.property, one.cause) not in known:
+                self.note(one)
+        for origin in other.origins():
+            self.come_from(origin)
 
     def hash(self) -> str:
         """Return a hash of all runs and findings.  It does not depend on the order in which they came."""
-        rows = [repr(row) for row in self._store.execute("SELECT acts, length_ns, violations FROM run ORDER BY acts")]
+        rows = [
+            repr(row) for row in self._store.execute("SELECT acts, world, length_ns, violations FROM run ORDER BY 1, 2")
+        ]
         rows += sorted(repr(one[1:]) for one in self.findings())
         return sha256("\n".join(rows).encode()).hexdigest()[:16]
 
     def close(self) -> None:
         self._store.close()
+
+
+def _finding_of(
+    number: int, name: str, acts: str, found: str, length_ns: int, at_ns: int, what: str, *others: str
+) -> Finding:
+    world, cause, told, messages = others
+    return Finding(
+        number,
+        name,
+        acts_of(acts),
+        acts_of(found),
+        length_ns,
+        at_ns,
+        what,
+        tuple(json.loads(world)),
+        cause,
+        tuple(json.loads(told)),
+        messages,
+    )
 
 
 def acts_text(acts: Schedule) -> str:

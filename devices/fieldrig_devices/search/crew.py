@@ -1,21 +1,17 @@
 """Who plays the pieces of a search: branches of this machine, or the workers of a cluster behind the same calls."""
 
-from collections import OrderedDict, deque
-from typing import TYPE_CHECKING, Final, Protocol, Self
+from collections import deque
+from typing import TYPE_CHECKING, Protocol, Self
 
-from fieldrig.config.rig_file import load
 from fieldrig.virtual.branch import Branch
-from fieldrig.virtual.rig import Rig
-from fieldrig_devices.scenarios.act import Schedule
-from fieldrig_devices.search import run
+from fieldrig_devices.search.bench import Bench
 from fieldrig_devices.search.piece import Piece, Run
-from fieldrig_devices.search.plan import Plan
 
 if TYPE_CHECKING:
     from types import TracebackType
 
-MOST_PARKED: Final = 96
-"""Branches that are kept at the ends of pieces; of those that were used least recently a worker lets go."""
+
+__all__ = ["Bench", "Crew", "LocalCrew"]
 
 
 class Crew(Protocol):
@@ -29,91 +25,6 @@ class Crew(Protocol):
 
     def drop(self, run: Run) -> None:
         """Nobody goes on from the end of this piece."""
-
-
-class Bench:
-    """The rig of a plan at the begin of the scenario, with branches on the way, in this process.
-
-    It has no need of anything that another worker has: from `plan` alone it makes what a piece begins with.
-    """
-
-    def __init__(self, plan: Plan) -> None:
-        """ConfigError or RigError for a rig that cannot be loaded, or that does not have what the plan names."""
-        self.plan, scenario = plan, plan.scenario
-        self._rig = Rig(load(scenario.rig, ("time=virtual", *scenario.overrides)))
-        self._parked: OrderedDict[tuple[Schedule, int], Branch] = OrderedDict()
-        try:
-            self._rig.run_until(scenario.after_ns)
-            self.root = self._rig.branch()
-            self.root.call(run.begin, scenario)
-            self._trunk, self._trunk_ns = self.root.branch(), 0
-        except BaseException:
-            self._rig.close()
-            raise
-
-    def play(self, piece: Piece) -> Run:
-        """Play a piece."""
-        branch = self.start(piece)
-        played: Run = branch.result()
-        self.park(branch, piece, played)
-        return played
-
-    def start(self, piece: Piece) -> Branch:
-        """Start a piece in a branch of its own; `Branch.result` gives the `Run`, and `park` takes the branch back."""
-        branch = self._nearest(piece).branch()
-        branch.start(run.play_piece, piece, self.plan.states)
-        return branch
-
-    def park(self, branch: Branch, piece: Piece, played: Run) -> None:
-        """Keep a branch whose piece has ended if another one may go on from there."""
-        if piece.is_whole or played.violations:
-            branch.close()
-            return
-        self._parked[_place(played)] = branch
-        if len(self._parked) > MOST_PARKED:
-            self._parked.popitem(last=False)[1].close()
-
-    def drop(self, played: Run) -> None:
-        """Nobody goes on from the end of this piece."""
-        branch = self._parked.pop(_place(played), None)
-        if branch is not None:
-            branch.close()
-
-    def close(self) -> None:
-        for branch in self._parked.values():
-            branch.close()
-        self._rig.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: "type[BaseException] | None", fault: BaseException | None, tb: "TracebackType | None"
-    ) -> None:
-        self.close()
-
-    def _nearest(self, piece: Piece) -> Branch:
-        """Return a branch that has done the most of what comes before a piece, and nothing else."""
-        before = piece.before
-        if piece.from_ns == 0:
-            return self.root
-        if before:
-            branch = self._parked.get((before, piece.from_ns))
-            if branch is None:
-                return self.root
-            self._parked.move_to_end((before, piece.from_ns))
-            return branch
-        if piece.from_ns < self._trunk_ns:
-            self._trunk.close()
-            self._trunk, self._trunk_ns = self.root.branch(), 0
-        if piece.from_ns > self._trunk_ns:
-            self._trunk.call(run.advance, piece.from_ns)
-            self._trunk_ns = piece.from_ns
-        return self._trunk
-
-
-def _place(played: Run) -> tuple[Schedule, int]:
-    return played.acts, played.length_ns
 
 
 class LocalCrew:

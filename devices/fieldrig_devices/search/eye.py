@@ -5,12 +5,12 @@ program that has run, the steps of its charts that are active, or a code with wh
 """
 
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig.clock import MS
 from fieldrig.coverage import collecting
-from fieldrig.coverage.places import Kind
+from fieldrig.coverage.places import Kind, Marked
 from fieldrig.errors import ControlError
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusResponse
@@ -21,7 +21,7 @@ from fieldrig_devices.search.state_places import Sort, state_places
 if TYPE_CHECKING:
     from fieldrig.virtual.rig import Rig
 
-LOOK_NS: Final = 10 * MS
+LOOK_NS: Final = 20 * MS
 """The time between two looks at points; they choose what is searched next, and judge nothing."""
 WINDOW_NS: Final = 5 * MS
 WINDOWS: Final = 10
@@ -40,7 +40,10 @@ class Eye:
         self._rig, self._sorts = rig, sorts
         self._keys = state_places(rig, sorts)
         self._further = [place_of(rig, name) for name in further]
-        self._programs = collecting.programs() if Sort.PROGRAMS in sorts else ()
+        self._programs = list(collecting.programs()) if Sort.PROGRAMS in sorts else []
+        self._loaded = len(self._programs)
+        self._again: list[tuple[int, Marked]] = []
+        """Programs that were loaded again, such as after a restart, each with the number that it had before."""
         self._steps = [[mark for mark, place in one.places if place.kind is Kind.STEP] for one in self._programs]
         self._sum = [0] * len(self._programs)
         """The marks that were passed, as the bytes of a number, which are joined fast."""
@@ -49,13 +52,15 @@ class Eye:
         self._is_on: dict[str, bool] = {}
         """The levels of the wires that are not those of plants."""
         self._states: set[State] = set()
+        self._is_looking = False
         self._controllers = {name for name, one in rig.config.devices.items() if not one.kind.startswith("plant.")}
         rig.on_instant(self._on_instant)
         if sorts & {Sort.ABORTS, Sort.OUTPUTS}:
             rig.on_delivery(self._on_delivery)
 
     def forget(self) -> None:
-        """Begin again with the states from the present instant on."""
+        """Begin with the states from the present instant on; before that, none are noted."""
+        self._is_looking = True
         self._states.clear()
         self._look()
 
@@ -71,7 +76,7 @@ class Eye:
 
     def way(self) -> bytes:
         """Return the marks that were passed in the last 50 ms."""
-        windows = [*self._windows, [_number(one.hits) for one in self._programs]]
+        windows = [*self._windows, self._passed()]
         sums = [_joined(window[number] for window in windows) for number in range(len(self._programs))]
         return b"".join(self._bytes(number, marks) for number, marks in enumerate(sums))
 
@@ -83,18 +88,35 @@ class Eye:
         if now_ns >= self._window_ns:
             self._window_ns = (now_ns // WINDOW_NS + 1) * WINDOW_NS
             self._turn()
-        if now_ns >= self._look_ns:
+        if self._is_looking and now_ns >= self._look_ns:
             self._look_ns = (now_ns // LOOK_NS + 1) * LOOK_NS
             self._look()
 
     def _turn(self) -> None:
         """Begin a new window."""
-        window = [_number(one.hits) for one in self._programs]
+        window = self._passed()
         self._windows.append(window)
         for number, marks in enumerate(window):
             self._sum[number] |= marks
-            hits = self._programs[number].hits
-            hits[:] = bytes(len(hits))
+        for one in (*self._programs, *(again for _, again in self._again)):
+            one.hits[:] = bytes(len(one.hits))
+
+    def _passed(self) -> list[int]:
+        """Return the marks of each program that were passed in this window."""
+        passed = [_number(one.hits) for one in self._programs]
+        if passed and len(collecting.programs()) > self._loaded:
+            self._note_loaded()
+        for number, one in self._again:
+            passed[number] |= _number(one.hits)
+        return passed
+
+    def _note_loaded(self) -> None:
+        """Note programs that were loaded since; one that was not there in the beginning has no number."""
+        loaded = collecting.programs()
+        for one in loaded[self._loaded :]:
+            numbers = (number for number, known in enumerate(self._programs) if known.places == one.places)
+            self._again += [(number, one) for number in [next(numbers, None)] if number is not None]
+        self._loaded = len(loaded)
 
     def _look(self) -> None:
         self._states.update(self._present())

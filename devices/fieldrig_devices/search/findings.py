@@ -60,11 +60,15 @@ def write(scenario: Scenario, findings: Sequence[Finding], folder: Path) -> list
 def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:
     """Return a scenario file, for a folder, with the one property that does not hold; all for one of every rig."""
     rules = [one for one in scenario.properties if one.name == finding.property] or scenario.properties
-    acts = sorted((*scenario.schedule, *finding.acts), key=lambda act: act.at_ns)
+    steps = (act for act in scenario.schedule if act.at_ns <= finding.length_ns)
+    acts = sorted((*steps, *finding.acts), key=lambda act: act.at_ns)
+    overrides = [*scenario.overrides, *finding.world]
     lines = [
         f"# {finding.property}: at {seconds(finding.at_ns)} {finding.what}",
+        *(f"#   {line}" for line in finding.told[1:]),
+        *([f"# messages and their hash: {finding.hash}"] if finding.hash else []),
         f"rig: {_quoted(_relative(scenario.rig, folder))}",
-        *([f"overrides: {json.dumps(list(scenario.overrides))}"] if scenario.overrides else []),
+        *([f"overrides: {json.dumps(overrides)}"] if overrides else []),
         f"after: {_time(scenario.after_ns)}",
         f"for: {_time(finding.length_ns)}",
         "steps:",

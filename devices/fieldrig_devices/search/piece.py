@@ -4,10 +4,14 @@ Whoever plays a piece, on whatever machine and in whatever order, gets the same 
 the rig at the begin of the piece goes on from there; another one plays what comes before it first.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from fieldrig_devices.scenarios.act import Schedule
 from fieldrig_devices.scenarios.property import Violation
+from fieldrig_devices.search.eye import State
+
+World = tuple[str, ...]
+"""Overrides of the rig beside those of the scenario, such as another seed or load."""
 
 
 class Piece(NamedTuple):
@@ -19,6 +23,7 @@ class Piece(NamedTuple):
     """The instant at which it ends."""
     is_whole: bool = True
     """True if it is judged at its end what had to happen until then; false if other pieces may go on from there."""
+    world: World = ()
 
     @property
     def before(self) -> Schedule:
@@ -34,5 +39,10 @@ class Run(NamedTuple):
     violations: tuple[Violation, ...]
     length_ns: int
     """The instant at which it was over."""
-    states: frozenset[tuple[Any, ...]] = frozenset()
+    states: frozenset[State] = frozenset()
     """The states of the machine in a piece that others may go on from."""
+    world: World = ()
+    marks: bytes = b""
+    """A byte for each mark of the programs: 1 if it was passed since the begin of the scenario."""
+    way: bytes = b""
+    """The same of the last 50 ms, if a property did not hold."""

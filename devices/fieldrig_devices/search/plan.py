@@ -12,53 +12,86 @@ vary:
   - {press: {feeder/panel.key1: true}, hold: 100ms}
 """
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import Final, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
 from fieldrig.config.settings_file import load_settings
-from fieldrig_devices.scenarios.act import Act
-from fieldrig_devices.scenarios.scenario_file import ActionSettings, Scenario, ScenarioSettings, scenario_of
+from fieldrig.settings import ConfigFile
+from fieldrig_devices.scenarios.scenario_file import Scenario, ScenarioSettings, scenario_of
+from fieldrig_devices.search.state_places import Sort
+from fieldrig_devices.search.vary import FaultsSettings, VarySettings
+
+EVERY_FAULT: Final = VarySettings(faults=FaultsSettings())
+MOST_WORLDS: Final = 16
 
 
 class PlanSettings(ScenarioSettings):
-    vary: list[ActionSettings] = Field(description="what may happen besides, at any time", min_length=1)
+    vary: list[VarySettings] = Field(
+        default=[EVERY_FAULT],
+        description="what may happen besides, at any time; without it, every fault of all buses and devices",
+        min_length=1,
+    )
+    worlds: dict[str, list[int | float | bool | str]] = Field(
+        default={},
+        description="overrides of the rig with their values, such as seed or the load of a plant; one at a time",
+    )
     edges: list[str] = Field(
         default=[], description="further places whose changes are instants for `sweep`, besides those of the properties"
     )
     states: list[str] = Field(
-        default=[],
-        description="places whose values are the state of the machine for `archive`; those of the properties",
+        default=[], description="further places whose values are a state of the machine for `archive`"
+    )
+    state_kinds: list[Sort] = Field(
+        default=list(Sort), description="what else is a state of the machine for `archive`; without it, all of these"
     )
 
     @model_validator(mode="after")
-    def _each_does_one_thing(self) -> Self:
-        for number, action in enumerate(self.vary):
-            if len(list(action.acts(0))) != 1:
-                raise ValueError(f"vary[{number}] writes several places: expected one action each")
+    def _has_not_too_many_worlds(self) -> Self:
+        count = sum(map(len, self.worlds.values()))
+        if count > MOST_WORLDS:
+            raise ValueError(f"worlds has {count} values: expected at most {MOST_WORLDS}, as each is a rig in memory")
         return self
 
-    def actions(self) -> Iterator[Act]:
-        for action in self.vary:
-            yield from action.acts(0)
+
+class PropertyFileSettings(PlanSettings):
+    rig: ConfigFile | None = Field(default=None, description="the rig file, unless it is given by the command")  # type: ignore[assignment]
 
 
 class Plan(NamedTuple):
     """A plan that was loaded and checked."""
 
     scenario: Scenario
-    actions: tuple[Act, ...]
-    """The actions that may come at any time; theirs is 0."""
+    vary: tuple[VarySettings, ...]
+    worlds: tuple[tuple[str, ...], ...]
+    """Overrides of the rig beside those of the scenario; the first has none."""
     edges: tuple[str, ...]
     states: tuple[str, ...]
+    sorts: frozenset[Sort]
 
 
-def load_plan(path: Path) -> Plan:
+def load_plan(path: Path, overrides: Sequence[str] = ()) -> Plan:
     """Return the plan of a file.  ConfigError with every mistake; places are looked up when the search begins."""
-    given = load_settings(path, PlanSettings)
+    return _plan_of(load_settings(path, PlanSettings), overrides)
+
+
+def plan_for(rig: Path, path: Path, overrides: Sequence[str] = ()) -> Plan:
+    """Return the plan of a file of properties for a rig.  ConfigError with every mistake."""
+    given = load_settings(path, PropertyFileSettings)
+    return _plan_of(given.model_copy(update={"rig": rig}), overrides)
+
+
+def _plan_of(given: PlanSettings, overrides: Sequence[str]) -> Plan:
     scenario = scenario_of(given)
+    scenario = scenario._replace(overrides=(*scenario.overrides, *overrides))
     judged = tuple(dict.fromkeys(place for one in scenario.properties for place in one.places))
-    edges = tuple(dict.fromkeys((*judged, *given.edges)))
-    return Plan(scenario, tuple(given.actions()), edges, tuple(given.states) or judged)
+    return Plan(
+        scenario,
+        tuple(given.vary),
+        ((), *((f"{key}={value}",) for key, values in given.worlds.items() for value in values)),
+        tuple(dict.fromkeys((*judged, *given.edges))),
+        tuple(dict.fromkeys((*judged, *given.states))),
+        frozenset(given.state_kinds),
+    )

@@ -1,23 +1,19 @@
-"""A search: a control run, the strategies, and for each property the smallest way in which it does not hold."""
+"""A search: a control run, the strategies, and for each property the smallest ways in which it does not hold."""
 
 from collections.abc import Callable, Sequence
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from fieldrig.errors import RigError
 from fieldrig.system.stopwatch import Stopwatch
 from fieldrig.virtual.readings import seconds
-from fieldrig_devices.scenarios.act import Schedule
-from fieldrig_devices.scenarios.property import Violation
-from fieldrig_devices.search.corpus import Corpus, Finding
-from fieldrig_devices.search.crew import Bench, Crew
-from fieldrig_devices.search.minimal import minimal
+from fieldrig_devices.search.bench import Bench
+from fieldrig_devices.search.causes import Causes
+from fieldrig_devices.search.corpus import Corpus
+from fieldrig_devices.search.crew import Crew
 from fieldrig_devices.search.piece import Piece, Run
 from fieldrig_devices.search.plan import Plan
 from fieldrig_devices.search.strategies import STRATEGIES
 from fieldrig_devices.search.strategy import WHOLE, Shard, Strategy, Task
-
-MOST_SHRUNK: Final = 3
-"""Findings of one property that are made small; further ones are most likely the same."""
 
 
 class Limits(NamedTuple):
@@ -35,9 +31,8 @@ class Search:
         """`bench` is the rig on this machine, for the control run and for shrinking; `crew` plays the pieces."""
         self._plan, self._bench, self._crew, self._corpus = plan, bench, crew, corpus
         self._seed, self._shard = seed, shard
+        self._causes = Causes(bench, corpus)
         self.runs = 0
-        self._failing: dict[str, list[Run]] = {}
-        """The runs in which a property does not hold, by its name."""
 
     def go(self, strategies: Sequence[str], limits: Limits, tell: Callable[[str], None]) -> None:
         """Search.  RigError if the scenario does not hold without any action besides."""
@@ -52,9 +47,6 @@ class Search:
 
             self._follow(name, strategy, may_start)
             tell(strategy.told())
-        for property_name, failing in self._failing.items():
-            for one in sorted(failing, key=lambda one: len(one.acts))[:MOST_SHRUNK]:
-                self._shrink(property_name, one)
 
     def _follow(self, name: str, strategy: Strategy, may_start: Callable[[], bool]) -> None:
         """Have the pieces of a strategy played: so many ahead that the crew has work, and always as many.
@@ -83,19 +75,5 @@ class Search:
 
     def _take(self, played: Run, strategy: str) -> None:
         self._corpus.add(played, strategy)
-        for violation in played.violations:
-            self._failing.setdefault(violation.property, []).append(played)
-
-    def _shrink(self, property_name: str, failing: Run) -> None:
-        """Note the fewest actions with which a property does not hold."""
-        length_ns = max(failing.length_ns, self._plan.scenario.length_ns)
-
-        def broken(acts: Schedule) -> Violation | None:
-            played = self._bench.play(Piece(acts, 0, length_ns))
-            return next((one for one in played.violations if one.property == property_name), None)
-
-        acts = minimal(failing.acts, lambda some: broken(some) is not None)
-        violation = broken(acts)
-        assert violation is not None, "a run is the same each time"
-        at_ns, what = violation.at_ns, violation.what
-        self._corpus.note(Finding(0, property_name, acts, failing.acts, length_ns, at_ns, what))
+        if played.violations:
+            self._causes.take(played)

@@ -27,10 +27,9 @@ class Sort(StrEnum):
     OUTPUTS = "outputs"
 
 
-_STATE: Final = re.compile(
-    r"(^|[./_]|[a-z0-9])(state|stage|phase|status|mode|program|node|ring|step)(_\d+)?", re.IGNORECASE
-)
-"""The last word of a key with a state."""
+_STATES: Final = frozenset({"state", "stage", "phase", "status", "mode", "program", "node", "ring", "step"})
+"""The last words of keys with a state, such as `axis_state`, `AxisState` and `g_lState_1`."""
+_WORD: Final = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 _OUTPUT: Final = re.compile(r"\boutput|_OUTPUT\b", re.IGNORECASE)
 _STATUS_WORD: Final = re.compile(r"60[46]1:00")
 """The status word and the mode of a CiA 402 drive."""
@@ -49,16 +48,19 @@ def _keys(rig: "Rig", device: str, sorts: frozenset[Sort]) -> Iterator[str]:
     shown = (*cls.trouble_keys, *getattr(cls, "diagnosis_keys", ()))
     values = rig.values(device)
     for key, fact in rig.facts(device).items():
-        value = values[key]
-        if Sort.DIAGNOSES in sorts and any(fnmatchcase(key, pattern) for pattern in shown):
-            yield key
-        elif Sort.STATES in sorts and _is_state(key, fact, value):
-            yield key
-        elif Sort.OUTPUTS in sorts and isinstance(value, bool) and _OUTPUT.search(fact["about"]):
+        is_diagnosis = any(fnmatchcase(key, pattern) for pattern in shown)
+        is_output = isinstance(values[key], bool) and bool(_OUTPUT.search(fact["about"]))
+        is_sort = {
+            Sort.DIAGNOSES: is_diagnosis,
+            Sort.OUTPUTS: is_output,
+            Sort.STATES: _is_state(key, fact, values[key]),
+        }
+        if any(is_one and sort in sorts for sort, is_one in is_sort.items()):
             yield key
 
 
 def _is_state(key: str, fact: Mapping[str, Any], value: object) -> bool:
     if isinstance(value, float) or fact["unit"]:
         return False
-    return "states" in fact or bool(_STATE.fullmatch(re.split(r"[./]", key)[-1]) or _STATUS_WORD.fullmatch(key))
+    words = _WORD.findall(re.split(r"[./]", key)[-1])
+    return "states" in fact or bool(words and words[-1].lower() in _STATES) or bool(_STATUS_WORD.fullmatch(key))

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple, Protocol
 
 from fieldrig.clock import MS
-from fieldrig_devices.scenarios.act import Act, Schedule
-from fieldrig_devices.search.crew import Bench
+from fieldrig_devices.scenarios.act import Schedule
+from fieldrig_devices.search.bench import Bench
+from fieldrig_devices.search.choices import Choice, Dice, one_of
 from fieldrig_devices.search.piece import Piece, Run
 from fieldrig_devices.search.plan import Plan
 
@@ -54,20 +55,11 @@ class Strategy(Protocol):
         """Return what has been done, for a person."""
 
 
-class Dice(Protocol):
-    """The part of `random.Random` that strategies use."""
-
-    def random(self) -> float: ...
-    def randint(self, a: int, b: int) -> int: ...
-    def randrange(self, start: int, stop: int) -> int: ...
-    def choice(self, seq: Sequence[Act]) -> Act: ...
-
-
-def thrown(dice: Dice, plan: Plan, from_ns: int, until_ns: int) -> Schedule:
+def thrown(dice: Dice, choices: Sequence[Choice], from_ns: int, until_ns: int) -> Schedule:
     """Return up to MOST_ACTS actions of a random subset, at random instants."""
-    kinds = [action for action in plan.actions if dice.random() < 0.5] or [dice.choice(plan.actions)]
+    chosen = [choice for choice in choices if dice.random() < 0.5] or choices
     instants = sorted(
         dice.randrange(from_ns // GRID_NS, max(until_ns // GRID_NS, from_ns // GRID_NS + 1)) * GRID_NS
         for _ in range(dice.randint(1, MOST_ACTS))
     )
-    return tuple(dice.choice(kinds)._replace(at_ns=at_ns) for at_ns in instants)
+    return tuple(one_of(dice, chosen).thrown(dice, at_ns) for at_ns in instants)

@@ -186,7 +186,10 @@ def test_a_scenario_that_does_not_hold_by_itself_ends_the_search(tmp_path: Path)
     ("vary", "what"),
     [
         ("vary: []", "vary"),
-        ("vary: [{set: {a/b: 1, c/d: 2}}]", "several places"),
+        ("vary: [{set: {a/b: {from: 3, to: 1}}}]", "it is empty"),
+        ("vary: [{faults: {where: io, whne: x}}]", "whne"),
+        ("vary: [{faults: io, restart: io}]", "it has restart and faults"),
+        ("worlds: {seed: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17]}", "at most 16"),
         ("vary: [{at: 5s, set: {a/b: 1}}]", "at"),
     ],
 )

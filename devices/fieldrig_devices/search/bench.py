@@ -1,0 +1,165 @@
+"""The rig of a plan at the begin of its scenario, with branches on the way: what plays a piece in this process."""
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from contextlib import ExitStack
+from functools import cached_property
+from typing import TYPE_CHECKING, Final, Self
+
+from fieldrig.config.rig_file import load
+from fieldrig.coverage.collecting import collecting
+from fieldrig.coverage.places import Place
+from fieldrig.virtual.branch import Branch
+from fieldrig.virtual.rig import Rig
+from fieldrig_devices.scenarios.act import Schedule
+from fieldrig_devices.scenarios.play import Played
+from fieldrig_devices.search import run
+from fieldrig_devices.search.choices import Choice
+from fieldrig_devices.search.piece import Piece, Run, World
+from fieldrig_devices.search.plan import Plan
+from fieldrig_devices.search.vary import choices_of
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+MOST_PARKED: Final = 96
+"""Branches that are kept at the ends of pieces; those that were used least recently go."""
+
+
+class Bench:
+    """Plays pieces; it has no need of anything that another worker has.
+
+    From `plan` alone it makes what a piece begins with.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        """ConfigError or RigError for a rig that cannot be loaded, or that does not have what the plan names."""
+        self.plan = plan
+        self._worlds: dict[World, _Standing] = {}
+        self._parked: OrderedDict[_Key, Branch] = OrderedDict()
+        self._first = self._standing(())
+
+    @property
+    def root(self) -> Branch:
+        """The first world at the begin of the scenario."""
+        return self._first.root
+
+    @cached_property
+    def choices(self) -> tuple[Choice, ...]:
+        """What may happen.  ControlError for what the rig does not have."""
+        with self._first.rig.branch() as scratch:
+            return scratch.call(choices_of, self.plan.vary)
+
+    @property
+    def places(self) -> Sequence[tuple[int, Place]]:
+        """The places of all programs, each with the number of its mark in `Run.marks`."""
+        return self._first.places
+
+    def play(self, piece: Piece) -> Run:
+        """Play a piece."""
+        branch = self.start(piece)
+        try:
+            played: Run = branch.result()
+        except BaseException:
+            branch.close()
+            raise
+        self.park(branch, piece, played)
+        return played
+
+    def told(self, piece: Piece) -> Played:
+        """Play a whole piece with all that a report needs."""
+        with self._nearest(piece).branch() as branch:
+            return branch.call(run.play_told, piece)
+
+    def start(self, piece: Piece) -> Branch:
+        """Start a piece in a branch of its own; `Branch.result` gives the `Run`, and `park` takes the branch back."""
+        branch = self._nearest(piece).branch()
+        branch.start(run.play_piece, piece)
+        return branch
+
+    def park(self, branch: Branch, piece: Piece, played: Run) -> None:
+        """Keep a branch whose piece has ended if another one may go on from there."""
+        if piece.is_whole or played.violations:
+            branch.close()
+            return
+        self._parked[_end_of(played)] = branch
+        if len(self._parked) > MOST_PARKED:
+            self._parked.popitem(last=False)[1].close()
+
+    def drop(self, played: Run) -> None:
+        """Nobody goes on from the end of this piece."""
+        branch = self._parked.pop(_end_of(played), None)
+        if branch is not None:
+            branch.close()
+
+    def close(self) -> None:
+        for branch in self._parked.values():
+            branch.close()
+        for standing in reversed(list(self._worlds.values())):
+            standing.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: "type[BaseException] | None", fault: BaseException | None, tb: "TracebackType | None"
+    ) -> None:
+        self.close()
+
+    def _standing(self, world: World) -> "_Standing":
+        """Return the rig with the overrides of a world, which is built if it is not there."""
+        if world not in self._worlds:
+            self._worlds[world] = _Standing(self.plan, world)
+        return self._worlds[world]
+
+    def _nearest(self, piece: Piece) -> Branch:
+        """Return a branch that has done the most of what comes before a piece, and nothing else."""
+        standing, before = self._standing(piece.world), piece.before
+        if not before:
+            return standing.at(piece.from_ns)
+        key = (piece.world, before, piece.from_ns)
+        if key in self._parked:
+            self._parked.move_to_end(key)
+        return self._parked.get(key, standing.root)
+
+
+_Key = tuple[World, Schedule, int]
+
+
+def _end_of(played: Run) -> _Key:
+    return played.world, played.acts, played.length_ns
+
+
+class _Standing:
+    """A rig at the begin of the scenario, and the trunk: a branch that goes along its nominal run."""
+
+    def __init__(self, plan: Plan, world: World) -> None:
+        scenario = plan.scenario
+        with ExitStack() as stack:
+            collector = stack.enter_context(collecting(is_written=False))
+            config = load(scenario.rig, ("time=virtual", *scenario.overrides, *world))
+            self.rig = stack.enter_context(Rig(config))
+            self.rig.run_until(scenario.after_ns)
+            self.root = self.rig.branch()
+            self.root.call(run.begin, plan)
+            self.places, first = list[tuple[int, Place]](), 0
+            for one in collector.programs:
+                self.places += [(first + mark, place) for mark, place in one.places]
+                first += len(one.hits)
+            self._trunk, self._trunk_ns = self.root.branch(), 0
+            self._stack = stack.pop_all()
+
+    def at(self, ns: int) -> Branch:
+        """Return a branch at an instant of the nominal run."""
+        if ns == 0:
+            return self.root
+        if ns < self._trunk_ns:
+            self._trunk.close()
+            self._trunk, self._trunk_ns = self.root.branch(), 0
+        if ns > self._trunk_ns:
+            self._trunk.call(run.advance, ns)
+            self._trunk_ns = ns
+        return self._trunk
+
+    def close(self) -> None:
+        self._stack.close()

@@ -1,0 +1,151 @@
+"""Makes failing runs small, and keeps one of each cause: hundreds of runs may fail for one mistake of a program.
+
+Two runs have one cause if the programs took the same way to it: the same branches in the last 50 ms.  Without a program
+the actions have to tell: their verbs, places and faults.  A run that has all actions of a finding, and holds without
+them, is explained by it.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from hashlib import sha256
+from typing import Final
+
+from fieldrig.clock import MS, S
+from fieldrig_devices.scenarios.act import Act, Schedule
+from fieldrig_devices.scenarios.property import Violation
+from fieldrig_devices.scenarios.report import told
+from fieldrig_devices.search.bench import Bench
+from fieldrig_devices.search.choices import kind_of
+from fieldrig_devices.search.corpus import Corpus, Finding
+from fieldrig_devices.search.minimal import fewest_acts, minimal
+from fieldrig_devices.search.piece import Piece, Run
+
+MOST_CAUSES: Final = 12
+"""Findings of one property."""
+MOST_SHRUNK: Final = 40
+"""Runs of one property that are made small; most of them turn out to be known."""
+MOST_ALIKE: Final = 4
+"""Runs of one property with the same actions at other instants that are made small."""
+
+Sorts = frozenset[tuple[str, str, str]]
+
+
+class Causes:
+    def __init__(self, bench: Bench, corpus: Corpus) -> None:
+        self._bench, self._corpus = bench, corpus
+        self._seen: set[tuple[str, Sorts, str]] = set()
+        self._known: dict[str, list[tuple[Sorts, str]]] = {}
+        """The actions and the cause of each finding of a property."""
+        self._shrunk: Counter[str] = Counter()
+        self._alike: Counter[tuple[str, Sorts]] = Counter()
+
+    def take(self, failing: Run) -> None:
+        """Take a run in which a property does not hold, and note it as a finding if its cause is new."""
+        for violation in failing.violations:
+            name, sorts, way = violation.property, sorts_of(failing.acts), _digest(failing.way)
+            if (name, sorts, way) not in self._seen and self._is_worth(name, sorts):
+                self._seen.add((name, sorts, way))
+                if not self._is_explained(name, failing, way):
+                    self._shrunk[name] += 1
+                    self._alike[name, sorts] += 1
+                    self._note(name, failing)
+
+    def small(self, name: str, failing: Run) -> Finding:
+        """Return a finding of a property that does not hold in a run, as small as possible."""
+        length_ns = max(failing.length_ns, self._bench.plan.scenario.length_ns)
+        broken = self._breaks(name, failing, length_ns)
+        acts = fewest_acts(failing.acts, lambda some: broken(some) is not None)
+        cause = self._cause(broken(acts))
+        # What is moved in time may come to another mistake of the program, which has a finding of its own.
+        acts = minimal(acts, lambda some: self._cause(broken(some)) == cause, self._bench.choices)
+        world = failing.world
+        if world and self._breaks(name, failing._replace(world=()), length_ns)(acts) is not None:
+            world = ()
+        return self._told(name, failing._replace(world=world), acts, length_ns)
+
+    def _is_worth(self, name: str, sorts: Sorts) -> bool:
+        is_room = len(self._known.get(name, ())) < MOST_CAUSES and self._shrunk[name] < MOST_SHRUNK
+        return is_room and self._alike[name, sorts] < MOST_ALIKE
+
+    def _is_explained(self, name: str, failing: Run, way: str) -> bool:
+        """True if the run is one of a known finding."""
+        broken = self._breaks(name, failing, failing.length_ns)
+        for sorts, cause in self._known.get(name, ()):
+            if way and cause == way:
+                return True
+            rest = tuple(act for act in failing.acts if sort_of(act) not in sorts)
+            if sorts and rest and sorts <= sorts_of(failing.acts) and broken(rest) is None:
+                return True
+        return False
+
+    def _note(self, name: str, failing: Run) -> None:
+        finding = self.small(name, failing)
+        known = self._known.setdefault(name, [])
+        sorts = sorts_of(finding.acts)
+        if any(cause == finding.cause for _, cause in known):
+            return
+        known.append((sorts, finding.cause))
+        self._corpus.note(finding)
+
+    def _breaks(self, name: str, failing: Run, length_ns: int) -> Callable[[Schedule], Run | None]:
+        """Return a function that plays actions, and returns the run if the property does not hold."""
+
+        def broken(acts: Schedule) -> Run | None:
+            played = self._bench.play(Piece(acts, 0, length_ns, world=failing.world))
+            return played if any(one.property == name for one in played.violations) else None
+
+        return broken
+
+    def _cause(self, failing: Run | None) -> str:
+        if failing is None:
+            return ""
+        return _digest(failing.way) or _digest(repr(sorted(sorts_of(failing.acts))).encode())
+
+    def _told(self, name: str, failing: Run, acts: Schedule, length_ns: int) -> Finding:
+        broken = self._breaks(name, failing, length_ns)
+        found = broken(acts)
+        assert found is not None, "a run is the same each time"
+        length_ns = self._shortest(name, failing, acts, found, length_ns)
+        played = self._bench.told(Piece(acts, 0, length_ns, world=failing.world))
+        violation = _of(played.violations, name)
+        words = tuple(told(played, violation))
+        cause = self._cause(found)
+        return Finding(
+            0,
+            name,
+            acts,
+            failing.acts,
+            length_ns,
+            violation.at_ns,
+            violation.what,
+            failing.world,
+            cause,
+            words,
+            played.hash,
+        )
+
+    def _shortest(self, name: str, failing: Run, acts: Schedule, found: Run, length_ns: int) -> int:
+        """Return the roundest time after which it is over."""
+        at_ns = _of(found.violations, name).at_ns
+        for grid_ns in (1 * S, 100 * MS):
+            shorter_ns = (at_ns // grid_ns + 1) * grid_ns
+            if shorter_ns < length_ns and self._breaks(name, failing, shorter_ns)(acts) is not None:
+                length_ns = shorter_ns
+        return length_ns
+
+
+def sort_of(act: Act) -> tuple[str, str, str]:
+    """Return what an action does, whenever and for however long."""
+    return act.verb, act.where, kind_of(act)
+
+
+def sorts_of(acts: Schedule) -> Sorts:
+    return frozenset(map(sort_of, acts))
+
+
+def _of(violations: tuple[Violation, ...], name: str) -> Violation:
+    return next(one for one in violations if one.property == name)
+
+
+def _digest(way: bytes) -> str:
+    return sha256(way).hexdigest()[:12] if any(way) else ""
