@@ -77,7 +77,7 @@ class _ModbusLine(ModbusBus):
     def model(self) -> BusModel[Any]:
         settings: ModbusLineSettings = self.settings
         if not settings.servers:
-            return ModbusModel(is_line=True)
+            return ModbusModel(self.mode)
         timing, is_paced = settings.timing(self.mode, settings.baud), settings.port is None
         return LineModel(timing, settings.response_timeout_ms * MS, settings.turnaround_ms * MS, is_paced)
 

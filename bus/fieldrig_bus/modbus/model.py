@@ -10,7 +10,8 @@ from operator import attrgetter
 from typing import Any
 
 from fieldrig.bus import BusModel, Delivery
-from fieldrig_bus.modbus.message import Asked, ClientConnected, ModbusRequest, ModbusResponse, OnModbus
+from fieldrig_bus.modbus.framing import Mode
+from fieldrig_bus.modbus.message import Asked, ClientConnected, LineState, ModbusRequest, ModbusResponse, OnModbus
 from fieldrig_bus.modbus.routing import Routing
 
 GATEWAY = "gateway"
@@ -23,8 +24,14 @@ _time_ns = attrgetter("time_ns")
 
 class ModbusModel(BusModel[OnModbus]):
     def __init__(
-        self, is_line: bool = False, direct_unit: int | None = None, answers_for_unknown_units: bool = False
+        self,
+        line: Mode | None = None,
+        direct_unit: int | None = None,
+        answers_for_unknown_units: bool = False,
     ) -> None:
+        """`line` is how frames are written on a serial line; None for TCP."""
+        is_line = line is not None
+        self._line = line
         self._routing = Routing(is_line, direct_unit)
         self._answers_for_unknown = answers_for_unknown_units and not is_line
         self._due: list[Delivery[OnModbus]] = []  # in order of time
@@ -46,7 +53,10 @@ class ModbusModel(BusModel[OnModbus]):
             now_ns = self._collected_ns
         if isinstance(message, ModbusRequest):
             self._requests += 1
-            request, servers = self._routing.ask(member, message, message.line)
+            state = message.line
+            if state is None and self._line is not None:  # of a member that has no port
+                state = LineState(self._requests, 0, self._line == "ascii")
+            request, servers = self._routing.ask(member, message, state)
             self._add(Delivery(now_ns, member, request, servers))
             if not servers and self._answers_for_unknown:
                 pdu = bytes((message.pdu[0] | 0x80, GATEWAY_TARGET_FAILED))

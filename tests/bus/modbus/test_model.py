@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fieldrig.bus import BusModel, Delivery
 from fieldrig.clock import MS, S
-from fieldrig_bus.modbus.framing import LineTiming
+from fieldrig_bus.modbus.framing import LineTiming, Mode
 from fieldrig_bus.modbus.line_model import LineModel
 from fieldrig_bus.modbus.message import (
     CONNECTIONS,
@@ -131,7 +131,7 @@ def test_what_was_asked_for_earlier_arrives_earlier_unless_it_is_too_late() -> N
 
 
 def test_a_broadcast_on_a_line_goes_to_every_server() -> None:
-    model = joined(ModbusModel(is_line=True), first=[1], second=[2], master=[])
+    model = joined(ModbusModel("rtu"), first=[1], second=[2], master=[])
     model.submit(0, "master", ModbusRequest(0, READ, 0, LineState(1)))
     assert all_of(model)[0].receivers == ("first", "second")
 
@@ -277,9 +277,9 @@ def test_a_port_that_keeps_the_time_itself_gets_a_request_when_it_begins() -> No
     assert (asked.time_ns, again.time_ns) == (0, REQUEST_NS + 100 * MS)
 
 
-@pytest.mark.parametrize("is_line", [False, True])
-def test_connections_are_delivered_only_on_request(is_line: bool) -> None:
-    model = joined(ModbusModel(is_line=is_line), plc=[1, CONNECTIONS], all=None, drive=[1], master=[])
+@pytest.mark.parametrize("line", [None, "rtu"])
+def test_connections_are_delivered_only_on_request(line: Mode | None) -> None:
+    model = joined(ModbusModel(line), plc=[1, CONNECTIONS], all=None, drive=[1], master=[])
     model.submit(5, "tcp:1", ClientConnected("10.0.0.9"))
     deliveries: list[Delivery[Any]] = [*all_of(model)]
     assert deliveries == [Delivery(5, "tcp:1", ClientConnected("10.0.0.9"), ("plc",))]
@@ -318,3 +318,13 @@ def test_deliveries_are_in_order_of_time_and_nothing_hangs(
     times += [delivery.time_ns for delivery in all_of(model)]
     assert times == sorted(times)
     assert model.next_ns() is None
+
+
+@pytest.mark.parametrize(("line", "state"), [(None, None), ("rtu", LineState(1, 0)), ("ascii", LineState(1, 0, True))])
+def test_a_request_of_a_member_is_one_of_its_line(line: Mode | None, state: LineState | None) -> None:
+    """So a trace of virtual time says what the bus is, and unit 0 is a broadcast."""
+    model = joined(ModbusModel(line), drive=[1], master=[])
+    model.submit(0, "master", ModbusRequest(1, READ))
+    (delivery,) = all_of(model)
+    assert isinstance(delivery.message, ModbusRequest)
+    assert delivery.message.line == state
