@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
+from fieldrig.text.ranges import ranges
 from fieldrig_devices.export.register_csv import about_of
 from fieldrig_devices.export.register_units import UnitTable
 from fieldrig_devices.registers.entries import Bit, Register, each_value, words_of
@@ -22,7 +23,7 @@ def page_of(rig: str, tables: Iterable[UnitTable]) -> str:
     for unit in tables:
         word = "unit" if len(unit.units) == 1 else "units"
         at = f" at {', '.join(unit.buses)}" if unit.buses else ""
-        lines += ["", f"## {unit.device}, {word} {_ranges(unit.units)}{at}"]
+        lines += ["", f"## {unit.device}, {word} {ranges(unit.units)}{at}"]
         lines += _table_lines(unit.table)
     return "\n".join(lines) + "\n"
 
@@ -91,17 +92,6 @@ def _scale(entry: Register) -> str:
     parts += [f"`{entry.factor_from}`"] if entry.factor_from else []
     parts += [f"10^`{entry.exponent_from}`"] if entry.exponent_from else []
     return " x ".join(parts) + (f" {entry.offset:+g}" if entry.offset else "")
-
-
-def _ranges(units: Sequence[int]) -> str:
-    """Return `1, 10 to 25`."""
-    runs: list[list[int]] = []
-    for unit in sorted(units):
-        if runs and unit == runs[-1][-1] + 1:
-            runs[-1].append(unit)
-        else:
-            runs.append([unit])
-    return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs)
 
 
 def _markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:

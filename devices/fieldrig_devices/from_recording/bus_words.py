@@ -1,10 +1,11 @@
 """The messages of a CAN bus of a recording that belong to no device, in sentences."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Final
 
 from fieldrig.clock import MS
 from fieldrig.points.values import counted
+from fieldrig.text.ranges import ranges
 from fieldrig_devices.canopen.cob_id import BIT_30
 from fieldrig_devices.canopen.nmt import NMT_ID
 from fieldrig_devices.from_recording.can_log import SYNC_ID, TIME_ID, CanLog, NodeLog
@@ -29,10 +30,7 @@ def left_over(log: CanLog, rest: Mapping[int, int], devices: Collection[int]) ->
         words = [f"{identifier:03X}h ({counted(count, 'frame')})" for identifier, count in strange.items()]
         yield f"identifiers that no node accounts for: {_some(words)}"
     yield from _other_frames(log)
-    for node_id, node in sorted(log.nodes.items()):
-        asked = ", ".join(_asked(node))
-        if node_id not in devices and asked:
-            yield f"node {node_id} never answered {asked}: it is no device here"
+    yield from _silent({node_id: node for node_id, node in log.nodes.items() if node_id not in devices})
     has_producer = any((node.objects.number(SYNC_COB_ID) or 0) & BIT_30 for node in log.nodes.values())
     if log.sync_ns and not has_producer:
         yield f"SYNC every {log.sync_ns / MS:.4g} ms: no device here sends it, so your master has to"
@@ -50,6 +48,23 @@ def _other_frames(log: CanLog) -> Iterator[str]:
         yield f"{counted(log.notices, 'report')} of bus errors; a rig has them by `fieldrig fault`"
     if log.unreadable:
         yield f"{counted(log.unreadable, 'message')} that cannot be read; left out"
+
+
+def _silent(nodes: Mapping[int, NodeLog]) -> Iterator[str]:
+    """Yield the nodes that never answered; those that were asked alike are one sentence, as a master may ask all."""
+    asked: dict[str, list[int]] = {}
+    for node_id, node in sorted(nodes.items()):
+        if words := ", ".join(_asked(node)):
+            asked.setdefault(words, []).append(node_id)
+    for words, alike in asked.items():
+        yield never_answered("node", alike, words)
+
+
+def never_answered(word: str, numbers: Sequence[int], asked: str) -> str:
+    """Return the sentence about nodes or units that never answered, each as much as `asked` says."""
+    if len(numbers) == 1:
+        return f"{word} {numbers[0]} never answered {asked}: it is no device here"
+    return f"{word}s {ranges(numbers)} never answered {asked} each: they are no devices here"
 
 
 def _asked(node: NodeLog) -> Iterator[str]:

@@ -38,6 +38,8 @@ from fieldrig_devices.from_recording.pdos import Pdo
 from fieldrig_devices.from_recording.refusals import refused_indices
 
 EMCY_COB_ID: Final = 0x1014
+WRONG_LENGTH: Final = frozenset({0x8210, 0x8220})
+"""Emergencies of a node that receives a PDO which is too short or too long (CiA 301, 7.2.7.1)."""
 
 
 class CanopenBus:
@@ -143,7 +145,10 @@ class CanopenBus:
     def _model(self, node_id: int, pdos: Mapping[Pdo, int], path: Path | None) -> NodeModel:
         log = self._log.nodes[node_id]
         is_drive = self._is_drive(node_id)
-        models = pdo_models(self._log, pdos, self._number(node_id), self._indices(node_id), is_drive=is_drive)
+        is_refusing = any(emergency.code in WRONG_LENGTH for emergency in log.life.emergencies)
+        models = pdo_models(
+            self._log, pdos, self._number(node_id), self._indices(node_id), is_drive=is_drive, is_refusing=is_refusing
+        )
         name = f"{self._prefix}node{node_id}"
         model = NodeModel(name, node_id, log, is_drive, models, log.life.begins_ns(self._log.start_ns))
         drive = DriveModel(model) if is_drive else None
@@ -156,7 +161,9 @@ class CanopenBus:
             model.eds, model.is_described, model.dictionary = path, True, self._dictionaries[node_id]
             fill(model)
             fill_described(model)
-        model.faults += faults_of(log.life.emergencies, self._log.start_ns, is_drive=is_drive)
+        has_cause = any(pdo.layout.is_misfit for pdo in models)
+        emergencies = [one for one in log.life.emergencies if not (has_cause and one.code in WRONG_LENGTH)]
+        model.faults += faults_of(emergencies, self._log.start_ns, is_drive=is_drive)
         if drive is not None:
             drive.write()
             model.boot_up_ms = drive.settings.boot_up_ms
@@ -203,7 +210,7 @@ class CanopenBus:
             for (index, sub), size in node.too_long.items()
         ]
         model.remarks += [
-            f"the objects that {index:04X}h maps, as not all of them were read: it maps none at power-on"
-            for index in node.unmapped
+            f"the objects that {index:04X}h maps, as not all of them were read: {what}"
+            for index, what in node.unread_mappings.items()
         ]
         return eds_of(node, f"{model.name}.eds", self._source)

@@ -24,7 +24,7 @@ from fieldrig_devices.from_recording.known_objects import (
     standard_variable,
     type_number,
 )
-from fieldrig_devices.from_recording.layout import BYTES, DUMMIES, Layout, Part, part_of
+from fieldrig_devices.from_recording.layout import BYTES, DUMMIES, Layout, Part, free_index, part_of, with_bytes
 from fieldrig_devices.from_recording.object_rules import Value, access_of, limits_of, mapped_access
 from fieldrig_devices.from_recording.objects import Key, ObjectLog, ObjectLogs
 from fieldrig_devices.from_recording.pdos import MOST, Pdo, is_mapping
@@ -48,8 +48,8 @@ class DescribedNode:
         """Values for the rig file: texts and bytes that an EDS has no notation for."""
         self.written: dict[Key, int] = {}
         """Last numbers of the parameters."""
-        self.unmapped: list[int] = []
-        """Mapping parameters whose objects are not all known, so that they map none."""
+        self.unread_mappings: dict[int, str] = {}
+        """Mapping parameters whose objects are not all known, with what they map here."""
         self.too_long: dict[Key, int] = {}
         """Sizes of the values that are left out."""
 
@@ -199,9 +199,7 @@ class DescribedNode:
             self._complete_record(index)
             self._complete_pdo(index)
             if is_mapping(index) and not self._has_room(index):
-                if (index, 0) in self.rows:
-                    self.unmapped.append(index)
-                self.put(index, 0, "Number of mapped objects", UNSIGNED[1], "rw", 0)
+                self._settle_unread(index)
         for (index, subindex), row in list(self.rows.items()):
             if subindex and is_mapping(index) and isinstance(row.start, int):
                 self._complete_mapping(index, {row.start, self.written.get((index, subindex), 0)})
@@ -221,20 +219,40 @@ class DescribedNode:
 
     def _has_room(self, index: int) -> bool:
         """True if what a mapping begins with fits into a PDO."""
-        count = self.rows[index, 0].start if (index, 0) in self.rows else 0
-        entries = [self.rows[index, place].start if (index, place) in self.rows else None
-                   for place in range(1, int(count) + 1)]  # fmt: skip
-        bits = [entry & 0xFF if isinstance(entry, int) else 0 for entry in entries]
+        bits = [entry & 0xFF if entry else 0 for entry in self._entries(index)]
         return all(bits) and sum(bits) <= MAX_BITS
+
+    def _entries(self, index: int) -> list[int | None]:
+        """Return what a mapping begins with; None for an entry that was not read."""
+        count = self.rows[index, 0].start if (index, 0) in self.rows else 0
+        rows = [self.rows.get((index, place)) for place in range(1, int(count) + 1)]
+        return [row.start if row is not None and isinstance(row.start, int) and row.start else None for row in rows]
+
+    def _settle_unread(self, index: int) -> None:
+        """Let a mapping of which not all was read have a byte for each other object; it maps none if that is too much.
+
+        So it has the number of objects that a master has read, and the master may write it.
+        """
+        entries = self._entries(index)
+        pdo = _pdo_of(index)
+        parts = (
+            with_bytes(entries, free_index(pdo, {index for index, _ in self.rows})) if len(entries) <= MAX_BITS else []
+        )
+        if (index, 0) in self.rows:
+            self.unread_mappings[index] = "a byte for each of the others here" if parts else "it maps none at power-on"
+        if not parts:
+            self.put(index, 0, "Number of mapped objects", UNSIGNED[1], "rw", 0)
+        for place, part in enumerate(parts, 1):
+            if entries[place - 1] is None:
+                self.put(index, place, f"Mapped object {place}", UNSIGNED[4], "rw", part.entry)
+                self._map(pdo, part, 0, False)
 
     def _complete_mapping(self, index: int, entries: set[int]) -> None:
         """Add the mapped objects that no master has read, as they can be mapped only if they exist."""
-        is_transmitted = index >= tpdo.COMMUNICATION
-        first = (tpdo.COMMUNICATION if is_transmitted else rpdo.COMMUNICATION) + TO_MAPPING
         for entry in sorted(entries):
             part = part_of(entry)
             if entry and part.bits and part.object not in DUMMIES:
-                self._map(Pdo(is_transmitted, index - first + 1), part, 0, True)
+                self._map(_pdo_of(index), part, 0, True)
 
     def _complete_pdo(self, index: int) -> None:
         """Give a PDO of which only one parameter was seen the other one: without mapping, or switched off."""
@@ -273,3 +291,10 @@ class DescribedNode:
             or f"Object {index:04X}h"
             for index, _ in self.rows
         }
+
+
+def _pdo_of(mapping: int) -> Pdo:
+    """Return the PDO of a mapping parameter."""
+    is_transmitted = mapping >= tpdo.COMMUNICATION
+    first = (tpdo.COMMUNICATION if is_transmitted else rpdo.COMMUNICATION) + TO_MAPPING
+    return Pdo(is_transmitted, mapping - first + 1)

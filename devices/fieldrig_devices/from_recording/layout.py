@@ -37,6 +37,8 @@ class Layout(NamedTuple):
     """False for bytes without a name."""
     is_assumed: bool = False
     """True for a mapping that no master has read, and that fits."""
+    is_misfit: bool = False
+    """True for a mapping that the node keeps to, and that the frames which it receives do not fit."""
 
     def values(self, data: int) -> list[int]:
         """Return the values of the parts in a PDO as unsigned numbers; `data` is its bytes, little endian."""
@@ -47,19 +49,33 @@ class Layout(NamedTuple):
         return found
 
 
-def layout_of(pdo: Pdo, number: Number, length: int, taken: Collection[int]) -> Layout:
+def layout_of(pdo: Pdo, number: Number, length: int, taken: Collection[int], *, is_refused: bool = False) -> Layout:
     """Return the layout by the mapping parameter, as far as its values are known and fit the length of the frames.
 
-    `length` is in bytes, and `taken` are the indices that the node uses.
+    `length` is in bytes, and `taken` are the indices that the node uses.  `is_refused` is True if the node reports
+    frames of a wrong length, so that its mapping counts and not their length.
     """
-    first = BYTES_OF_TPDO if pdo.is_transmitted else BYTES_OF_RPDO
-    free = (index for index in range(first + pdo.number - 1, LAST_OF_MAKER) if index not in taken)
-    index = next(free, LAST_OF_MAKER)
+    index = free_index(pdo, taken)
     count = number(pdo.mapping, 0) or 0
     entries = [number(pdo.mapping, place) for place in range(1, count + 1)] if count <= MAX_ENTRIES else []
-    return _completed(entries, index, length) or Layout(
-        [Part(index, place, 8) for place in range(1, length + 1)], False
-    )
+    fitting = _completed(entries, index, length)
+    if fitting is None and is_refused and (parts := with_bytes(entries, index)):
+        return Layout(parts, None not in entries, is_misfit=True)
+    return fitting or Layout([Part(index, place, 8) for place in range(1, length + 1)], False)
+
+
+def free_index(pdo: Pdo, taken: Collection[int]) -> int:
+    """Return an index for the bytes of a PDO that the node does not use."""
+    first = BYTES_OF_TPDO if pdo.is_transmitted else BYTES_OF_RPDO
+    free = (index for index in range(first + pdo.number - 1, LAST_OF_MAKER) if index not in taken)
+    return next(free, LAST_OF_MAKER)
+
+
+def with_bytes(entries: Sequence[int | None], index: int) -> list[Part]:
+    """Return the parts of the entries, with a byte for each that is not known; none if they do not fit into a PDO."""
+    parts = [Part(index, place, 8) if entry is None else part_of(entry) for place, entry in enumerate(entries, 1)]
+    fits = all(map(_is_usable, parts)) and sum(part.bits for part in parts) <= MAX_BITS
+    return parts if fits else []
 
 
 def part_of(entry: int) -> Part:

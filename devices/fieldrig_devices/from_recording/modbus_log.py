@@ -11,6 +11,7 @@ from typing import Final
 
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.codec import REQUEST_ON_ASCII, REQUEST_ON_RTU
+from fieldrig_bus.modbus.identification import INDIVIDUAL_TOO
 from fieldrig_devices.dialogues import Dialogue, ModbusDialogues, ModbusExchange
 from fieldrig_devices.from_recording.register_log import (
     HOLDING_REGISTERS,
@@ -49,6 +50,8 @@ class UnitLog:
         self.spaces: dict[str, dict[int, RegisterLog]] = {space: {} for space in SPACES}
         self.groups: dict[Group, GroupLog] = {}
         self.identification: dict[int, bytes] = {}
+        self.identified_as = 0
+        """The level of the identification: 1 basic, 2 regular, 3 extended; 0 if it was not read."""
         self.server_id: bytes | None = None
         self.status: int | None = None
         self.answer_ns = array("q")
@@ -129,6 +132,8 @@ class UnitLog:
     def _identify(self, response: bytes) -> None:
         """Take the objects of an answer of function 43/14: a head of 7 bytes, then id, length and text of each."""
         at = 7
+        if len(response) > at:
+            self.identified_as = response[3] & ~INDIVIDUAL_TOO
         while at + 2 <= len(response):
             number, size = response[at], response[at + 1]
             text = response[at + 2 : at + 2 + size]

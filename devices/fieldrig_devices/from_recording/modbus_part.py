@@ -6,7 +6,9 @@ from typing import Final
 
 from fieldrig.points.values import counted
 from fieldrig.text.flow import flow
+from fieldrig.text.ranges import ranges
 from fieldrig_bus.modbus.framing import LineTiming
+from fieldrig_devices.from_recording.bus_words import never_answered
 from fieldrig_devices.from_recording.columns import csv_of
 from fieldrig_devices.from_recording.modbus_log import ModbusLog, UnitLog
 from fieldrig_devices.from_recording.modbus_unit import UnitModel
@@ -51,22 +53,32 @@ def modbus_part(name: str, log: ModbusLog, source: str, prefix: str, place: int)
 def _units(log: ModbusLog, remarks: list[str]) -> Iterator[tuple[int, int, UnitLog]]:
     """Yield the units that answered: the id of the recording, and that in the rig."""
     is_direct = False
+    remarks += _absent(log)
     for asked_as, unit in sorted(log.units.items()):
-        if not unit.answers or _is_beyond_a_gateway(unit):
-            why = (
-                f"never answered {counted(unit.unanswered, 'request')}"
-                if not unit.answers
-                else ("was not reached by its gateway (exception 10 or 11)")
-            )
-            if asked_as or not log.is_line:
-                remarks.append(f"unit {asked_as} {why}: it is no device here")
-        elif asked_as in UNIT_IDS:
+        if not _is_there(unit):
+            continue
+        if asked_as in UNIT_IDS:
             yield asked_as, asked_as, unit
         elif asked_as in DEVICE_ITSELF and not log.is_line and not is_direct:
             is_direct = True
             yield asked_as, next(free for free in UNIT_IDS if free not in log.units), unit
         else:
             remarks.append(f"unit {asked_as} has an id that no device of a rig can have: it is left out")
+
+
+def _is_there(unit: UnitLog) -> bool:
+    return unit.answers > 0 and not _is_beyond_a_gateway(unit)
+
+
+def _absent(log: ModbusLog) -> Iterator[str]:
+    """Yield the units that did not answer, in a sentence for those that were asked alike."""
+    silent: dict[str, list[int]] = {}
+    for unit_id, unit in sorted(log.units.items()):
+        if not unit.answers and (unit_id or not log.is_line):  # nothing answers unit 0 of a line
+            silent.setdefault(counted(unit.unanswered, "request"), []).append(unit_id)
+    yield from (never_answered("unit", alike, asked) for asked, alike in silent.items())
+    if beyond := [unit_id for unit_id, unit in log.units.items() if unit.answers and _is_beyond_a_gateway(unit)]:
+        yield f"no gateway reached unit {ranges(beyond)} (exception 10 or 11): no devices here"
 
 
 def _is_beyond_a_gateway(unit: UnitLog) -> bool:

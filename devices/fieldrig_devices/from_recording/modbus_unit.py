@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from fieldrig.clock import MS
 from fieldrig.text.flow import flow
 from fieldrig_bus.modbus.framing import LineTiming
-from fieldrig_bus.modbus.identification import Identification, ServerId
+from fieldrig_bus.modbus.identification import EXTENDED, LAST_OBJECT, REGULAR, Identification, ServerId
 from fieldrig_devices.from_recording.columns import TIME, Column, column_from, column_of
 from fieldrig_devices.from_recording.modbus_log import UnitLog
 from fieldrig_devices.from_recording.modbus_refusals import ModbusRefusals
@@ -111,12 +111,21 @@ class UnitModel:
         if texts:
             known: dict[str, Any] = {key: texts[number] for number, key in enumerate(TEXTS) if number in texts}
             extended = {number: text for number, text in texts.items() if number >= 0x80}
-            self._take(more, "identification", Identification, known | ({"extended": extended} if extended else {}))
+            known |= {"extended": extended} if extended else {}
+            self._take(more, "identification", Identification, known | self._further_texts(texts))
         if self.log.server_id is not None:
             self._take(more, "server_id", ServerId, _server_id(self.log.server_id))
         if self.log.status is not None:
             more["exception_status"] = self.log.status
         return more
+
+    def _further_texts(self, texts: Mapping[int, str]) -> dict[str, Any]:
+        """Return an empty text for those of a level that the unit has, and that no master has read."""
+        level, highest = self.log.identified_as, max(texts)
+        if level not in (REGULAR, EXTENDED) or highest > LAST_OBJECT[level - 1]:
+            return {}
+        self.remarks.append(f"the texts of level {level} of its identification: an empty one stands for them")
+        return {"vendor_url": ""} if level == REGULAR else {"extended": {LAST_OBJECT[REGULAR] + 1: ""}}
 
     def _take(self, more: dict[str, Any], key: str, model: type[Any], value: dict[str, Any]) -> None:
         try:

@@ -71,14 +71,18 @@ class NodeModel:
 
 
 def pdo_models(
-    bus: CanLog, pdos: Mapping[Pdo, int], number: Number, indices: frozenset[int], *, is_drive: bool
+    bus: CanLog, pdos: Mapping[Pdo, int], number: Number, indices: frozenset[int], *, is_drive: bool, is_refusing: bool
 ) -> list[PdoModel]:
-    """Return the PDOs of a node that were seen; `number` gives its parameters, `indices` the objects that it has."""
+    """Return the PDOs of a node that were seen; `number` gives its parameters, `indices` the objects that it has.
+
+    `is_refusing` is True for a node that reports PDOs of a wrong length.
+    """
     found = []
     for pdo, identifier in sorted(pdos.items()):
         log = bus.identifiers[identifier]
         assumed = usual_layout(pdo, log) if is_drive and number(pdo.mapping, 0) is None else None
-        layout = assumed or layout_of(pdo, number, log.length, indices)
+        is_refused = is_refusing and not pdo.is_transmitted
+        layout = assumed or layout_of(pdo, number, log.length, indices, is_refused=is_refused)
         found.append(
             PdoModel(pdo, identifier, log, layout, rhythm_of(log, bus.sync_ns) if pdo.is_transmitted else None)
         )

@@ -6,7 +6,7 @@ from typing import Any
 
 import canopen
 import pytest
-from made_rigs import SdoMaster, keys_of, read_by_sdo, rig_file, virtual, written_log
+from made_rigs import SdoMaster, keys_of, read_by_sdo, recorded, rig_file, virtual, written_log
 
 from fieldrig.clock import MS, S
 from fieldrig_bus.can.frame import CanFrame
@@ -146,8 +146,38 @@ def test_a_mapping_keeps_its_count_where_some_objects_were_not_read(tmp_path: Pa
 
 def test_a_mapping_that_was_not_read_to_its_end_and_of_which_no_frame_came_is_told(tmp_path: Path) -> None:
     read = [*read_by_sdo(0.01, 5, "4F001A0004000000"), *read_by_sdo(0.02, 5, "43001A0108010060")]
+    rig = rig_file(written_log(tmp_path, BOOT, *read))
+    text = " ".join(rig.read_text().replace("#", " ").split())
+    assert "the objects that 1A00h maps, as not all of them were read: a byte for each of the others here" in text
+    with virtual(rig) as running:
+        running.run_until(10 * MS)
+        assert SdoMaster(running).read(5, 0x1A00) == "4f 00 1a 00 04 00 00 00"
+
+
+@pytest.mark.parametrize("first", ["43001A0140010060", "43001A0100010060"])
+def test_a_mapping_that_has_no_room_for_the_objects_that_were_not_read_maps_none(tmp_path: Path, first: str) -> None:
+    """The first of its objects takes the whole PDO, or is none."""
+    read = [*read_by_sdo(0.01, 5, "4F001A0004000000"), *read_by_sdo(0.02, 5, first)]
     text = " ".join(rig_file(written_log(tmp_path, BOOT, *read)).read_text().replace("#", " ").split())
     assert "the objects that 1A00h maps, as not all of them were read: it maps none at power-on" in text
+
+
+def test_a_node_that_refuses_pdos_for_their_length_keeps_its_mapping(tmp_path: Path) -> None:
+    """Its master sends two bytes of four, and the node reports 8210h (CiA 301, 7.2.7.1)."""
+    mapped = [line for place in range(1, 5)
+              for line in read_by_sdo(0.02 + place / 100, 5, f"430016{place:02X}08{place:02X}0062")]  # fmt: skip
+    read = [*read_by_sdo(0.01, 5, "4F00160004000000"), *mapped]
+    rig = rig_file(written_log(tmp_path, BOOT, *read, STARTED, "0.2 205#0102", "0.201 085#1082110204000000"))
+    assert "faults" not in keys_of(rig)["devices"]["node5"]
+    with virtual(rig) as running:
+        master, log = SdoMaster(running), recorded(running)
+        running.run_until(150 * MS)
+        assert master.read(5, 0x1600) == "4f 00 16 00 04 00 00 00"
+        master.can.send(CanFrame(0, b"\x01\x05"))
+        master.can.send(CanFrame(0x205, b"\x01\x02"))
+        running.run_for(50 * MS)
+    emergencies = [entry.data[4:].hex() for entry in log if entry.data[:2] == b"\x85\x00"]
+    assert [data[2:6] for data in emergencies] == ["1082"]
 
 
 def test_a_mapping_of_which_only_the_count_was_read_is_the_written_one(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from made_rigs import keys_of, rig_file, save, virtual
 from fieldrig import Rig
 from fieldrig.clock import MS, S
 from fieldrig.config.yaml_source import read
-from fieldrig.errors import UsageError
+from fieldrig.errors import UnmetError, UsageError
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus import codec
 from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
@@ -66,6 +66,8 @@ def ask(rig: Rig, unit: int, request: str) -> tuple[str, int]:
         ("07", "07 6D"),  # 6.7
         ("07", "87 01"),
         ("2B 0E 01 00", "2B 0E 01 81 00 00 03 00 04 41 42 43 44 01 02 45 46 02 01 31"),
+        ("2B 0E 01 00", "2B 0E 01 82 00 00 03 00 04 41 42 43 44 01 02 45 46 02 01 31"),  # 6.21: more than was read
+        ("2B 0E 01 00", "2B 0E 01 83 00 00 03 00 04 41 42 43 44 01 02 45 46 02 01 31"),
     ],
 )
 def test_a_request_has_the_response_of_the_log(tmp_path: Path, request_: str, response: str) -> None:
@@ -130,6 +132,46 @@ def test_each_unit_is_a_device(tmp_path: Path) -> None:
     assert {name: device["unit_id"] for name, device in keys["devices"].items()} == {"unit1": 1, "unit2": 2}
     assert keys["buses"]["mb"]["unknown_unit"] == "silence"
     assert "unit 9 never answered 1 request" in path.read_text()
+
+
+def test_units_that_never_answered_are_one_sentence(tmp_path: Path) -> None:
+    text = made(tmp_path, (0, 1, READ, VALUES), *((unit, unit, READ, None) for unit in (2, 3, 4, 9))).read_text()
+    assert "units 2 to 4, 9 never answered 1 request each: they are no devices here" in text
+
+
+def answered(rig: Rig, at_s: float, request: str = READ) -> bool:
+    """Return whether unit 7 answers a request at this instant."""
+    rig.run_until(round(at_s * S))
+    try:
+        ask(rig, 7, request)
+    except UnmetError:
+        return False
+    return True
+
+
+def test_a_unit_is_silent_when_it_was_silent(tmp_path: Path) -> None:
+    """It boots for three seconds, and is off from 6 to 8; function 7 it does not know, and ignores."""
+    answers = [None if turn < 3 or turn in (6, 7) else VALUES for turn in range(10)]
+    rows = [(float(turn), 7, READ, answer) for turn, answer in enumerate(answers)]
+    path = made(tmp_path, *rows, (4.5, 7, "07", None))
+    with virtual(path) as rig:
+        instants = (0.1, 1.2, 3, 5, 6, 7.2, 8.6)
+        assert [answered(rig, at_s) for at_s in instants] == [False, False, True, True, False, False, True]
+        assert not answered(rig, 9.7, "07")
+    text = " ".join(path.read_text().replace("#", " ").split())
+    assert "6 requests had no answer: its faults `silent` are silent in the same times" in text
+
+
+def test_a_unit_that_answers_by_chance_has_no_silences(tmp_path: Path) -> None:
+    rows = [(turn / 10, 7, READ, None if turn % 2 else VALUES) for turn in range(120)]
+    path = made(tmp_path, *rows)
+    assert "faults" not in keys_of(path)["devices"]["unit7"]
+    assert "why 60 requests had no answer" in " ".join(path.read_text().replace("#", " ").split())
+
+
+def test_the_last_request_of_a_recording_says_nothing(tmp_path: Path) -> None:
+    rows = [(float(turn), 7, READ, VALUES) for turn in range(5)]
+    assert "faults" not in keys_of(made(tmp_path, *rows, (4.006, 7, READ, None)))["devices"]["unit7"]
 
 
 def test_unit_255_is_the_device_itself(tmp_path: Path) -> None:

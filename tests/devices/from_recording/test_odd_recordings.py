@@ -30,6 +30,10 @@ def words_about(log: Path, *words: str) -> str:
         ([f"{turn} 123#0102" for turn in range(9)], "identifiers that no node accounts for: 123h (9 frames)"),
         (ASKED, "node 5 never answered 5 SDO requests"),
         ([f"{turn} 705#R" for turn in range(3)], "node 5 never answered 3 guarding requests"),
+        (
+            [f"{node / 100} {0x600 + node:03X}#4000100000000000" for node in (1, 2, 3, 9)],
+            "nodes 1 to 3, 9 never answered 1 SDO request each: they are no devices here",
+        ),
         ([f"{turn} 0A5#0102030405060708" for turn in range(3)], "shows no device"),
     ],
 )

@@ -11,6 +11,7 @@ from enum import IntEnum
 from functools import partial
 from typing import Final
 
+from fieldrig.text.ranges import ranges
 from fieldrig_devices.arp import fixed
 from fieldrig_devices.arp.card_access import CardAccess, CardState
 from fieldrig_devices.arp.language.instructions import numbers
@@ -171,14 +172,8 @@ def named(text: str) -> Quantity:
 
 def _within(text: str, kind: Kind, number: int) -> Quantity:
     if number not in NUMBERS[kind]:
-        raise ValueError(f"there is no {text.upper()}\nexpected {_ranges(sorted(NUMBERS[kind]))}")
+        raise ValueError(f"there is no {text.upper()}\nexpected {ranges(NUMBERS[kind])}")
     return Quantity(kind, number)
-
-
-def _ranges(numbers: list[int]) -> str:
-    starts = [number for number in numbers if number - 1 not in numbers]
-    ends = [number for number in numbers if number + 1 not in numbers]
-    return ", ".join(f"{first} to {last}" for first, last in zip(starts, ends, strict=True))
 
 
 def name_of(quantity: Quantity) -> str:
