@@ -53,7 +53,8 @@ class Parts:
             return self._client.ask(f"device/{device}/{verb}", message)
         except NoAnswerError:
             raise ControlError(
-                f"{device} does not answer: it has not started, or its process died", "look at `fieldrig status`"
+                f"{device} does not answer: it has not started, it hangs, or its process died",
+                "look at `fieldrig status`",
             ) from None
 
     def check_buses(self, patterns: Iterable[str]) -> None:

@@ -108,7 +108,7 @@ def _show(rig: dict[str, Any]) -> None:
         [
             (
                 name,
-                process["state"],
+                _state(process),
                 process["pid"],
                 _duration(process["uptime_s"]) if process["uptime_s"] is not None else None,
                 process["restarts"],
@@ -126,6 +126,12 @@ def _show(rig: dict[str, Any]) -> None:
         ("bus", "kind", ""),
         [(name, bus["kind"], _figures(bus.get("statistics", {}))) for name, bus in rig["buses"].items()],
     )
+
+
+def _state(process: dict[str, Any]) -> str:
+    """Return the state of a process for people: it may be stopped or hang although its start is complete."""
+    state: str = process["state"]
+    return "no answer" if state == "ready" and "cpu_s" not in process else state
 
 
 def _page_row(page: dict[str, Any]) -> tuple[object, ...]:

@@ -62,7 +62,8 @@ def about_faults(where: str, verb: str, message: Any) -> Asking:
     except NoAnswerError:
         if where in devices or any(where in process["buses"] for process in rig["processes"].values()):
             raise ControlError(
-                f"{where} does not answer: it has not started, or its process died", "look at `fieldrig status`"
+                f"{where} does not answer: it has not started, it hangs, or its process died",
+                "look at `fieldrig status`",
             ) from None
     ends = yield Question(f"end/{where}/*/faults", of_all=True)
     if not ends:
