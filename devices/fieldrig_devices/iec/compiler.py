@@ -21,7 +21,7 @@ from fieldrig_devices.iec.library.sources import parsed, sources
 from fieldrig_devices.iec.limits import MAX_4, MOST_CHARACTERS, MOST_STATEMENTS, Limits
 from fieldrig_devices.iec.lower.names import names_of, rules_of
 from fieldrig_devices.iec.lower.routines import Lowered, lower
-from fieldrig_devices.iec.mutation.switch import changed
+from fieldrig_devices.iec.mutation.switch import changed, refuse
 from fieldrig_devices.iec.open_inputs import open_inputs
 from fieldrig_devices.iec.program import Pou, Program, Task
 from fieldrig_devices.iec.symbols import Symbols
@@ -118,6 +118,7 @@ def _compiled(
     program, of_program = _checked(libraries, units, host, dialect, limits, resource, extension, on_progress)
     mistakes += of_program
     if any(not mistake.is_note for mistake in mistakes):
+        refuse(file.name for file in files)
         raise CompileError(sorted(mistakes, key=lambda mistake: (mistake.file, mistake.line, mistake.column)))
     return build(program, host, costs, limits, previous, tuple(files), tuple(mistakes), on_progress)
 
@@ -138,6 +139,7 @@ def compile_units(
     with collection.paused():
         program, mistakes = _checked(libraries, changed(units, uncovered), host, dialect, limits)
         if any(not mistake.is_note for mistake in mistakes):
+            refuse(unit.file for unit in units)
             raise CompileError(mistakes)
         files = tuple(SourceFile(unit.file, "") for unit in units)
         return build(program, host, Costs(), limits, None, files, tuple(mistakes), uncovered=uncovered)

@@ -184,7 +184,7 @@ class UnderTest:
             thread.run(SLICE_NS)
             if thread.state is WorkState.READY:
                 watch = Stopwatch()
-                while thread.state is WorkState.READY and watch.seconds < LONGEST_S:
+                while thread.state is WorkState.READY and watch.busy_seconds < LONGEST_S:
                     thread.run(SLICE_NS)
             if thread.state is not WorkState.ENDED:
                 self.raise_from_mock()

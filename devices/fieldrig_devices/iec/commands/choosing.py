@@ -14,13 +14,15 @@ if TYPE_CHECKING:
 
 Paths = Annotated[
     list[str],
-    argument("PATH...", "Test files, or folders with some; PATH::NAME chooses one test."),
+    argument("PATH...", "Test files, also of pytest, or folders with some of ST; PATH::NAME chooses one test."),
 ]
 Keywords = Annotated[
     list[str] | None,
     typer.Option("--keyword", "-k", metavar="TEXT", help="Run only tests with this in FILE::NAME; * and ? work."),
 ]
-Timeout = Annotated[float, typer.Option("--timeout", metavar="SECONDS", min=0.001, help="End a test after this time.")]
+Timeout = Annotated[
+    float, typer.Option("--timeout", metavar="SECONDS", min=0.001, help="End a test that takes a processor for longer.")
+]
 Workers = Annotated[int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Run N processes at a time.")]
 
 
@@ -35,7 +37,9 @@ def chosen_work(paths: Sequence[str], patterns: Sequence[str], dialect: "Dialect
     known = [(source, source.cases()) for source in sources_of([path for path, _ in names], dialect)]
     if not any(cases for _, cases in known):
         shown = ", ".join(str(path) for path, _ in names)
-        raise UsageError(f"there are no tests in {shown}", "expected TEST 'name' ... END_TEST in a source file")
+        raise UsageError(
+            f"there are no tests in {shown}", "expected TEST 'name' ... END_TEST in a source file, or test_NAME.py"
+        )
     work: list[Work] = [
         (source, [case for case in cases if is_chosen(case, names, patterns)]) for source, cases in known
     ]

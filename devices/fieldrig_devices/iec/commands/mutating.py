@@ -1,5 +1,6 @@
 """The command `fieldrig iec mutate`."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -27,6 +28,21 @@ def mutate(
         int | None,
         typer.Option("--most", metavar="N", min=1, help="Try at most N changes, evenly over the program."),
     ] = None,
+    accepted: Annotated[
+        Path | None,
+        typer.Option(
+            "--accepted",
+            metavar="FILE",
+            help="Leave out the changes in this file: lines of the report, each with a reason behind #.",
+            show_default=False,
+        ),
+    ] = None,
+    only: Annotated[
+        Path | None,
+        typer.Option(
+            "--only", metavar="FILE", help="Try only the changes in this file: lines of a report.", show_default=False
+        ),
+    ] = None,
     least: Annotated[
         float | None,
         typer.Option(
@@ -45,11 +61,13 @@ def mutate(
     \b
         fieldrig iec mutate pid_test.st
         fieldrig iec mutate project/ -j 2 --most 100 --fail-under 90
+        fieldrig iec mutate pid_test.st test_pid.py --accepted pid.txt
 
     A change is another comparison, constant or operator, a contact that opens instead of closing, a missing reset or
     statement, a transition that fires at once or never. The tests have to pass without any.
     """
     from fieldrig.system.stopwatch import Stopwatch
+    from fieldrig_devices.iec.mutation import accepted as files
     from fieldrig_devices.iec.testing import trial
     from fieldrig_devices.iec.testing.case import Limits
     from fieldrig_devices.iec.testing.reports import changes as report
@@ -59,11 +77,16 @@ def mutate(
     before, reached = trial.baseline(work, limits)
     if before.bad:
         _tell_failures(before.bad)
-    changes = _evenly(before.changes, most)
+    known = files.accepted(accepted, before.changes) if accepted is not None else {}
+    changes: Sequence[Change] = before.changes
+    if only is not None:
+        again = files.chosen(only, changes)
+        changes = [change for change in changes if change in again]
+    changes = _evenly(changes, most)
     results = list["Result"]()
     if not as_json:
         typer.echo(f"{len(changes)} changes of {len(before.changes)}; those that no test notices:")
-    for result in trial.results(changes, reached, work, trial.with_changes(limits, before.longest_s), workers):
+    for result in trial.results(changes, known, before, reached, work, limits, workers):
         results.append(result)
         if not as_json and result.fate in (trial.Fate.MISSED, trial.Fate.NOT_RUN):
             typer.echo(report.line_of(result))

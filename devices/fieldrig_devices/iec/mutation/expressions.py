@@ -30,8 +30,8 @@ ARITHMETIC: Final[Mapping[str, tuple[str, ...]]] = {
     "/": ("*",),
     "MOD": ("*",),
 }
-_ALL_DIGITS: Final = 1e6
-"""The least value of a REAL that may not have the digit of a 1 that is added."""
+_LARGE: Final = 10
+"""The least number that is halved: one more is seldom a mistake that matters, and half has the same type."""
 _TIMES: Final = (LiteralKind.TIME, LiteralKind.LTIME)
 _PLACES: Final = (tree.Name, tree.Member, tree.BitOf, tree.Index, tree.Dereference, tree.Direct, tree.Call)
 
@@ -42,15 +42,15 @@ def negated(node: tree.Expression) -> tree.Expression | None:
 
 
 def other_constant(node: tree.Literal) -> tree.Literal | None:
-    """Return another constant of the same type: one more, twice as long, the other truth, an empty text."""
+    """Return another constant of the same type: one more or half, twice as long, the other truth, an empty text."""
     value = node.value
     match node.kind:
         case LiteralKind.BOOL:
             return replace(node, value=not value, text="")
         case LiteralKind.INTEGER if isinstance(value, int):
-            return replace(node, value=value + 1, text="")
+            return replace(node, value=value + 1 if abs(value) < _LARGE else value // 2, text="")
         case LiteralKind.REAL if isinstance(value, int | float):
-            return replace(node, value=value + 1.0 if abs(value) < _ALL_DIGITS else value / 2, text="")
+            return replace(node, value=value + 1.0 if abs(value) < _LARGE else value / 2, text="")
         case kind if kind in _TIMES and isinstance(value, int):
             return replace(node, value=2 * value if value else 1, text="")
         case LiteralKind.STRING | LiteralKind.WSTRING:

@@ -4,7 +4,7 @@ It is one for the whole process, as that of coverage is (`coverage.collecting`):
 have to see it, and a rig's file says nothing of it.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -19,8 +19,17 @@ class Survey:
     changes: dict[Change, None] = field(default_factory=dict)
 
 
+@dataclass
+class Applied:
+    """The change with which programs are compiled."""
+
+    change: Change | None
+    is_refused: bool = False
+    """True if a program did not compile with it."""
+
+
 _surveys: list[Survey] = []
-_applied: list[Change] = []
+_applied: list[Applied] = []
 
 
 @contextmanager
@@ -34,13 +43,32 @@ def surveying() -> Iterator[Survey]:
 
 
 @contextmanager
-def applied(change: Change) -> Iterator[None]:
-    """Compile programs with this change meanwhile."""
-    _applied.append(change)
+def applied(change: Change | None) -> Iterator[Applied]:
+    """Compile programs with this change meanwhile; with None, as they are."""
+    _applied.append(Applied(change))
     try:
-        yield
+        yield _applied[-1]
     finally:
         _applied.pop()
+
+
+def present() -> Change | None:
+    """Return the change with which programs are compiled now."""
+    return _applied[-1].change if _applied else None
+
+
+def note(changes: Iterable[Change], *, is_refused: bool) -> None:
+    """Take note of what another process, which has run tests for this one, knows of its programs."""
+    for survey in _surveys[-1:]:
+        survey.changes.update(dict.fromkeys(changes))
+    for one in _applied[-1:]:
+        one.is_refused |= is_refused
+
+
+def refuse(files: Iterable[str]) -> None:
+    """Take note that a program of these files did not compile."""
+    for one in _applied[-1:]:
+        one.is_refused |= one.change is not None and one.change.file in files
 
 
 def changed(units: Sequence[tree.Unit], left_out: Collection[str] = ()) -> Sequence[tree.Unit]:
@@ -50,9 +78,8 @@ def changed(units: Sequence[tree.Unit], left_out: Collection[str] = ()) -> Seque
     """
     for survey in _surveys[-1:]:
         survey.changes.update({made.change: None for unit in units for made in changes_of(unit, left_out)})
-    for change in _applied[-1:]:
-        return [_with(change, unit) for unit in units]
-    return units
+    change = present()
+    return units if change is None else [_with(change, unit) for unit in units]
 
 
 def _with(change: Change, unit: tree.Unit) -> tree.Unit:

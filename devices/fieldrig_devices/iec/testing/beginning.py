@@ -9,7 +9,7 @@ from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.testing.extension import BEGIN, BEGIN_INSTANCE
 
 LONGEST_S: Final = 10.0
-"""Time of the host that it may take."""
+"""Time of a processor that it may take."""
 _SLICE_NS: Final = 1_000_000
 
 
@@ -20,7 +20,7 @@ def begin_program(runtime: Runtime) -> None:
     thread.enter(BEGIN.lower(), program.globals[program.dialect.key(BEGIN_INSTANCE)].offset)
     thread.start()
     watch = Stopwatch()
-    while thread.state is WorkState.READY and watch.seconds < LONGEST_S:
+    while thread.state is WorkState.READY and watch.busy_seconds < LONGEST_S:
         thread.run(_SLICE_NS)
     if thread.state is not WorkState.ENDED:
         fault = thread.fault or thread.fault_here("timeout", f"a loop without an end in {LONGEST_S:g} s")

@@ -115,10 +115,11 @@ def _rig_of(test: tuple[Case, CaseBlock]) -> tree.RigUse | None:
 def _with_diagram(runner: Runner, case: Case, block: CaseBlock, limits: Limits) -> Outcome:
     """Run a test; if it fails, once more with a record of its signals, as it does the same again."""
     outcome = runner.run(case, block, limits)
-    if not outcome.failures or any(failure.kind == TIMEOUT for failure in outcome.failures):
+    is_done = not outcome.failures or any(failure.kind == TIMEOUT for failure in outcome.failures)
+    if is_done or not limits.has_diagrams:
         return outcome
     again = runner.run(case, block, limits, is_recorded=True)
-    return again._replace(wall_s=outcome.wall_s) if again.verdict is outcome.verdict else outcome
+    return again._replace(wall_s=outcome.wall_s, busy_s=outcome.busy_s) if again.verdict is outcome.verdict else outcome
 
 
 def _not_begun(case: Case, wrong: RigError) -> Outcome:

@@ -81,6 +81,8 @@ class Outcome(NamedTuple):
     """Lines that the test wrote."""
     reason: str = ""
     """Why it was skipped; empty for other verdicts."""
+    busy_s: float = 0.0
+    """In seconds of a processor of the host."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,9 +90,11 @@ class Limits:
     """The limits at which a test is ended that does not end by itself."""
 
     timeout_s: float = 10.0
-    """The longest time of the host that one test may take, in seconds."""
+    """The longest time of a processor that one test may take, in seconds; a busy host ends no test."""
     longest_ns: int = 3600 * S
     """The longest virtual time of one test."""
+    has_diagrams: bool = True
+    """True if a failure shows the signals around it, which takes time."""
 
 
 class Source(Protocol):

@@ -7,8 +7,9 @@ from typing import Final
 
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.imports.plcproj import SUFFIX
-from fieldrig_devices.iec.testing import gathered
+from fieldrig_devices.iec.testing import by_pytest, gathered
 from fieldrig_devices.iec.testing.blocks import BlockSource
+from fieldrig_devices.iec.testing.by_pytest import PytestSource
 from fieldrig_devices.iec.testing.case import Case, Source
 from fieldrig_devices.iec.testing.suites import sources_in
 
@@ -24,8 +25,14 @@ def split(path: str) -> tuple[Path, str]:
 
 def sources_of(paths: Sequence[Path], dialect: Dialect) -> list[Source]:
     """Return a source for each kind of tests in each place.  UsageError for a file that cannot be read."""
-    blocks = [BlockSource(file, dialect) for file in dict.fromkeys(gathered.test_files(_texts(paths)))]
-    return [*blocks, *(source for path in paths for source in sources_in(path))]
+    in_python = [PytestSource(path) for path in dict.fromkeys(paths) if _is_python(path)]
+    others = [path for path in paths if not _is_python(path)]
+    blocks = [BlockSource(file, dialect) for file in dict.fromkeys(gathered.test_files(_texts(others)))]
+    return [*blocks, *(source for path in others for source in sources_in(path)), *in_python]
+
+
+def _is_python(path: Path) -> bool:
+    return path.suffix.casefold() == by_pytest.SUFFIX and path.is_file()
 
 
 def _texts(paths: Sequence[Path]) -> list[Path]:

@@ -125,7 +125,7 @@ class Prepared:
 
 
 def _run(rig: "Rig", case: Case, block: CaseBlock, program: Prepared, limits: Limits) -> Outcome:
-    return Runner(program.tested, InRig(rig, block, program)).run(case, block, limits, is_recorded=True)
+    return Runner(program.tested, InRig(rig, block, program)).run(case, block, limits, is_recorded=limits.has_diagrams)
 
 
 class Linked:

@@ -65,7 +65,7 @@ class Runner:
         place, judge, watch = self._place, self._judge, Stopwatch()
 
         def is_pressed() -> None:
-            if watch.seconds > limits.timeout_s:
+            if watch.busy_seconds > limits.timeout_s:
                 raise TookTooLongError(f"the test took more than {limits.timeout_s:g} s")
 
         place.is_pressed = is_pressed
@@ -87,7 +87,9 @@ class Runner:
             verdict = Verdict.ERROR if are_errors else Verdict.FAILED
         duration_ns = place.now_ns - begin_ns
         output = tuple(judge.output)
-        return Outcome(case, verdict, tuple(failures), judge.asserts, duration_ns, watch.seconds, output)
+        return Outcome(
+            case, verdict, tuple(failures), judge.asserts, duration_ns, watch.seconds, output, busy_s=watch.busy_seconds
+        )
 
     def _played(self, thread: Thread, is_pressed: Callable[[], None]) -> list[Failure]:
         """Run a thread to its end."""

@@ -85,8 +85,9 @@ class SuiteSource:
         watch = Stopwatch()
         listed = {(case.suite, case.name): case for case in _cases(bench)}
         longest_s = limits.timeout_s * max(1, len(listed))
-        bench.run(limits.longest_ns, lambda: watch.seconds > longest_s)
-        yield from _outcomes(bench, listed, chosen, watch.seconds)
+        bench.run(limits.longest_ns, lambda: watch.busy_seconds > longest_s)
+        busy_s = watch.busy_seconds / max(1, len(listed))
+        yield from (one._replace(busy_s=busy_s) for one in _outcomes(bench, listed, chosen, watch.seconds))
         for one in bench.program.left_out:
             case = _left_out_case(one)
             if one.is_suite and case in chosen:

@@ -1,10 +1,12 @@
 """Runs the tests of a program with each change of it."""
 
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -13,13 +15,15 @@ from fieldrig.coverage.collecting import collecting
 from fieldrig.coverage.places import Kind, News
 from fieldrig_devices.iec.mutation.changes import Change
 from fieldrig_devices.iec.mutation.switch import applied, surveying
-from fieldrig_devices.iec.testing.case import MISTAKE, Case, Limits, Outcome, Verdict
+from fieldrig_devices.iec.testing.case import Case, Limits, Outcome, Verdict
 from fieldrig_devices.iec.testing.parallel import Work, run
 from fieldrig_devices.iec.tree import Position
 
 _LONGER: Final = 10.0
 """The number of times that a test may take longer with a change; then it never ends."""
 _LEAST_S: Final = 1.0
+_LEAST_COST_S: Final = 1e-4
+"""Less is not measured."""
 
 
 class Fate(StrEnum):
@@ -31,6 +35,8 @@ class Fate(StrEnum):
     """All tests passed."""
     NOT_RUN = "not run"
     """No test runs the line, so none can notice it."""
+    ACCEPTED = "accepted"
+    """No test has to notice it, as a person has said; it is not tried."""
     NO_PROGRAM = "no program"
     """The program does not compile with it."""
 
@@ -39,7 +45,7 @@ class Result(NamedTuple):
     change: Change
     fate: Fate
     by: Case | None = None
-    """The test that noticed it."""
+    """A test that noticed it."""
 
 
 @dataclass
@@ -62,7 +68,7 @@ def baseline(work: Sequence[Work], limits: Limits) -> tuple[Baseline, "Reached"]
         found.outcomes += run(work, limits, 1)
         reached = Reached(collector.news())
     found.changes = sorted(survey.changes)
-    found.longest_s = max((one.wall_s for one in found.outcomes), default=0.0)
+    found.longest_s = max((one.busy_s for one in found.outcomes), default=0.0)
     return found, reached
 
 
@@ -86,34 +92,72 @@ class Reached:
 
 
 def results(
-    changes: Sequence[Change], reached: Reached, work: Sequence[Work], limits: Limits, workers: int
+    changes: Sequence[Change],
+    accepted: Collection[Change],
+    before: Baseline,
+    reached: Reached,
+    work: Sequence[Work],
+    limits: Limits,
+    workers: int,
 ) -> Iterator[Result]:
     """Yield the fate of each change, in their order.  `limits` are those of the tests without a change."""
-    orders = [(change, work, limits) for change in changes if reached.has(change)]
+    fates = {change: Fate.NOT_RUN for change in changes if not reached.has(change)}
+    fates |= dict.fromkeys(accepted, Fate.ACCEPTED)
+    waiting = [change for change in changes if change not in fates]
+    trial = Trial(work, with_changes(limits, before.longest_s), before.outcomes)
     with ExitStack() as stack:
-        judged: Iterator[Result] = map(_of_order, orders)
+        judged: Iterator[Result] = map(trial.result, waiting)
         if workers > 1:
-            pool = stack.enter_context(ProcessPoolExecutor(workers, mp_context=get_context("spawn")))
-            judged = pool.map(_of_order, orders)
+            begin = partial(_begin, trial)
+            pool = stack.enter_context(ProcessPoolExecutor(workers, get_context("spawn"), begin))
+            judged = pool.map(_of_worker, waiting)
         for change in changes:
-            yield next(judged) if reached.has(change) else Result(change, Fate.NOT_RUN)
+            yield Result(change, fates[change]) if change in fates else next(judged)
 
 
 def with_changes(limits: Limits, longest_s: float) -> Limits:
     """Return the limits of a test with a change, which may never end, from the longest time of one without."""
-    return Limits(min(limits.timeout_s, max(_LONGER * longest_s, _LEAST_S)), limits.longest_ns)
+    timeout_s = min(limits.timeout_s, max(_LONGER * longest_s, _LEAST_S))
+    return Limits(timeout_s, limits.longest_ns, has_diagrams=False)
 
 
-def _of_order(order: tuple[Change, Sequence[Work], Limits]) -> Result:
-    return _result(*order)
+class Trial:
+    """Tries changes, one after the other, and learns which tests notice some in the shortest time."""
+
+    def __init__(self, work: Sequence[Work], limits: Limits, before: Sequence[Outcome]) -> None:
+        self._work, self._limits = work, limits
+        self._costs_s = {one.case: max(one.busy_s, _LEAST_COST_S) for one in before}
+        self._tried, self._noticed = Counter[Case](), Counter[Case]()
+
+    def result(self, change: Change) -> Result:
+        """Run the tests until one of them fails."""
+        with applied(change) as present:
+            for outcome in run(self._ordered(), self._limits, 1):
+                if present.is_refused:
+                    return Result(change, Fate.NO_PROGRAM)
+                self._tried[outcome.case] += 1
+                if outcome.verdict in (Verdict.FAILED, Verdict.ERROR):
+                    self._noticed[outcome.case] += 1
+                    return Result(change, Fate.NOTICED, outcome.case)
+        return Result(change, Fate.MISSED)
+
+    def _ordered(self) -> list[Work]:
+        """Return the tests with those first that are the most likely to notice a change in a second."""
+        ordered = [(source, sorted(cases, key=self._worth, reverse=True)) for source, cases in self._work]
+        return sorted(ordered, key=lambda one: self._worth(one[1][0]), reverse=True)
+
+    def _worth(self, case: Case) -> float:
+        # Laplace's rule: a test that was never tried is as good as one that notices every second change
+        return (self._noticed[case] + 1) / (self._tried[case] + 2) / self._costs_s.get(case, _LEAST_COST_S)
 
 
-def _result(change: Change, work: Sequence[Work], limits: Limits) -> Result:
-    """Run the tests until one of them fails."""
-    with applied(change):
-        for outcome in run(work, limits, 1):
-            if any(failure.kind == MISTAKE for failure in outcome.failures):
-                return Result(change, Fate.NO_PROGRAM)
-            if outcome.verdict in (Verdict.FAILED, Verdict.ERROR):
-                return Result(change, Fate.NOTICED, outcome.case)
-    return Result(change, Fate.MISSED)
+_trials: list[Trial] = []
+"""The trial of this process, if it is a worker."""
+
+
+def _begin(trial: Trial) -> None:
+    _trials.append(trial)
+
+
+def _of_worker(change: Change) -> Result:
+    return _trials[-1].result(change)

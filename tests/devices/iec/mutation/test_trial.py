@@ -7,6 +7,7 @@ import pytest
 from st_tests import LAMP_RIG, written
 from typer.testing import CliRunner, Result
 
+from fieldrig.errors import UsageError
 from fieldrig_devices.iec.commands import app
 
 pytestmark = pytest.mark.long
@@ -124,3 +125,75 @@ def test_a_program_on_its_device_in_a_rig_is_changed(tmp_path: Path) -> None:
     on = f"TEST 'on' RIG 'lamp.yaml' AFTER T#5s;\n{places} switch := TRUE; ASSERT_WITHIN(lamp, T#50ms); END_TEST\n"
     written(tmp_path, lamp=LAMP, lamp_test=on)
     assert fates(tmp_path / "lamp_test.st") == {(3, "lamp := switch;", ""): "noticed"}
+
+
+IN_PYTHON = """\
+import fieldrig
+
+PLC = fieldrig.program("counter.st", dialect="edition-3")
+
+
+def test_counts_with_the_program_of_the_module():
+    PLC.reset()
+    assert PLC.block("Counter")(up=True, limit=2).count == 1
+
+
+def test_is_full(fieldrig_program):
+    counter = fieldrig_program("counter.st", dialect="edition-3").block("Counter")
+    counter(up=True, limit=2)
+    assert counter().full
+"""
+
+
+def test_tests_in_python_notice_changes_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written(tmp_path, counter=COUNTER, counter_test=WEAK)
+    (tmp_path / "test_counter.py").write_text(IN_PYTHON)
+    monkeypatch.chdir(tmp_path)
+    in_blocks = fates(tmp_path / "counter_test.st", "--most", 4)
+    assert fates(tmp_path / "test_counter.py", "--most", 4) == in_blocks
+    assert set(in_blocks.values()) == {"noticed", "not run"}
+
+
+def test_accepted_changes_are_left_out_with_their_reasons(tmp_path: Path) -> None:
+    written(tmp_path, counter=COUNTER, counter_test=WEAK)
+    known = tmp_path / "known.txt"
+    known.write_text("# the reset\n\ncounter.st:5  reset  without `count := 0;`  # it counts from 0\n")
+    found = fates(tmp_path / "counter_test.st", "--accepted", known)
+    assert found[5, "count := 0;", ""] == "accepted"
+    assert "1 accepted" in mutate(tmp_path / "counter_test.st", "--accepted", known).stdout
+
+
+def test_only_the_changes_of_a_report_are_tried_again(tmp_path: Path) -> None:
+    written(tmp_path, counter=COUNTER, counter_test=WEAK)
+    report = [line for line in mutate(tmp_path / "counter_test.st").stdout.splitlines() if line.startswith("  ")]
+    (tmp_path / "again.txt").write_text("\n".join(report))
+    written(tmp_path, counter_test=STRONG)
+    again = fates(tmp_path / "counter_test.st", "--only", tmp_path / "again.txt")
+    assert len(again) == len(report)
+    assert set(again.values()) == {"noticed"}
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("counter.st:5  reset  without `count := 0;`", "has no reason"),
+        ("counter.st:4  reset  without `count := 0;`  # why", "the same text is in line 5"),
+        ("counter.st:5  reset  without `other := 0;`  # why", "expected a line of the report"),
+    ],
+)
+def test_a_line_that_is_no_change_is_refused(tmp_path: Path, line: str, told: str) -> None:
+    written(tmp_path, counter=COUNTER, counter_test=WEAK)
+    (tmp_path / "known.txt").write_text(f"{line}\n")
+    done = mutate(tmp_path / "counter_test.st", "--accepted", tmp_path / "known.txt")
+    assert isinstance(done.exception, UsageError)
+    assert "known.txt:1: " in str(done.exception)
+    assert told in str(done.exception)
+
+
+def test_a_change_that_does_not_compile_is_no_program_in_python_either(tmp_path: Path) -> None:
+    table = "FUNCTION F : INT\nVAR t : ARRAY[0..2] OF INT := [1, 2, 3]; END_VAR\nF := t[2];\nEND_FUNCTION\n"
+    written(tmp_path, table=table)
+    loads = f"fieldrig_program({str(tmp_path / 'table.st')!r})"
+    test = f"def test(fieldrig_program):\n    assert {loads}.function('F')() == 3\n"
+    (tmp_path / "test_table.py").write_text(test)
+    assert fates(tmp_path / "test_table.py")[3, "2", "3"] == "no program"

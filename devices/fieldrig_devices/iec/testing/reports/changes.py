@@ -4,20 +4,19 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from fieldrig_devices.iec.mutation import accepted
 from fieldrig_devices.iec.mutation.changes import Change
 from fieldrig_devices.iec.testing.trial import Fate, Result
 
 
 def line_of(result: Result) -> str:
     """Return the line about a change."""
-    change = result.change
-    what = f"`{change.before}` -> `{change.after}`" if change.after else f"without `{change.before}`"
     seen = "  (no test runs it)" if result.fate is Fate.NOT_RUN else ""
-    return f"  {change.file}:{change.line}  {change.kind}  {what}{seen}"
+    return f"  {accepted.line_of(result.change)}{seen}"
 
 
 def score(results: Sequence[Result]) -> float:
-    """Return the share of changes that a test noticed, in per cent; those that are no program do not count."""
+    """Return the share of changes that a test noticed, in per cent; no programs and accepted ones do not count."""
     counts = Counter(result.fate for result in results)
     all_of_them = counts[Fate.NOTICED] + counts[Fate.MISSED] + counts[Fate.NOT_RUN]
     return 100.0 * counts[Fate.NOTICED] / all_of_them if all_of_them else 100.0
@@ -28,6 +27,8 @@ def summary(results: Sequence[Result], wall_s: float) -> Iterator[str]:
     parts = [f"{counts[Fate.NOTICED]} noticed", f"{counts[Fate.MISSED]} not noticed"]
     if counts[Fate.NOT_RUN]:
         parts.append(f"{counts[Fate.NOT_RUN]} where no test runs")
+    if counts[Fate.ACCEPTED]:
+        parts.append(f"{counts[Fate.ACCEPTED]} accepted")
     if counts[Fate.NO_PROGRAM]:
         parts.append(f"{counts[Fate.NO_PROGRAM]} no program")
     yield f"{len(results)} changes: {', '.join(parts)} ({int(score(results) * 10) / 10:.1f} %) in {wall_s:.1f} s"

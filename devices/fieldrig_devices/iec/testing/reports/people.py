@@ -63,8 +63,10 @@ def _of_failure(failure: Failure, outcome: Outcome) -> Iterator[str]:
     if text:
         yield f"    {text}"
     yield f"    {said(failure)}"
-    count = f"assertion {outcome.asserts}" if failure.kind not in (FAULT, TIMEOUT) else "ended"
-    yield f"    {count} at {instant(failure.at_ns)}"
+    is_counted = outcome.asserts and failure.kind not in (FAULT, TIMEOUT)
+    if is_counted or failure.at_ns:
+        count = f"assertion {outcome.asserts}" if is_counted else "ended"
+        yield f"    {count} at {instant(failure.at_ns)}"
     for line in failure.diagram:
         yield f"      {line}"
 
