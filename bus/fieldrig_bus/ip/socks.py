@@ -135,6 +135,7 @@ class SocksClient(Tunnelled):
             return
         self.transport.write(answer)
         if request is not None:
+            self.heard()
             rest, self._handshake = self._handshake.rest, None
             self._on_request(request, rest)
 

@@ -13,10 +13,11 @@ from typing import Any, Final, Protocol
 
 from fieldrig.clock import S
 from fieldrig.errors import BusError
+from fieldrig.outside.limits import Limits
 from fieldrig.system.this_process import on_signals
 from fieldrig_bus.ip.socks import SocksClient
 from fieldrig_bus.ip.stream import Opening
-from fieldrig_bus.ip.tunnel import Tunnelled
+from fieldrig_bus.ip.tunnel import LIMITS, Tunnelled
 from fieldrig_bus.net import TcpServer
 from fieldrig_bus.serial.threaded_port import ThreadedPort
 
@@ -79,9 +80,7 @@ class _Call:
     ) -> None:
         self._port = ThreadedPort(url, baud)
         self._session = make_session(self._port.send)
-        self._servers = [
-            TcpServer(forward.local, self._way_to(forward.remote_port), speaks_http=True) for forward in forwards
-        ]
+        self._servers = [self._server(forward) for forward in forwards]
         self._on_up = on_up
         self._arrived = bytearray()
         self._gone = ""
@@ -129,6 +128,11 @@ class _Call:
         if data:
             self._session.receive(now_ns, data)
         self._session.advance(now_ns)
+
+    def _server(self, forward: Forward) -> TcpServer:
+        """Return the server of a local port.  Only a client of the proxy has to say something, which is its request."""
+        limits = Limits() if forward.remote_port is None else LIMITS
+        return TcpServer(forward.local, self._way_to(forward.remote_port), limits, speaks_http=True)
 
     def _way_to(self, port: int | None) -> Callable[[TcpServer], Tunnelled]:
         if port is None:
