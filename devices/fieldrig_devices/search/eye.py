@@ -40,12 +40,13 @@ class Eye:
         self._rig, self._sorts = rig, sorts
         self._keys = state_places(rig, sorts)
         self._further = [place_of(rig, name) for name in further]
-        self._programs = list(collecting.programs()) if Sort.PROGRAMS in sorts else []
-        self._loaded = len(self._programs)
+        self._programs: list[Marked] = []
         self._again: list[tuple[int, Marked]] = []
         """Programs that were loaded again, such as after a restart, each with the number that it had before."""
-        self._steps = [[mark for mark, place in one.places if place.kind is Kind.STEP] for one in self._programs]
-        self._sum = [0] * len(self._programs)
+        self._loaded = 0
+        self._steps: list[list[int]] = []
+        """The marks of the steps of each program."""
+        self._sum: list[int] = []
         """The marks that were passed, as the bytes of a number, which are joined fast."""
         self._windows: deque[list[int]] = deque(maxlen=WINDOWS)
         self._window_ns = self._look_ns = rig.now_ns
@@ -77,7 +78,9 @@ class Eye:
     def way(self) -> bytes:
         """Return the marks that were passed in the last 50 ms."""
         windows = [*self._windows, self._passed()]
-        sums = [_joined(window[number] for window in windows) for number in range(len(self._programs))]
+        sums = [
+            _joined(window[number] for window in windows if number < len(window)) for number in range(len(self._sum))
+        ]
         return b"".join(self._bytes(number, marks) for number, marks in enumerate(sums))
 
     def _bytes(self, number: int, marks: int) -> bytes:
@@ -103,19 +106,24 @@ class Eye:
 
     def _passed(self) -> list[int]:
         """Return the marks of each program that were passed in this window."""
-        passed = [_number(one.hits) for one in self._programs]
-        if passed and len(collecting.programs()) > self._loaded:
+        if Sort.PROGRAMS in self._sorts and len(collecting.programs()) > self._loaded:
             self._note_loaded()
+        passed = [_number(one.hits) for one in self._programs]
         for number, one in self._again:
             passed[number] |= _number(one.hits)
         return passed
 
     def _note_loaded(self) -> None:
-        """Note programs that were loaded since; one that was not there in the beginning has no number."""
+        """Note the programs that were loaded since; one that was loaded before has the number that it had."""
         loaded = collecting.programs()
         for one in loaded[self._loaded :]:
-            numbers = (number for number, known in enumerate(self._programs) if known.places == one.places)
-            self._again += [(number, one) for number in [next(numbers, None)] if number is not None]
+            number = next((number for number, known in enumerate(self._programs) if known.places == one.places), None)
+            if number is not None:
+                self._again.append((number, one))
+                continue
+            self._programs.append(one)
+            self._sum.append(0)
+            self._steps.append([mark for mark, place in one.places if place.kind is Kind.STEP])
         self._loaded = len(loaded)
 
     def _look(self) -> None:
@@ -132,7 +140,7 @@ class Eye:
             yield ("places", *(_coarse(place.read()) for place in self._further))
         yield ("wires", frozenset(name for name, is_on in self._is_on.items() if is_on))
         for number, steps in enumerate(self._steps):
-            if steps and self._windows:
+            if steps and self._windows and number < len(self._windows[-1]):
                 window = self._windows[-1][number]
                 yield ("steps", number, frozenset(mark for mark in steps if window >> (8 * mark) & 1))
 

@@ -38,7 +38,7 @@ class Run(NamedTuple):
     """The actions besides those of the scenario, from its begin on."""
     violations: tuple[Violation, ...]
     length_ns: int
-    """The instant at which it was over."""
+    """The instant at which the piece ends; with a violation it may have been over before."""
     states: frozenset[State] = frozenset()
     """The states of the machine in a piece that others may go on from."""
     world: World = ()

@@ -96,4 +96,4 @@ def _run(piece: Piece) -> Run:
     stage, eye, _ = _present[0]
     violations = stage.violations
     way = eye.way() if violations else b""
-    return Run(piece.acts, violations, stage.now_ns, world=piece.world, marks=eye.marks(), way=way)
+    return Run(piece.acts, violations, piece.until_ns, world=piece.world, marks=eye.marks(), way=way)
