@@ -93,7 +93,7 @@ class Carriage:
         while not (status := self.read(STATUS)) & TARGET_REACHED:
             if status & FAULT:
                 raise DriveError("a fault while it moves")
-            time.sleep(0.01)
+            time.sleep(0.02)
 
     # ---- home
 
@@ -101,7 +101,7 @@ class Carriage:
         """Turn until the switch is on, and return the place."""
         self.turn(rad_per_s)
         while not self.is_at_switch():
-            time.sleep(0.005)
+            time.sleep(0.01)
         place = self.position()
         self.turn(0)
         return place
@@ -114,7 +114,7 @@ class Carriage:
             if self.position() < first - WIDEST:
                 self.turn(0)
                 return False
-            time.sleep(0.005)
+            time.sleep(0.01)
         self.home = self.approach(SLOW)
         return abs(self.home - first) < TOLERANCE
 

@@ -52,6 +52,7 @@ class Filling:
 
     def tell(self, runs: bool) -> None:
         try:
+            self.drive.write_register(SPEED, 1000)
             self.drive.write_coil(RUN, runs)
         except ModbusException:
             self.runs = None  # tried again in the next cycle
@@ -60,7 +61,6 @@ class Filling:
 
     def run(self) -> None:
         self.start_nodes()
-        self.drive.write_register(SPEED, 1000)
         next_s = time.monotonic()
         while True:
             next_s += CYCLE_S
