@@ -94,6 +94,8 @@ class Device:
     """Why nothing but its power can fail, for a kind without further faults."""
     trouble_keys: ClassVar[Collection[str]] = ()
     """Keys of points by which the device itself reports that something is wrong; 0, False and "" are no trouble."""
+    diagnosis_keys: ClassVar[Collection[str]] = ()
+    """Further keys of points that show or list numbers or names of diagnoses; a * matches any characters."""
     log_keys: ClassVar[Collection[str]] = ()
     """Keys of points that have a message in each line, such as a message logger; the page shows them."""
     has_cycle: ClassVar[bool] = False

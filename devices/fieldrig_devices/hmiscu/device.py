@@ -46,6 +46,7 @@ class Hmiscu(Device):
     about: ClassVar[str] = "an HMISCU: panel and controller with pulse and PWM outputs"
     has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("plc/problem", "can/emcy.code", "can/emcy.heard")
+    diagnosis_keys: ClassVar[Collection[str]] = ("*.PTOError", "*.ErrID")
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(

@@ -42,6 +42,7 @@ class Max4(Device):
     about = "MAx-4 PacController: object tree, messages and diagnosis, master of the SERCOS ring of MC-4 drives"
     has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("DiagCode", "plc/fault")
+    diagnosis_keys: ClassVar[Collection[str]] = ("*.DiagCode",)
     log_keys: ClassVar[Collection[str]] = ("log",)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 

@@ -72,12 +72,13 @@ class Filter:
             return
         for row in rows:
             self._note(row)
-            if self._takes(row):
+            if self.takes(row):
                 yield row
         self._check_there("node", self.nodes)
         self._check_there("unit", self.units)
 
-    def _takes(self, row: Row) -> bool:
+    def takes(self, row: Row) -> bool:
+        """Return whether a row is chosen."""
         if self.services and not any(word in row.services for word in self.services):
             return False
         if not (self.nodes or self.identifiers or self.units or self.registers):

@@ -63,6 +63,7 @@ class Pam(Device):
     )
     has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("fault",)
+    diagnosis_keys: ClassVar[Collection[str]] = ("errors",)
     log_keys: ClassVar[Collection[str]] = ("messages",)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 

@@ -30,11 +30,20 @@ def scenario() -> None:
 
 
 @app.command()
-def check(files: Files) -> None:
+def check(files: Files, overrides: Overrides = None) -> None:
     """Check scenario files and their rigs, and list all mistakes."""
+    from fieldrig.errors import ConfigError, Mistake
+    from fieldrig_devices.scenarios.running import check_file
+
+    mistakes = list[Mistake]()
     for file in _found(files):
-        _check(file)
-        typer.echo(f"{file}: no mistakes")
+        try:
+            check_file(file, overrides or ())
+            typer.echo(f"{file}: no mistakes")
+        except ConfigError as wrong:
+            mistakes += wrong.mistakes
+    if mistakes:
+        raise ConfigError(mistakes)
 
 
 @app.command()
@@ -74,14 +83,6 @@ def run(
 
 def _found(files: "Sequence[Path]") -> list[Path]:
     return [one for file in files for one in (sorted(file.glob("*.yaml")) if file.is_dir() else [file])]
-
-
-def _check(file: Path) -> None:
-    from fieldrig.config.rig_file import load
-    from fieldrig_devices.scenarios.scenario_file import load_scenario
-
-    scenario = load_scenario(file)
-    load(scenario.rig, ("time=virtual", *scenario.overrides))
 
 
 def _draw(outcome: "Outcome", folder: Path) -> None:

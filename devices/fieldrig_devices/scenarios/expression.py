@@ -1,16 +1,18 @@
 """Expressions over the places of a rig: `belt/speed > 477.0 and not wires/feeder.seal`.
 
 Names of places may have signs in them, such as `io/6041:00` or `stop-key/pressed`, so operators stand between blanks.
-A word with a slash is a place; all others are numbers, texts in quotes, true, false, operators and functions.
+A word with a slash is a place, and so are calls such as `message(can0, id=0x181)`; all others are numbers, texts in
+quotes, true, false, operators and functions.  A single word behind == or != is a text, as in the milestones of faults.
 From the weakest to the strongest: or; and; not; == != < <= > >=; |; &; + -; * /; - of a single value.
 """
 
-import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from fieldrig.device import Value
+from fieldrig_devices.scenarios.calls import KINDS, call_of
+from fieldrig_devices.scenarios.operators import CONSTANTS, FUNCTIONS, LEVELS, check_count
 
 LONGEST: Final = 2_000
 """Characters of an expression."""
@@ -20,16 +22,9 @@ DEEPEST: Final = 50
 Evaluate = Callable[[Mapping[str, Value]], Any]
 
 _WORD: Final = re.compile(r"""\s*("[^"]*"|'[^']*'|[(),]|[^\s(),'"]+)""")
+_TEXT: Final = re.compile(r"[A-Za-z_][\w.-]*")
+"""A text without quotes, such as the state `pre_operational`."""
 _NUMBER: Final = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|0[bB][01]+|\d+(\.\d+)?([eE][+-]?\d+)?)")
-_LEVELS: Final[Sequence[Mapping[str, Callable[[Any, Any], Any]]]] = (
-    {"==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge},
-    {"|": operator.or_},
-    {"&": operator.and_},
-    {"+": operator.add, "-": operator.sub},
-    {"*": operator.mul, "/": operator.truediv},
-)
-_FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {"abs": abs, "min": min, "max": max}
-_CONSTANTS: Final[Mapping[str, Value]] = {"true": True, "false": False}
 
 
 class Expression(NamedTuple):
@@ -106,15 +101,24 @@ class _Parser:
 
     def _level(self, number: int) -> Evaluate:
         """Read operators of one rank, from left to right."""
-        if number == len(_LEVELS):
+        if number == len(LEVELS):
             return self._signed()
-        left, operators = self._level(number + 1), _LEVELS[number]
+        left, operators = self._level(number + 1), LEVELS[number]
         while (word := self._word()) in operators:
             self._at += 1
-            left = _applied(operators[word], left, self._level(number + 1))
+            right = self._bare_text() if word in ("==", "!=") else None
+            left = _applied(operators[word], left, self._level(number + 1) if right is None else right)
             if number == 0:
                 break
         return left
+
+    def _bare_text(self) -> Evaluate | None:
+        """Return a single word as a text; None if it is something else."""
+        word, behind = self._word(), self._words[self._at + 1 : self._at + 2]
+        if word.lower() in CONSTANTS or not _TEXT.fullmatch(word) or behind not in ([], [")"], ["and"], ["or"]):
+            return None
+        self._at += 1
+        return _constant(word)
 
     def _signed(self) -> Evaluate:
         if self._takes("-"):
@@ -129,17 +133,18 @@ class _Parser:
             inner = self._deeper(self.disjunction)
             self._expect(")")
             return inner
-        if word in _FUNCTIONS and self._takes("("):
+        if word in FUNCTIONS and self._takes("("):
             return self._call(word)
+        if word in KINDS and self._takes("("):
+            return self._named(word)
         if word[:1] in ("'", '"') and word:
             return _constant(word[1:-1])
-        if word.lower() in _CONSTANTS:
-            return _constant(_CONSTANTS[word.lower()])
+        if word.lower() in CONSTANTS:
+            return _constant(CONSTANTS[word.lower()])
         if _NUMBER.fullmatch(word):
             return _constant(float(word) if re.search(r"[.eE]", word) and "x" not in word.lower() else int(word, 0))
         if "/" in word.strip("/"):
-            self.places.append(word)
-            return lambda values: values[word]
+            return self._place(word)
         got = f"got {word!r}" if word else "got the end"
         raise ValueError(f"{got}\nexpected a place such as tank/level, a number, true, false or a text in quotes")
 
@@ -148,12 +153,22 @@ class _Parser:
         while self._takes(","):
             arguments.append(self._deeper(self.disjunction))
         self._expect(")")
-        function = _FUNCTIONS[name]
-        if (name == "abs") is not (len(arguments) == 1):
-            raise ValueError(
-                f"{name} has {len(arguments)} values\nexpected {'one' if name == 'abs' else 'at least two'}"
-            )
+        check_count(name, len(arguments))
+        function = FUNCTIONS[name]
         return lambda values: function(*(argument(values) for argument in arguments))
+
+    def _named(self, kind: str) -> Evaluate:
+        """Read the name of a message or a diagnosis, up to its bracket."""
+        begin = self._at
+        while self._word() not in (")", ""):
+            self._at += 1
+        inner = " ".join(self._words[begin : self._at])
+        self._expect(")")
+        return self._place(str(call_of(f"{kind}({inner})")))
+
+    def _place(self, name: str) -> Evaluate:
+        self.places.append(name)
+        return lambda values: values[name]
 
     def _deeper(self, read: Callable[[], Evaluate]) -> Evaluate:
         self._depth += 1

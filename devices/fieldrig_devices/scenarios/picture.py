@@ -7,7 +7,7 @@ from typing import Final
 from fieldrig.clock import S
 from fieldrig.text.svg import Drawing
 from fieldrig_devices.scenarios.act import Act
-from fieldrig_devices.scenarios.play import Played, Track
+from fieldrig_devices.scenarios.watching import Played, Track
 
 WIDTH: Final = 960
 LEFT: Final = 250

@@ -1,19 +1,25 @@
-"""Places of a rig by name: points of devices, and wires and other signals of buses."""
+"""Places of a rig by name: points of devices, wires and other signals of buses, messages and diagnoses."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Protocol
 
+from fieldrig.clock import S
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.points.names import split_point
 from fieldrig.text.nearest import closest
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.scenarios.calls import Call, call_of
+from fieldrig_devices.scenarios.diagnoses import diagnosis_keys, shows
 
 if TYPE_CHECKING:
     from fieldrig.virtual.rig import Rig
 
 MEMBER = "test"
 """The name of the test, or scenario, among the members of a bus."""
+
+End = Callable[[], None]
 
 
 class RigPlace(Protocol):
@@ -24,14 +30,28 @@ class RigPlace(Protocol):
     def write(self, value: Value) -> None:
         """RigError for a value that is refused."""
 
-    def listen(self, call: Callable[[Value], None]) -> Callable[[], None]:
+    def listen(self, call: Callable[[Value], None]) -> End:
         """Call `call` at each change; returns a function that ends it."""
 
 
 def place_of(rig: "Rig", name: str) -> RigPlace:
-    """Return a place, such as `tank/level`.  RigError if the rig does not have it."""
+    """Return a place, such as `tank/level` or `message(can0, id=0x181)`.  RigError if the rig does not have it."""
+    call = call_of(name)
+    if call is not None:
+        return Diagnosis(rig, call) if call.kind == "diagnosis" else Traffic(rig, call)
     part, key = split_point(name)
     return BusSignal(rig, part, key) if part in rig.buses else DevicePoint(rig, name)
+
+
+def has_power(rig: "Rig", part: str) -> bool:
+    """Return whether it is a bus, or a device with power."""
+    if part not in rig.config.devices:
+        return True
+    try:
+        rig.values(part, ())
+    except ControlError:
+        return False
+    return True
 
 
 class DevicePoint:
@@ -46,7 +66,7 @@ class DevicePoint:
     def write(self, value: Value) -> None:
         self._rig.set(self.name, value)
 
-    def listen(self, call: Callable[[Value], None]) -> Callable[[], None]:
+    def listen(self, call: Callable[[Value], None]) -> End:
         return self._rig.on_change(self.name, call)
 
 
@@ -74,7 +94,7 @@ class BusSignal:
             self._send = self._rig.attach(f"{MEMBER}:{self.name}").link(self._bus).send
         self._send(Signal(self._key, value))
 
-    def listen(self, call: Callable[[Value], None]) -> Callable[[], None]:
+    def listen(self, call: Callable[[Value], None]) -> End:
         rig = self._rig
 
         def heard(bus: object, delivery: object) -> None:
@@ -83,3 +103,66 @@ class BusSignal:
                 call(message.at(rig.now_ns))
 
         return rig.on_delivery(heard)
+
+
+class _ReadOnly:
+    name: str
+
+    def write(self, value: Value) -> None:
+        raise ControlError(f"{self.name} cannot be written", "expected a point of a device, or a signal of a bus")
+
+
+class Traffic(_ReadOnly):
+    """Messages of a bus that are meant, from when it is made: whether one arrives now, their number, or their age."""
+
+    def __init__(self, rig: "Rig", call: Call) -> None:
+        from fieldrig_devices.scenarios.messages import Messages  # only those who ask for messages need their names
+
+        self.name, self._rig, self._kind = str(call), rig, call.kind
+        self._messages = Messages(rig.config, call.target, call.words)
+        self._bus, self._count, self._last_ns = rig.buses[call.target], 0, rig.now_ns
+
+    def read(self) -> Value:
+        match self._kind:
+            case "message":
+                return False
+            case "count":
+                return self._count
+        return (self._rig.now_ns - self._last_ns) / S
+
+    def listen(self, call: Callable[[Value], None]) -> End:
+        def heard(bus: object, delivery: Any) -> None:
+            if bus is self._bus and self._messages.has(delivery.sender, delivery.message):
+                self._count, self._last_ns = self._count + 1, self._rig.now_ns
+                if self._kind == "message":
+                    call(True)
+                call(self.read())
+
+        return self._rig.on_delivery(heard)
+
+
+class Diagnosis(_ReadOnly):
+    """Whether a device shows a diagnosis."""
+
+    def __init__(self, rig: "Rig", call: Call) -> None:
+        self.name, self._rig, self._device = str(call), rig, call.target
+        known = rig.keys(call.target) if call.target in rig.config.devices else ()
+        self._keys, self._shows = diagnosis_keys(rig.config, call.target, known), shows(call.number)
+
+    def read(self) -> Value:
+        return any(map(self._shows, self._rig.values(self._device, self._keys).values()))
+
+    def listen(self, call: Callable[[Value], None]) -> End:
+        """Call it with what the device shows: at a change of one point, the others are as they are."""
+
+        def changed(value: Value) -> None:
+            with suppress(ControlError):  # it has no power now
+                call(self._shows(value) or self.read())
+
+        ends = [self._rig.on_change(f"{self._device}/{key}", changed) for key in self._keys]
+
+        def end() -> None:
+            for each in ends:
+                each()
+
+        return end

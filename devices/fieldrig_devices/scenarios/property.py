@@ -30,6 +30,8 @@ class Property(NamedTuple):
     until: Expression | None = None
     within_ns: int | None = None
     """The longest time; of `always` and `never` that for which they may be wrong."""
+    line: int = 0
+    """The line of its file; 0 without one."""
 
     @property
     def places(self) -> tuple[str, ...]:

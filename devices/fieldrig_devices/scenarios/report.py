@@ -7,9 +7,9 @@ from typing import Any, Final, NamedTuple
 from fieldrig.clock import MS, S
 from fieldrig.text import junit as form
 from fieldrig.virtual.readings import seconds
-from fieldrig_devices.scenarios.play import Played
 from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.scenarios.scenario_file import Scenario
+from fieldrig_devices.scenarios.watching import Played
 
 BEFORE_NS: Final = 50 * MS
 """The time in front of a violation whose changes are shown."""

@@ -9,37 +9,25 @@ properties:
   stops: {within: 50ms, condition: not feeder/g_bBusy, after: stepper/fault}
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Final, NamedTuple, Self
 
-from pydantic import BeforeValidator, Field, PlainValidator, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from fieldrig.clock import S
-from fieldrig.config.settings_file import load_settings
+from fieldrig.config.settings_file import settings_of
+from fieldrig.config.yaml_source import Source, read_file
 from fieldrig.device import Value
 from fieldrig.faults.words import fault_of_words
-from fieldrig.settings import ConfigFile, Settings, WrongKey, WrongSettingsError, refuse_all
-from fieldrig.text.durations import duration_ns
+from fieldrig.settings import ConfigFile, Settings, WrongKey, WrongSettingsError
 from fieldrig_devices.scenarios.act import Act, Schedule, Verb
-from fieldrig_devices.scenarios.expression import Expression, expression_of
-from fieldrig_devices.scenarios.property import Kind, Property
+from fieldrig_devices.scenarios.property import Property
+from fieldrig_devices.scenarios.property_settings import Condition, Duration, PropertySettings
 
 LEAST_LENGTH_NS: Final = 1 * S
 """A scenario without `for` goes on for this time after its last action, or for the longest time of a property."""
-
-
-def _duration(value: Any) -> int:
-    if not isinstance(value, str):
-        raise ValueError("expected a time with a unit, such as 100ms or 1.5s")
-    return duration_ns(value)
-
-
-def _expression(value: Any) -> Expression:
-    if not isinstance(value, str):
-        raise ValueError("expected an expression, such as tank/level > 1.5 and not pump/run")
-    return expression_of(value)
 
 
 def _fault(value: Any) -> dict[str, str]:
@@ -50,10 +38,8 @@ def _fault(value: Any) -> dict[str, str]:
     return {"where": words[0], **fault_of_words(words[1:])}
 
 
-Duration = Annotated[int, PlainValidator(_duration, json_schema_input_type=str)]
-Condition = Annotated[Any, PlainValidator(_expression, json_schema_input_type=str)]
 FaultText = Annotated[dict[str, str], BeforeValidator(_fault, json_schema_input_type=str)]
-VERBS: Final[tuple[Verb, ...]] = ("set", "press", "fault", "clear", "restart")
+VERBS: Final[tuple[Verb, ...]] = ("set", "press", "fault", "clear", "restart", "send")
 
 
 class ActionSettings(Settings):
@@ -67,6 +53,9 @@ class ActionSettings(Settings):
     )
     clear: str | None = Field(default=None, description="a bus or device whose faults end")
     restart: str | None = Field(default=None, description="a device that is switched off and on")
+    send: dict[str, str] | None = Field(
+        default=None, description="CAN buses with a frame as of `cansend`, and serial lines with bytes in hex"
+    )
 
     @model_validator(mode="after")
     def _does_one_thing(self) -> Self:
@@ -89,65 +78,39 @@ class ActionSettings(Settings):
             yield Act(at_ns, "clear", self.clear)
         if self.restart is not None:
             yield Act(at_ns, "restart", self.restart)
+        for bus, text in (self.send or {}).items():
+            yield Act(at_ns, "send", bus, text)
 
 
 class StepSettings(ActionSettings):
-    at: Duration = Field(description="the instant, from the begin of the scenario")
+    """An action with its instant, or its milestone."""
 
-
-class PropertySettings(Settings):
-    always: Condition = Field(default=None, description="a condition that is true all the time")
-    never: Condition = Field(default=None, description="a condition that is never true")
-    expect: Condition = Field(default=None, description="a condition that becomes true `within` a time")
-    stays: Condition = Field(default=None, description="a condition that is true `until` another one is")
-    eventually: Condition = Field(
-        default=None, description="a condition that becomes true `within` a time, when all faults are over"
+    at: Duration | None = Field(
+        default=None, description="the instant, from the begin of the scenario; with `when`, the time from then on"
     )
-    after: Condition = Field(
-        default=None, description="from when on: each instant at which this becomes true; without it, the begin"
+    when: Condition = Field(
+        default=None, description="a condition, as of faults: the step comes when it has become true"
     )
-    until: Condition = Field(default=None, description="the end of `stays`")
-    within: Duration | None = Field(default=None, description="the longest time")
-    longer: Duration | None = Field(
-        default=None, description="the time for which `always` or `never` may be wrong, such as a delay of the program"
-    )
+    nth: int = Field(default=1, ge=1, le=1_000_000, description="how many times it has to become true")
 
     @model_validator(mode="after")
-    def _is_one_property(self) -> Self:
-        given = [name for name in _KINDS if getattr(self, name) is not None]
-        if len(given) != 1:
-            what = f"it has {' and '.join(given)}" if given else "it says nothing"
-            raise ValueError(f"{what}: expected one of {', '.join(_KINDS)}")
-        refuse_all(self._wrong(_KINDS[given[0]], given[0]))
+    def _has_an_instant(self) -> Self:
+        if self.at is None and self.when is None:
+            raise ValueError("it says nothing of when: expected at: 1.5s, or when: tank/level > 1")
+        if self.nth > 1 and self.when is None:
+            raise ValueError("nth counts how often `when` has become true: expected `when` as well")
         return self
 
-    def _wrong(self, kind: Kind, name: str) -> Iterator[WrongKey]:
-        if kind in (Kind.WITHIN, Kind.EVENTUALLY) and self.within is None:
-            yield WrongKey(("within",), f"{name} needs a time", f"expected {{{name}: ..., within: 100ms}}")
-        if kind is Kind.STAYS and self.until is None:
-            yield WrongKey(("until",), "stays needs an end", "expected {stays: ..., until: ...}")
-        if kind is not Kind.STAYS and self.until is not None:
-            yield WrongKey(("until",), f"{name} has no end", "only `stays` has `until`")
-        if kind in (Kind.ALWAYS, Kind.NEVER) and self.within is not None:
-            yield WrongKey(("within",), f"{name} takes no time", "`expect` and `eventually` have `within`")
-        if kind not in (Kind.ALWAYS, Kind.NEVER) and self.longer is not None:
-            yield WrongKey(("longer",), f"{name} takes no such time", "`always` and `never` have `longer`")
-        if kind is Kind.EVENTUALLY and self.after is not None:
-            yield WrongKey(("after",), "eventually begins when all faults are over", "leave `after` out")
-
-    def property(self, name: str) -> Property:
-        key = next(one for one in _KINDS if getattr(self, one) is not None)
-        longest_ns = self.longer if self.within is None else self.within
-        return Property(name, _KINDS[key], getattr(self, key), self.after, self.until, longest_ns)
+    def timed_acts(self) -> Iterator[Act]:
+        """Yield the action, one for each place that it writes."""
+        when = "" if self.when is None else self.when.text
+        for act in self.acts(self.at or 0):
+            yield act._replace(when=when, nth=self.nth)
 
 
-_KINDS: Final = {
-    "always": Kind.ALWAYS,
-    "never": Kind.NEVER,
-    "expect": Kind.WITHIN,
-    "stays": Kind.STAYS,
-    "eventually": Kind.EVENTUALLY,
-}
+def _timed(steps: Sequence[StepSettings]) -> list[tuple[int, int]]:
+    """Return the numbers and instants of the steps without milestones."""
+    return [(number, step.at or 0) for number, step in enumerate(steps) if step.when is None]
 
 
 class ScenarioSettings(Settings):
@@ -167,13 +130,14 @@ class ScenarioSettings(Settings):
 
     @model_validator(mode="after")
     def _is_in_order(self) -> Self:
+        timed = _timed(self.steps)
         wrong = [
             WrongKey((key, number, "at"), "it is before the step above", "expected steps in the order of time")
-            for key, steps in (("steps", self.steps), ("recover", self.recover))
-            for number, (before, step) in enumerate(pairwise(steps), 1)
-            if step.at < before.at
+            for key, steps in (("steps", timed), ("recover", _timed(self.recover)))
+            for (_, before_ns), (number, at_ns) in pairwise(steps)
+            if at_ns < before_ns
         ]
-        if self.length is not None and self.steps and self.steps[-1].at > self.length:
+        if self.length is not None and timed and timed[-1][1] > self.length:
             wrong.append(WrongKey(("for",), "the last step is later", "expected a longer time"))
         if wrong:
             raise WrongSettingsError(wrong)
@@ -191,24 +155,30 @@ class Scenario(NamedTuple):
     recovery: Schedule
     """What the operator does in the end; its instants count from the end of all faults."""
     properties: tuple[Property, ...]
+    source: Source | None = None
+    """The file, with the lines of its keys; None without one."""
 
 
 def load_scenario(path: Path) -> Scenario:
     """Return the scenario of a file.  ConfigError with every mistake; places are looked up when it runs."""
-    return scenario_of(load_settings(path, ScenarioSettings))
+    source = read_file(path)
+    scenario = scenario_of(settings_of(source, ScenarioSettings))
+    lined = [one._replace(line=source.mark(("properties", one.name)).line or 0) for one in scenario.properties]
+    return scenario._replace(properties=tuple(lined), source=source)
 
 
 def scenario_of(given: ScenarioSettings) -> Scenario:
     """Return the scenario of settings that were checked."""
     schedule, recovery = (
-        tuple(act for step in steps for act in step.acts(step.at)) for steps in (given.steps, given.recover)
+        tuple(act for step in steps for act in step.timed_acts()) for steps in (given.steps, given.recover)
     )
     properties = tuple(one.property(name) for name, one in given.properties.items())
-    length_ns = _length_ns(schedule, properties) if given.length is None else given.length
+    length_ns = length_of(schedule, properties) if given.length is None else given.length
     return Scenario(given.rig, tuple(given.overrides), given.after, length_ns, schedule, recovery, properties)
 
 
-def _length_ns(schedule: Schedule, properties: tuple[Property, ...]) -> int:
+def length_of(schedule: Schedule, properties: Sequence[Property]) -> int:
+    """Return a length that is enough for the last action and the longest wait of a property, in nanoseconds."""
     last_ns = max((act.end_ns for act in schedule), default=0)
     longest_ns = max((one.within_ns or 0 for one in properties), default=0)
     return last_ns + longest_ns + LEAST_LENGTH_NS

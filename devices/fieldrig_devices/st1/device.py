@@ -38,6 +38,7 @@ class St1(Device):
     about = "Socapel ST1: a servo node with motor and I/O boards, on the ring of a PAM"
     has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("error",)
+    diagnosis_keys: ClassVar[Collection[str]] = ("errors",)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(

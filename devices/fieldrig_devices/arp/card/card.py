@@ -49,6 +49,7 @@ class ArpCard(Device):
     about = "ASA-RT ARP two-axis card: BASIC program, axes, electronic cam, tension control, CAN, USER port"
     has_cycle = True
     trouble_keys: ClassVar[Collection[str]] = ("error", "warning")
+    diagnosis_keys: ClassVar[Collection[str]] = ("axis*.error",)
     fault_models: ClassVar[Mapping[str, type[Any]]] = MODELS
 
     def __init__(

@@ -1,0 +1,68 @@
+"""The places of a rig in virtual time that a scenario reads and writes, by their names."""
+
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from fieldrig.device import Value
+from fieldrig.errors import ControlError
+from fieldrig.link import Link
+from fieldrig_devices.scenarios.places import MEMBER, End, RigPlace, place_of
+from fieldrig_devices.scenarios.sending import message_of
+
+if TYPE_CHECKING:
+    from fieldrig.virtual.rig import Rig
+
+
+class Followed:
+    """Reads, writes and listens, and sends messages as a member of the buses."""
+
+    def __init__(self, rig: "Rig", on_change: Callable[[str, Value], None], keep: Callable[[End], object]) -> None:
+        """`on_change` is called with each change of a place, and `keep` with what ends the listening."""
+        self._rig, self._on_change, self._keep = rig, on_change, keep
+        self._places: dict[str, RigPlace] = {}
+        self._read: dict[str, None] = {}
+        self._links: dict[str, Link[Any]] = {}
+
+    def add(self, name: str, *, is_read: bool) -> Value | None:
+        """Follow a place, and return its value; None if it is followed.  RigError if the rig does not have it.
+
+        With `is_read` it is one of those that are read at the end of each instant.
+        """
+        if is_read:
+            self._read[name] = None
+        if name in self._places:
+            return None
+        place = place_of(self._rig, name)
+        value = place.read()
+        self._places[name] = place
+        with suppress(ControlError):  # its device has no power now
+            self._keep(place.listen(lambda changed: self._on_change(name, changed)))
+        return value
+
+    def add_all(self, names: Iterable[str]) -> dict[str, Value]:
+        """Follow places that are read at the end of each instant, and return their values."""
+        added = {name: self.add(name, is_read=True) for name in dict.fromkeys(names)}
+        return {name: value for name, value in added.items() if value is not None}
+
+    def read(self, name: str) -> Value:
+        return self._places[name].read()
+
+    def write(self, name: str, value: Value) -> None:
+        self._places[name].write(value)
+
+    def read_all(self) -> Mapping[str, Value]:
+        """Return the present values; a device without power has none."""
+        values: dict[str, Value] = {}
+        for name in self._read:
+            with suppress(ControlError):
+                values[name] = self._places[name].read()
+        return values
+
+    def send(self, bus: str, text: str) -> None:
+        """Send a message.  ControlError for an unknown bus, and for a text that is none."""
+        self._rig.statistics(bus)  # which names the buses that there are, if this is none
+        message = message_of(self._rig.buses[bus], text)
+        if bus not in self._links:
+            self._links[bus] = self._rig.attach(f"{MEMBER}:{bus}").link(bus)
+        self._links[bus].send(message)

@@ -1,0 +1,136 @@
+"""What a condition may name, on the shipped rigs: points, objects, wires, messages, diagnoses and variables."""
+
+from pathlib import Path
+
+import pytest
+
+from fieldrig.clock import MS, S
+from fieldrig.config.rig_file import load
+from fieldrig.errors import RigError
+from fieldrig.virtual.rig import Rig
+from fieldrig_devices.scenarios.act import Act
+from fieldrig_devices.scenarios.expression import expression_of
+from fieldrig_devices.scenarios.play import Played, play
+from fieldrig_devices.scenarios.property import Kind, Property
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+
+
+def played(file: str, *acts: Act, condition: str, length_ns: int, boot_ns: int = 0) -> Played:
+    """Play actions to a shipped rig, and return where the condition was ever true."""
+    with Rig(load(CONFIGS / file, ("time=virtual",))) as rig:
+        rig.run_until(boot_ns)
+        return play(rig, acts, [Property("it", Kind.NEVER, expression_of(condition))], length_ns)
+
+
+def first_ms(found: Played) -> float:
+    [violation] = found.violations
+    return violation.at_ns / MS
+
+
+NODE = "message(can0, node=io, service=boot-up)"
+
+
+@pytest.mark.parametrize(
+    ("condition", "is_seen"),
+    [
+        ("message(can0, id=0x705)", True),
+        ("message(can0, id=0x700-0x77F, data=00)", True),
+        ("message(can0, id=0x705, data=01)", False),
+        (NODE, True),
+        ("message(can0, node=i*, service=heartbeat)", True),
+        ("message(can0, node=5, text='*boot-up*')", True),
+        ("message(can0, node=sensor, service=boot-up)", False),
+        ("message(can0, sender=sensor)", True),
+        ("message(can0, sender=drive)", False),
+        ("message(can0, service=error)", False),
+        ("count(can0, id=0x705) >= 2", True),
+        ("count(can0, id=0x705) >= 3", False),
+        ("since(can0, node=sensor) > 0.99", True),
+        ("since(can0, node=sensor) > 1", False),
+        ("io/1000:00 == 0xF0191", True),
+        ("io/nmt.state == operational", False),
+        ("io/nmt.state == pre_operational and contains(io/1008:00, 'IO')", True),
+    ],
+)
+def test_messages_objects_and_states_of_a_node_that_starts_again(condition: str, is_seen: bool) -> None:
+    restart = Act(100 * MS, "restart", "io")
+    found = played("lab.yaml", restart, condition=condition, length_ns=1 * S, boot_ns=2 * S)
+    assert bool(found.violations) is is_seen
+
+
+def test_a_message_is_an_instant_before_what_it_causes() -> None:
+    start = Act(100 * MS, "send", "can0", "000#0105")
+    told = "message(can0, id=0) and io/nmt.state == pre_operational"
+    found = played("lab.yaml", start, condition=told, length_ns=200 * MS, boot_ns=2 * S)
+    assert 100 < first_ms(found) < 101
+    done = played("lab.yaml", start, condition="io/nmt.state == operational", length_ns=200 * MS, boot_ns=2 * S)
+    assert first_ms(done) == first_ms(found)
+
+
+def test_an_emergency_has_its_code() -> None:
+    hot = Act(100 * MS, "fault", "axis", {"what": "overtemperature"})
+    for condition in ("message(can0, code=0x4310)", "message(can0, node=axis, service=emcy, data='10 43')"):
+        assert 100 < first_ms(played("drive.yaml", hot, condition=condition, length_ns=1 * S, boot_ns=2 * S)) < 102
+    other = played("drive.yaml", hot, condition="message(can0, code=0x8130)", length_ns=1 * S, boot_ns=2 * S)
+    assert not other.violations
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("file", "boot_s", "act", "condition"),
+    [
+        ("drive.yaml", 2, Act(0, "fault", "axis", {"what": "overtemperature"}), "diagnosis(axis, 0x4310)"),
+        ("arp-cell.yaml", 5, Act(0, "restart", "line"), "diagnosis(line, 105)"),
+        (
+            "pam-machine.yaml",
+            5,
+            Act(0, "fault", "pamring", {"what": "break", "after": "cutter"}),
+            "diagnosis(pam, 0680F010)",
+        ),
+    ],
+)
+def test_diagnoses_of_each_family(file: str, boot_s: int, act: Act, condition: str) -> None:
+    assert played(file, act, condition=condition, length_ns=2 * S, boot_ns=boot_s * S).violations
+
+
+@pytest.mark.long
+def test_a_diagnosis_of_a_controller_and_of_its_axis() -> None:
+    hot = Act(0, "fault", "belt", {"what": "overtemperature"})
+    rules = [
+        Property(name, Kind.NEVER, expression_of(condition))
+        for name, condition in {
+            "controller": "diagnosis(max4, 3117)",
+            "axis": "diagnosis(belt, 3117)",
+            "logger": "contains(max4/log.last, '\t3117\t')",
+            "variable": "max4/ConveyerBelt.DiagCode == 3117",
+            "other": "diagnosis(max4, 311)",
+        }.items()
+    ]
+    with Rig(load(CONFIGS / "conveyor.yaml", ("time=virtual",))) as rig:
+        rig.run_until(60 * S)
+        found = play(rig, (hot,), rules, 200 * MS)
+    assert {one.property for one in found.violations} == {"axis", "controller", "logger", "variable"}
+
+
+@pytest.mark.parametrize(
+    ("condition", "what"),
+    [
+        ("message(can9, id=1)", "no bus 'can9'"),
+        ("message(can0, id=99999999999)", "too large"),
+        ("message(can0, id=1x1)", "no identifier"),
+        ("message(can0, node=oi)", "no node 'oi'"),
+        ("message(can0, service=heartbaet)", "did you mean heartbeat"),
+        ("message(can0, code=zz)", "code"),
+        ("message(can0, data=1)", "data"),
+        ("message(mb_tcp, id=1)", "no identifiers"),
+        ("message(mb_tcp, register=nothing)", "no register"),
+        ("diagnosis(oi, 3)", "no device 'oi'"),
+        ("diagnosis(tank, 3)", "shows no diagnoses"),
+        ("wires/tnak.level > 3", "has no signal"),
+        ("io/6041:00 == 3", "6041:00"),
+    ],
+)
+def test_what_the_rig_does_not_have_is_refused(condition: str, what: str) -> None:
+    with pytest.raises(RigError, match=what.replace("(", "\\(")):
+        played("lab.yaml", condition=condition, length_ns=1 * MS)
