@@ -4,20 +4,17 @@ The host decides how exact that is: a message is sent when the timer of this pro
 process of the bus has taken it.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
 from fieldrig.config.rig_file import RigConfig
-from fieldrig.control.endpoint import NoRigError
-from fieldrig.control.messages import Client
 from fieldrig.errors import UsageError
 from fieldrig.hub.tool_member import OnEnd, join_all
 from fieldrig.link import Link
-from fieldrig.real.live_rig import LiveRig
+from fieldrig.real.running_rig import running
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.replay.judge import Judge
@@ -29,8 +26,6 @@ from fieldrig_devices.replay.streams import COMPARED
 MEMBER: Final = "replay"
 LEAD_NS: Final = 200 * MS
 """Time until the log begins, in which the links become ready."""
-OWN: Final = ("control=", "run=")
-"""The keys that a rig has for itself that is started for a log."""
 FAMILIES: Final = COMPARED | {"wires"}
 
 Begin = Callable[[int], tuple[Iterable[TraceEntry], Pace]]
@@ -44,29 +39,11 @@ def play(begin: Begin, config: RigConfig, sides: Sides, judge: Judge) -> None:
         sides.bus_of(TraceEntry(0, name, bus.family, "", b""))
         for side in (0, 1):
             judge.names[side].prepare(name, bus.family)
-    with _running(config) as run:
-        join_all(list(buses.values()), run, MEMBER, _Performance(begin, sides, judge, buses).start)
-
-
-@contextmanager
-def _running(config: RigConfig) -> Iterator[Path]:
-    """Yield the run folder of the rig that runs, or of one that is started."""
     if config.time != "real":
         raise UsageError(f"{config.name} has virtual time", "leave out --real and --speed, or --set time=real")
-    try:
-        with Client(config.control) as client:
-            status = client.ask("rig/status")
-    except NoRigError:
-        overrides = [word for word in config.overrides if not word.startswith(OWN)]
-        with LiveRig(config.path, *overrides) as live:
-            yield live.run
-        return
-    if status["rig"] != config.name or status["time"] != "real":
-        raise UsageError(
-            f"the rig at {config.control} is {status['rig']} in {status['time']} time, not {config.name} in real time",
-            "stop it with `fieldrig stop`, or name its file",
-        )
-    yield Path(status["run"])
+    with running(config) as rig:
+        run = Path(rig.status()["run"])
+        join_all(list(buses.values()), run, MEMBER, _Performance(begin, sides, judge, buses).start)
 
 
 class _Performance:

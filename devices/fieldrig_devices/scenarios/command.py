@@ -57,9 +57,12 @@ def run(
     junit: Annotated[
         Path | None, typer.Option("--junit", metavar="FILE", help="Write a JUnit report.", show_default=False)
     ] = None,
+    real: Annotated[
+        bool, typer.Option("--real", help="In real time: to the rig that runs, or else to one that is started for it.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Play scenarios in virtual time. The exit code is 1 if a property does not hold."""
+    """Play scenarios, in virtual time without --real. The exit code is 1 if a property does not hold."""
     from fieldrig_devices.scenarios.report import as_json as outcome_json
     from fieldrig_devices.scenarios.report import junit as junit_of
     from fieldrig_devices.scenarios.report import lines_of
@@ -67,7 +70,7 @@ def run(
 
     outcomes = list["Outcome"]()
     for file in _found(files):
-        outcomes.append(played(file, overrides or ()))
+        outcomes.append(played(file, (*(overrides or ()), *(["time=real"] if real else []))))
         for line in () if as_json else lines_of(outcomes[-1]):
             typer.echo(line)
         if pictures is not None:

@@ -20,49 +20,61 @@ class Outcome(NamedTuple):
     """One scenario that was played."""
 
     file: Path
+    """Its file; the place in a test for a scenario of Python."""
     scenario: Scenario
     played: Played
     wall_s: float
 
     @property
     def is_good(self) -> bool:
-        return not self.played.violations
+        """True if all properties hold, and every step has come."""
+        return not self.played.violations and not self.played.unreached
 
     @property
     def judged(self) -> list[str]:
-        """The names of its properties, and of those of every rig that do not hold."""
+        """The names of its properties, of those of every rig that do not hold, and of steps that have not come."""
         named = (one.name for one in self.scenario.properties)
-        return list(dict.fromkeys((*named, *(one.property for one in self.played.violations))))
+        return list(dict.fromkeys((*named, *(name for name, _ in failures(self)))))
+
+    def line(self, name: str) -> int:
+        """Return the line of what was judged; 0 if it has none."""
+        return next((one.line for one in self.scenario.properties if one.name == name), 0)
+
+
+def failures(outcome: Outcome) -> list[tuple[str, str]]:
+    """Return the name of each property that does not hold, and of each step that has not come, with the reason."""
+    broken = [(one.property, "\n".join(told(outcome.played, one))) for one in outcome.played.violations]
+    return broken + [(f"step: {act}", f"`{act.milestone}` was not true") for act in outcome.played.unreached]
 
 
 def lines_of(outcome: Outcome) -> Iterator[str]:
     """Yield a line for each property, and the reason of each that did not hold."""
     yield f"{outcome.file}  ({seconds(outcome.played.length_ns)})"
-    broken = {one.property: one for one in outcome.played.violations}
+    broken = dict(failures(outcome))
     for name in outcome.judged:
-        violation = broken.get(name)
-        yield f"  {'ok    ' if violation is None else 'FAILED'}  {name}"
-        if violation is not None:
-            yield from (f"          {line}" for line in told(outcome.played, violation))
+        yield f"  {'FAILED' if name in broken else 'ok    '}  {name}"
+        yield from (f"          {line}" for line in broken.get(name, "").splitlines())
+    yield from (f"  note: {note}" for note in outcome.played.notes)
 
 
 def told(played: Played, violation: Violation) -> list[str]:
-    """Return the reason of a violation, the values, and the changes in the time in front of it."""
+    """Return the reason of a violation, the values, and what happened in the time in front of it."""
     values = ", ".join(f"{place} = {_shown(value)}" for place, value in violation.values)
-    first = f"at {seconds(violation.at_ns)}: {violation.what}"
     begin_ns = violation.at_ns - BEFORE_NS
-    changes = sorted(
-        (at_ns, place, value)
+    happened = [(act.at_ns, f"step: {act}") for act in played.done]
+    happened += [
+        (at_ns, f"{place} = {_shown(value)}")
         for place, track in played.tracks.items()
         for at_ns, value in track
-        if begin_ns <= at_ns <= violation.at_ns
-    )
-    before = [f"  {seconds(at_ns)}: {place} = {_shown(value)}" for at_ns, place, value in changes[-MOST_TOLD:]]
+        if not place.startswith("since(")  # which changes all the time
+    ]
+    happened.sort(key=lambda one: one[0])
+    before = [(at_ns, what) for at_ns, what in happened if begin_ns <= at_ns <= violation.at_ns]
     return [
-        first,
+        f"at {seconds(violation.at_ns)}: {violation.what}",
         *([values] if values else []),
         *([f"in the {BEFORE_NS / MS:g} ms before:"] if before else []),
-        *before,
+        *(f"  {seconds(at_ns)}: {what}" for at_ns, what in before[-MOST_TOLD:]),
     ]
 
 
@@ -75,6 +87,9 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "violations": [
             {**one._asdict(), "at_s": one.at_ns / S, "values": dict(one.values)} for one in outcome.played.violations
         ],
+        "steps": [{"at_s": act.at_ns / S, "step": str(act)} for act in outcome.played.done],
+        "unreached": [{"step": str(act), "when": act.milestone} for act in outcome.played.unreached],
+        "notes": list(outcome.played.notes),
     }
 
 
@@ -84,16 +99,17 @@ def junit(outcomes: Sequence[Outcome]) -> bytes:
 
 
 def _cases(outcome: Outcome) -> list[form.Case]:
-    broken = {one.property: one for one in outcome.played.violations}
-    share_s = outcome.wall_s / len(outcome.judged)
+    broken, names = dict(failures(outcome)), outcome.judged
     return [
         form.Case(
             name,
-            share_s,
-            [form.Failed(found.what, "\n".join(told(outcome.played, found)))] if (found := broken.get(name)) else [],
+            outcome.wall_s / len(names),
+            [form.Failed(broken[name].partition("\n")[0], broken[name])] if name in broken else [],
             file=str(outcome.file),
+            line=outcome.line(name),
+            output="\n".join(outcome.played.notes),
         )
-        for name in outcome.judged
+        for name in names
     ]
 
 

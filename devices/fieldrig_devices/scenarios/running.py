@@ -1,49 +1,71 @@
-"""Runs a scenario file in virtual time."""
+"""Runs a scenario in virtual time, or in real time."""
 
+import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
+from fieldrig.clock import S
 from fieldrig.config.rig_file import RigConfig, load
 from fieldrig.errors import ConfigError, RigError, UnmetError
 from fieldrig.system.stopwatch import Stopwatch
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.scenarios.checks import check
 from fieldrig_devices.scenarios.play import play
-from fieldrig_devices.scenarios.report import Outcome, told
+from fieldrig_devices.scenarios.report import Outcome, failures
 from fieldrig_devices.scenarios.scenario_file import Scenario, load_scenario
+from fieldrig_devices.scenarios.watching import Played
+
+_TIME: Final = "time="
 
 
 def run_scenario(file: str | Path, *overrides: str) -> Outcome:
-    """Play a scenario file, with overrides of its rig such as "seed=3".  UnmetError if a property does not hold."""
+    """Play a scenario file, with overrides of its rig such as "seed=3".  UnmetError if a property does not hold.
+
+    With "time=real" the rig runs in real time.
+    """
     outcome = played(Path(file), overrides)
-    for violation in outcome.played.violations[:1]:
-        what, *others = told(outcome.played, violation)
-        raise UnmetError(f"{violation.property}: {what}", "\n".join(others))
+    wrong = failures(outcome)
+    if wrong:
+        raise UnmetError(*wrong[0])
     return outcome
 
 
 def played(file: Path, overrides: Sequence[str] = ()) -> Outcome:
     """Play a scenario file, and return its outcome, whatever it is."""
     watch, scenario = Stopwatch(), load_scenario(file)
-    with Rig(config_of(scenario, overrides)) as rig:
-        rig.run_until(scenario.after_ns)
-        check(rig, scenario)
-        try:
-            shown = play(rig, scenario.schedule, scenario.properties, scenario.length_ns, recovery=scenario.recovery)
-        except ConfigError:
-            raise
-        except RigError as wrong:
-            raise type(wrong)(f"{file}: {wrong.what}", wrong.remedy) from wrong
+    try:
+        shown = played_of(scenario, overrides)
+    except ConfigError:
+        raise
+    except RigError as wrong:
+        raise type(wrong)(f"{file}: {wrong.what}", wrong.remedy) from wrong
     return Outcome(file, scenario, shown, watch.seconds)
 
 
+def played_of(scenario: Scenario, overrides: Sequence[str] = ()) -> Played:
+    """Play a scenario in the time that the overrides choose, which is virtual if they do not."""
+    every = (*scenario.overrides, *overrides)
+    wanted = [word.removeprefix(_TIME) for word in every if word.startswith(_TIME)]
+    if wanted and wanted[-1] == "real":
+        return _in_real_time(scenario, every)
+    with Rig(config_of(scenario, overrides)) as rig:
+        rig.run_until(scenario.after_ns)
+        check(rig, scenario)
+        return play(rig, scenario.schedule, scenario.properties, scenario.length_ns, recovery=scenario.recovery)
+
+
 def check_file(file: Path, overrides: Sequence[str] = ()) -> None:
-    """Check a scenario file with its rig.  ConfigError with every mistake.
+    """Check a scenario file with its rig.  ConfigError with every mistake."""
+    check_scenario(load_scenario(file), overrides)
+
+
+def check_scenario(scenario: Scenario, overrides: Sequence[str] = ()) -> None:
+    """Check a scenario with its rig in virtual time.  ConfigError with every mistake.
 
     The rig runs only if it does not have everything at once, as some programs take a while until their variables are
     there.
     """
-    scenario = load_scenario(file)
     with Rig(config_of(scenario, overrides)) as rig:
         try:
             check(rig, scenario)
@@ -56,4 +78,19 @@ def check_file(file: Path, overrides: Sequence[str] = ()) -> None:
 
 def config_of(scenario: Scenario, overrides: Sequence[str]) -> RigConfig:
     """Return the rig of a scenario in virtual time.  ConfigError with its mistakes."""
-    return load(scenario.rig, ("time=virtual", *scenario.overrides, *overrides))
+    return load(scenario.rig, (*scenario.overrides, *overrides, f"{_TIME}virtual"))
+
+
+def _in_real_time(scenario: Scenario, overrides: Sequence[str]) -> Played:
+    """Play a scenario to the rig that runs, or to one that is started for it."""
+    from fieldrig.real.running_rig import running  # virtual time needs no sessions
+    from fieldrig_devices.scenarios.live import LiveStage
+
+    check_scenario(scenario, overrides)
+    config = load(scenario.rig, (*overrides, f"{_TIME}real"))
+    with running(config) as rig:
+        rest_ns = scenario.after_ns - round(rig.status()["uptime_s"] * S)
+        time.sleep(max(rest_ns, 0) / S)
+        stage = LiveStage(rig, config, scenario.schedule, scenario.properties, scenario.recovery)
+        with stage:
+            return stage.finish(scenario.length_ns)

@@ -140,6 +140,8 @@ class LiveRecording(Recording):
         self._thread = threading.Thread(target=self._loop.run_forever, name="recording", daemon=True)
         self._thread.start()
         self._rows = early = list[Rows]()
+        self.complete_ns = 0
+        """The instant up to which everything has been handed over."""
         self._is_ended = False
         try:
             self._control, self._reader = self._do(self._begin(endpoint, rig, signals, rhythm, early))
@@ -161,13 +163,16 @@ class LiveRecording(Recording):
         self, endpoint: str, rig: str, signals: Sequence[str], rhythm: Rhythm, rows: list[Rows]
     ) -> tuple[Control, Reader]:
         control = Control(connect(endpoint), rig)
-        reader = Reader(control, signals, rhythm, rows.append)
+        reader = Reader(control, signals, rhythm, rows.append, self._on_complete)
         try:
             await reader.begin()
         except BaseException:
             await control.close()
             raise
         return control, reader
+
+    def _on_complete(self, until_ns: int) -> None:
+        self.complete_ns = until_ns
 
     async def _end(self) -> None:
         await self._reader.end()

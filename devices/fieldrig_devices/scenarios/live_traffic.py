@@ -1,0 +1,120 @@
+"""The messages of the buses of a rig in real time, as they are published, and what a scenario wants to know of them."""
+
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from threading import Thread
+from typing import Any, Final, NamedTuple
+
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.control.messages import Client
+from fieldrig.device import Value
+from fieldrig.faults.note import FaultNote
+from fieldrig.traces.trace import is_batch
+from fieldrig_bus.wires import Signal
+from fieldrig_devices.scenarios.calls import Call
+from fieldrig_devices.scenarios.messages import Messages
+
+READY_S: Final = 2.0
+"""The longest time until the first question of a listener is answered."""
+
+Change = tuple[int, str, Value]
+"""An instant of the monotonic clock, a place, and its value."""
+
+
+class _Batch(NamedTuple):
+    bus: str
+    content: Mapping[str, Any]
+
+
+class Inbox:
+    """Takes what buses publish, in a thread of its own."""
+
+    def __init__(self, endpoint: str, buses: Sequence[str]) -> None:
+        self._client = Client(endpoint)
+        self._batches: deque[_Batch] = deque()
+        self._inbox = self._client.inbox([f"trace/{bus}" for bus in buses])
+        self._is_open = True
+        self._take(next(self._inbox))  # which declares the listeners
+        for bus in buses:
+            self._client.ask(f"bus/{bus}/status", timeout_s=READY_S)  # who has answered knows of them
+        self._thread = Thread(target=self._work, name="traffic", daemon=True)
+        self._thread.start()
+
+    def batches(self) -> Iterator[_Batch]:
+        """Yield what has come since the last call."""
+        while self._batches:
+            yield self._batches.popleft()
+
+    def close(self) -> None:
+        self._is_open = False
+        self._thread.join()
+        self._client.__exit__()
+
+    def _work(self) -> None:
+        for published in self._inbox:
+            self._take(published)
+            if not self._is_open:
+                return
+
+    def _take(self, published: tuple[str, Any] | None) -> None:
+        if published is not None and is_batch(published[1]):
+            self._batches.append(_Batch(*published))
+
+
+class Traffic:
+    """Makes changes of places from messages."""
+
+    def __init__(self, config: RigConfig, calls: Sequence[Call], signals: Sequence[tuple[str, str]]) -> None:
+        """`calls` are of messages, `signals` are those of buses with their keys.  ControlError for a wrong one."""
+        self._buses = {name: entry.bus for name, entry in config.buses.items()}
+        self._calls = [(call, Messages(config, call.target, call.words)) for call in calls]
+        self._signals = set(signals)
+        self._counts = dict.fromkeys((str(call) for call, _ in self._calls), 0)
+        self._expected: dict[tuple[str, str], int] = {}
+        self.lost = 0
+        """The messages that have not come."""
+
+    @property
+    def buses(self) -> list[str]:
+        """The buses that have to be listened to."""
+        return list(dict.fromkeys([*(call.target for call, _ in self._calls), *(bus for bus, _ in self._signals)]))
+
+    def first(self) -> dict[str, Value]:
+        """Return the values of the places of messages before the first one."""
+        return {name: _first(name) for name in self._counts}
+
+    def changes(self, batch: _Batch) -> Iterator[Change]:
+        """Yield the changes that the messages of a batch make, in their order."""
+        source = (batch.bus, batch.content["process"])
+        first = batch.content["first"]
+        self.lost += max(first - self._expected.get(source, first), 0)
+        self._expected[source] = first + len(batch.content["entries"])
+        bus = self._buses[batch.bus]
+        for at_ns, sender, data in batch.content["entries"]:
+            try:
+                message = bus.decode(bytes.fromhex(data))
+            except ValueError:
+                continue  # bytes of another version of the rig
+            if isinstance(message, Signal) and (batch.bus, message.name) in self._signals:
+                yield at_ns, f"{batch.bus}/{message.name}", message.at(at_ns)
+            if not isinstance(message, FaultNote):
+                yield from self._of_calls(at_ns, batch.bus, sender, message)
+
+    def _of_calls(self, at_ns: int, bus: str, sender: str, message: Any) -> Iterator[Change]:
+        for call, messages in self._calls:
+            if call.target != bus or not messages.has(sender, message):
+                continue
+            name = str(call)
+            self._counts[name] += 1
+            match call.kind:
+                case "message":
+                    yield at_ns, name, True
+                    yield at_ns, name, False
+                case "count":
+                    yield at_ns, name, self._counts[name]
+                case _:
+                    yield at_ns, name, 0.0
+
+
+def _first(name: str) -> Value:
+    return False if name.startswith("message") else 0 if name.startswith("count") else 0.0

@@ -1,0 +1,53 @@
+"""A rig in real time that runs already, asked over one connection; or one that is started because none runs."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Final
+
+from fieldrig.config.rig_file import RigConfig
+from fieldrig.control.endpoint import NoRigError
+from fieldrig.control.messages import Client
+from fieldrig.errors import UsageError
+from fieldrig.real.live_rig import LiveRig
+
+OWN: Final = ("control=", "run=")
+"""The keys that a rig has for itself that is started here."""
+
+
+class RunningRig(LiveRig):
+    """The rig at a control endpoint.  Closing it leaves the rig running."""
+
+    def __init__(self, endpoint: str) -> None:
+        """ControlError if no rig answers there."""
+        self.endpoint = endpoint
+        self._client = Client(endpoint)
+
+    def ask(self, path: str, message: Any = None) -> Any:
+        return self._client.ask(path, message)
+
+    def close(self) -> None:
+        self._client.__exit__()
+
+
+@contextmanager
+def running(config: RigConfig) -> Iterator[RunningRig]:
+    """Yield the rig that runs at the control endpoint of `config`, or one that is started and ends with this.
+
+    UsageError if another rig runs there.
+    """
+    try:
+        rig = RunningRig(config.control)
+    except NoRigError:
+        overrides = [word for word in config.overrides if not word.startswith(OWN)]
+        with LiveRig(config.path, *overrides) as live, RunningRig(live.endpoint) as started:
+            yield started
+        return
+    with rig:
+        status = rig.status()
+        if status["rig"] != config.name or status["time"] != "real":
+            raise UsageError(
+                f"the rig at {config.control} is {status['rig']} in {status['time']} time, "
+                f"not {config.name} in real time",
+                "stop it with `fieldrig stop`, or name its file",
+            )
+        yield rig
