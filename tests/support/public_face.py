@@ -20,6 +20,7 @@ LAZY = (
     "fieldrig_devices.pam",
     "fieldrig_devices.pamring",
     "fieldrig_devices.replay",
+    "fieldrig_devices.scenarios",
     "fieldrig_devices.sercos",
 )
 """Packages whose public names are imported when they are used."""

@@ -53,6 +53,7 @@ PAGES = {
     "fieldrig_devices.pamring": "st1.md",
     "fieldrig_devices.ppp": "dial.md",
     "fieldrig_devices.replay": "replay.md",
+    "fieldrig_devices.scenarios": "scenarios.md",
     "fieldrig_devices.sercos": "ring.md",
 }
 """The page that explains the names of a module and of those below it; the longest name of a module counts."""

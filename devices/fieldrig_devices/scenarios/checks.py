@@ -97,7 +97,10 @@ def _path_of(scenario: Scenario, name: str, text: str) -> KeyPath:
 
 def _numbered(scenario: Scenario, key: str, schedule: Schedule) -> Iterator[tuple[KeyPath, Act]]:
     """Yield each action with the key of its step, which may have several."""
-    data = scenario.source.data if scenario.source is not None else {}
+    if scenario.source is None:
+        yield from (((key, number), act) for number, act in enumerate(schedule))
+        return
+    data = scenario.source.data
     steps = data.get(key) or [] if isinstance(data, dict) else []
     acts = iter(schedule)
     for number, step in enumerate(steps):

@@ -89,9 +89,6 @@ def _found(files: "Sequence[Path]") -> list[Path]:
 
 
 def _draw(outcome: "Outcome", folder: Path) -> None:
-    from fieldrig_devices.scenarios.picture import picture
-
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        made = picture(outcome.file.stem, outcome.played, outcome.scenario.schedule)
-        (folder / f"{outcome.file.stem}.svg").write_text(made, encoding="utf-8")
+        outcome.write_picture(folder / f"{outcome.file.stem}.svg")

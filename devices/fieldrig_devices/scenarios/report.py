@@ -1,6 +1,6 @@
 """The outcome of scenarios for people, as JSON, and for CI."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -9,11 +9,13 @@ from fieldrig.text import junit as form
 from fieldrig.virtual.readings import seconds
 from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.scenarios.scenario_file import Scenario
-from fieldrig_devices.scenarios.watching import Played
+from fieldrig_devices.scenarios.watching import Played, Track
 
 BEFORE_NS: Final = 50 * MS
 """The time in front of a violation whose changes are shown."""
 MOST_TOLD: Final = 12
+MOST_OF_PLACE: Final = 3
+"""Changes of one place that are shown: a level changes all the time."""
 
 
 class Outcome(NamedTuple):
@@ -35,6 +37,23 @@ class Outcome(NamedTuple):
         """The names of its properties, of those of every rig that do not hold, and of steps that have not come."""
         named = (one.name for one in self.scenario.properties)
         return list(dict.fromkeys((*named, *(name for name, _ in failures(self)))))
+
+    @property
+    def violations(self) -> tuple[Violation, ...]:
+        """What did not hold, in the order in which it was seen."""
+        return self.played.violations
+
+    @property
+    def tracks(self) -> Mapping[str, Track]:
+        """The changes of all places that it reads or writes: instants from its begin, and values."""
+        return self.played.tracks
+
+    def write_picture(self, file: str | Path) -> None:
+        """Write the picture of its signals as SVG."""
+        from fieldrig_devices.scenarios.picture import picture
+
+        made = picture(Path(file).stem, self.played, self.played.done)
+        Path(file).write_text(made, encoding="utf-8")
 
     def line(self, name: str) -> int:
         """Return the line of what was judged; 0 if it has none."""
@@ -65,7 +84,7 @@ def told(played: Played, violation: Violation) -> list[str]:
     happened += [
         (at_ns, f"{place} = {_shown(value)}")
         for place, track in played.tracks.items()
-        for at_ns, value in track
+        for at_ns, value in [one for one in track if one[0] <= violation.at_ns][-MOST_OF_PLACE:]
         if not place.startswith("since(")  # which changes all the time
     ]
     happened.sort(key=lambda one: one[0])

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from fieldrig.clock import S
 from fieldrig.config.rig_file import RigConfig, load
@@ -15,6 +15,9 @@ from fieldrig_devices.scenarios.play import play
 from fieldrig_devices.scenarios.report import Outcome, failures
 from fieldrig_devices.scenarios.scenario_file import Scenario, load_scenario
 from fieldrig_devices.scenarios.watching import Played
+
+if TYPE_CHECKING:
+    from fieldrig.real.live_rig import LiveRig
 
 _TIME: Final = "time="
 
@@ -51,8 +54,25 @@ def played_of(scenario: Scenario, overrides: Sequence[str] = ()) -> Played:
         return _in_real_time(scenario, every)
     with Rig(config_of(scenario, overrides)) as rig:
         rig.run_until(scenario.after_ns)
-        check(rig, scenario)
-        return play(rig, scenario.schedule, scenario.properties, scenario.length_ns, recovery=scenario.recovery)
+        return played_virtual(rig, scenario)
+
+
+def played_virtual(rig: Rig, scenario: Scenario) -> Played:
+    """Play a scenario to a rig in virtual time, from the present instant on.  ConfigError for what it does not have."""
+    check(rig, scenario)
+    return play(rig, scenario.schedule, scenario.properties, scenario.length_ns, recovery=scenario.recovery)
+
+
+def played_live(rig: "LiveRig", scenario: Scenario) -> Played:
+    """Play a scenario to a rig in real time, from now on."""
+    from fieldrig.real.running_rig import RunningRig  # virtual time needs no sessions
+    from fieldrig_devices.scenarios.live import LiveStage
+
+    with RunningRig(rig.endpoint) as asked:
+        status = asked.status()
+        config = load(Path(status["file"]), status["overrides"])
+        with LiveStage(asked, config, scenario.schedule, scenario.properties, scenario.recovery) as stage:
+            return stage.finish(scenario.length_ns)
 
 
 def check_file(file: Path, overrides: Sequence[str] = ()) -> None:
@@ -84,13 +104,10 @@ def config_of(scenario: Scenario, overrides: Sequence[str]) -> RigConfig:
 def _in_real_time(scenario: Scenario, overrides: Sequence[str]) -> Played:
     """Play a scenario to the rig that runs, or to one that is started for it."""
     from fieldrig.real.running_rig import running  # virtual time needs no sessions
-    from fieldrig_devices.scenarios.live import LiveStage
 
     check_scenario(scenario, overrides)
     config = load(scenario.rig, (*overrides, f"{_TIME}real"))
     with running(config) as rig:
         rest_ns = scenario.after_ns - round(rig.status()["uptime_s"] * S)
         time.sleep(max(rest_ns, 0) / S)
-        stage = LiveStage(rig, config, scenario.schedule, scenario.properties, scenario.recovery)
-        with stage:
-            return stage.finish(scenario.length_ns)
+        return played_live(rig, scenario)

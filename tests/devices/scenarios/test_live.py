@@ -7,8 +7,10 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from fieldrig.clock import MS, S
 from fieldrig.errors import ConfigError, UsageError
 from fieldrig.real.live_rig import LiveRig
+from fieldrig_devices.scenarios import Scenario
 from fieldrig_devices.scenarios.command import app
 from fieldrig_devices.scenarios.running import played
 
@@ -99,6 +101,11 @@ def test_a_scenario_is_played_to_the_rig_that_runs_and_leaves_it_running(tmp_pat
         level = rig.get("tank/level")
         assert isinstance(level, float)
         assert level >= 1.25
+        here = Scenario(length=300 * MS)
+        here.set("tank/level", 0.75, when="tank/level > 1.2")
+        here.expect("tank/level == 0.75", within=3 * S)
+        here.never("tank/level > 9")
+        assert here.run(rig).tracks["tank/level"][-1][1] == rig.get("tank/level")
         (tmp_path / "other.yaml").write_text((tmp_path / "rig.yaml").read_text())
         file.write_text(file.read_text().replace("rig.yaml", "other.yaml"))
         with pytest.raises(UsageError, match="is rig in real time, not other"):
