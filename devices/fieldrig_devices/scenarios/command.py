@@ -52,10 +52,24 @@ def run(
     overrides: Overrides = None,
     pictures: Annotated[
         Path | None,
-        typer.Option("--pictures", metavar="FOLDER", help="Write a picture of each scenario.", show_default=False),
+        typer.Option(
+            "--pictures",
+            metavar="FOLDER",
+            help="Write a picture of each scenario, and of each property that does not hold.",
+            show_default=False,
+        ),
     ] = None,
     junit: Annotated[
         Path | None, typer.Option("--junit", metavar="FILE", help="Write a JUnit report.", show_default=False)
+    ] = None,
+    trace: Annotated[
+        Path | None,
+        typer.Option(
+            "--trace",
+            metavar="FILE",
+            help="Write the messages of one scenario, as `trace record` does.",
+            show_default=False,
+        ),
     ] = None,
     real: Annotated[
         bool, typer.Option("--real", help="In real time: to the rig that runs, or else to one that is started for it.")
@@ -68,13 +82,15 @@ def run(
     from fieldrig_devices.scenarios.report import lines_of
     from fieldrig_devices.scenarios.running import played
 
-    outcomes = list["Outcome"]()
-    for file in _found(files):
-        outcomes.append(played(file, (*(overrides or ()), *(["time=real"] if real else []))))
+    outcomes, found = list["Outcome"](), _found(files)
+    if trace is not None and len(found) > 1:
+        raise typer.BadParameter("--trace is the file of one scenario; expected one file")
+    for file in found:
+        outcomes.append(played(file, (*(overrides or ()), *(["time=real"] if real else [])), trace))
         for line in () if as_json else lines_of(outcomes[-1]):
             typer.echo(line)
         if pictures is not None:
-            _draw(outcomes[-1], pictures)
+            outcomes[-1].write_pictures(pictures)
     if junit is not None:
         with writing(junit):
             junit.write_bytes(junit_of(outcomes))
@@ -86,9 +102,3 @@ def run(
 
 def _found(files: "Sequence[Path]") -> list[Path]:
     return [one for file in files for one in (sorted(file.glob("*.yaml")) if file.is_dir() else [file])]
-
-
-def _draw(outcome: "Outcome", folder: Path) -> None:
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        outcome.write_picture(folder / f"{outcome.file.stem}.svg")

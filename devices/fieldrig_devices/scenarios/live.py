@@ -27,6 +27,7 @@ from fieldrig_devices.scenarios.live_places import LivePlaces
 from fieldrig_devices.scenarios.milestones import Milestones
 from fieldrig_devices.scenarios.property import Property
 from fieldrig_devices.scenarios.sending import message_of
+from fieldrig_devices.scenarios.tracing import Trace
 from fieldrig_devices.scenarios.watching import Played, Watching
 
 STEP_S: Final = 0.01
@@ -47,6 +48,7 @@ class LiveStage(ExitStack):
         schedule: Schedule,
         properties: Sequence[Property],
         recovery: Schedule = (),
+        trace: Trace | None = None,
     ) -> None:
         """Begin now.  RigError for a place that the rig does not have."""
         super().__init__()
@@ -58,7 +60,7 @@ class LiveStage(ExitStack):
         self._places = LivePlaces(rig, config, [*judged, *awaited, *written])
         driven = {name.partition("/")[0] for name in written} & {*config.buses}
         self._member = self._joined([*driven, *(act.where for act in every if act.verb == "send")])
-        self._events = self.enter_context(LiveEvents(rig, config, self._places))
+        self._events = self.enter_context(LiveEvents(rig, config, self._places, trace))
         values = self._events.values
         self._seen = Watching(properties, {name: values[name] for name in dict.fromkeys(judged)})
         for name in dict.fromkeys([*awaited, *written]):

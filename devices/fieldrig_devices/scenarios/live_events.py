@@ -19,6 +19,7 @@ from fieldrig.recording.recording import LiveRecording
 from fieldrig.recording.signals import CHANGE, Rhythm, Sort
 from fieldrig_devices.scenarios.live_places import LivePlaces
 from fieldrig_devices.scenarios.live_traffic import Change, Inbox, Traffic
+from fieldrig_devices.scenarios.tracing import Trace
 
 BEHIND_NS: Final = 250 * MS
 """The time that messages have to come: they are published every 20 ms."""
@@ -31,12 +32,12 @@ LOOK_NS: Final = 1 * MS
 class LiveEvents(ExitStack):
     """Changes of the places of a scenario."""
 
-    def __init__(self, rig: RunningRig, config: RigConfig, places: LivePlaces) -> None:
-        """Listen from now on."""
+    def __init__(self, rig: RunningRig, config: RigConfig, places: LivePlaces, trace: Trace | None = None) -> None:
+        """Listen from now on; `trace` takes the messages of all buses."""
         super().__init__()
-        self._places = places
+        self._places, self._trace = places, trace
         self._traffic = Traffic(config, places.calls, list(places.signals))
-        self._inbox = self._opened(rig, self._traffic.buses)
+        self._inbox = self._opened(rig, self._traffic.buses if trace is None else list(config.buses))
         self._recordings = self._recorded(rig)
         self._taken = dict.fromkeys(((one, name) for one in self._recordings for name in places.points), 0)
         self._pending: list[tuple[int, int, str, Value]] = []
@@ -119,6 +120,8 @@ class LiveEvents(ExitStack):
         for recording in self._recordings:
             self._take_rows(recording)
         for batch in self._inbox.batches() if self._inbox is not None else ():
+            if self._trace is not None:
+                self._trace.take(batch.bus, batch.content)
             for change in self._traffic.changes(batch):
                 self._add(*change)
 

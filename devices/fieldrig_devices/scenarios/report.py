@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from fieldrig.clock import MS, S
+from fieldrig.errors import UsageError
 from fieldrig.text import junit as form
 from fieldrig.virtual.readings import seconds
 from fieldrig_devices.scenarios.property import Violation
@@ -52,8 +53,18 @@ class Outcome(NamedTuple):
         """Write the picture of its signals as SVG."""
         from fieldrig_devices.scenarios.picture import picture
 
-        made = picture(Path(file).stem, self.played, self.played.done)
-        Path(file).write_text(made, encoding="utf-8")
+        _write(Path(file), picture(Path(file).stem, self.played, self.played.done))
+
+    def write_pictures(self, folder: Path) -> None:
+        """Write the picture of its signals, and one of each property that does not hold, around that instant."""
+        from fieldrig_devices.scenarios.picture import picture_of
+
+        self.write_picture(folder / f"{self.file.stem}.svg")
+        rules = {one.name: one for one in self.scenario.properties}
+        for number, violation in enumerate(self.violations, 1):
+            if violation.property in rules:
+                drawn = picture_of(self.played, rules[violation.property], violation)
+                _write(folder / f"{self.file.stem}-{number}.svg", drawn)
 
     def line(self, name: str) -> int:
         """Return the line of what was judged; 0 if it has none."""
@@ -130,6 +141,15 @@ def _cases(outcome: Outcome) -> list[form.Case]:
         )
         for name in names
     ]
+
+
+def _write(file: Path, text: str) -> None:
+    """UsageError for a file that cannot be written."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    except OSError as cause:
+        raise UsageError(f"{file} cannot be written: {cause.strerror or cause}") from cause
 
 
 def _shown(value: object) -> str:

@@ -14,6 +14,7 @@ from fieldrig_devices.scenarios.checks import check
 from fieldrig_devices.scenarios.play import play
 from fieldrig_devices.scenarios.report import Outcome, failures
 from fieldrig_devices.scenarios.scenario_file import Scenario, load_scenario
+from fieldrig_devices.scenarios.tracing import Trace, heard_by, traced
 from fieldrig_devices.scenarios.watching import Played
 
 if TYPE_CHECKING:
@@ -34,11 +35,12 @@ def run_scenario(file: str | Path, *overrides: str) -> Outcome:
     return outcome
 
 
-def played(file: Path, overrides: Sequence[str] = ()) -> Outcome:
-    """Play a scenario file, and return its outcome, whatever it is."""
+def played(file: Path, overrides: Sequence[str] = (), trace_file: Path | None = None) -> Outcome:
+    """Play a scenario file, and return its outcome, whatever it is; with the messages in a file if one is given."""
     watch, scenario = Stopwatch(), load_scenario(file)
     try:
-        shown = played_of(scenario, overrides)
+        with traced(trace_file) as trace:
+            shown = played_of(scenario, overrides, trace)
     except ConfigError:
         raise
     except RigError as wrong:
@@ -46,15 +48,16 @@ def played(file: Path, overrides: Sequence[str] = ()) -> Outcome:
     return Outcome(file, scenario, shown, watch.seconds)
 
 
-def played_of(scenario: Scenario, overrides: Sequence[str] = ()) -> Played:
+def played_of(scenario: Scenario, overrides: Sequence[str] = (), trace: Trace | None = None) -> Played:
     """Play a scenario in the time that the overrides choose, which is virtual if they do not."""
     every = (*scenario.overrides, *overrides)
     wanted = [word.removeprefix(_TIME) for word in every if word.startswith(_TIME)]
     if wanted and wanted[-1] == "real":
-        return _in_real_time(scenario, every)
+        return _in_real_time(scenario, every, trace)
     with Rig(config_of(scenario, overrides)) as rig:
         rig.run_until(scenario.after_ns)
-        return played_virtual(rig, scenario)
+        with heard_by(rig, trace):
+            return played_virtual(rig, scenario)
 
 
 def played_virtual(rig: Rig, scenario: Scenario) -> Played:
@@ -63,7 +66,7 @@ def played_virtual(rig: Rig, scenario: Scenario) -> Played:
     return play(rig, scenario.schedule, scenario.properties, scenario.length_ns, recovery=scenario.recovery)
 
 
-def played_live(rig: "LiveRig", scenario: Scenario) -> Played:
+def played_live(rig: "LiveRig", scenario: Scenario, trace: Trace | None = None) -> Played:
     """Play a scenario to a rig in real time, from now on."""
     from fieldrig.real.running_rig import RunningRig  # virtual time needs no sessions
     from fieldrig_devices.scenarios.live import LiveStage
@@ -71,7 +74,7 @@ def played_live(rig: "LiveRig", scenario: Scenario) -> Played:
     with RunningRig(rig.endpoint) as asked:
         status = asked.status()
         config = load(Path(status["file"]), status["overrides"])
-        with LiveStage(asked, config, scenario.schedule, scenario.properties, scenario.recovery) as stage:
+        with LiveStage(asked, config, scenario.schedule, scenario.properties, scenario.recovery, trace) as stage:
             return stage.finish(scenario.length_ns)
 
 
@@ -101,7 +104,7 @@ def config_of(scenario: Scenario, overrides: Sequence[str]) -> RigConfig:
     return load(scenario.rig, (*scenario.overrides, *overrides, f"{_TIME}virtual"))
 
 
-def _in_real_time(scenario: Scenario, overrides: Sequence[str]) -> Played:
+def _in_real_time(scenario: Scenario, overrides: Sequence[str], trace: Trace | None) -> Played:
     """Play a scenario to the rig that runs, or to one that is started for it."""
     from fieldrig.real.running_rig import running  # virtual time needs no sessions
 
@@ -110,4 +113,4 @@ def _in_real_time(scenario: Scenario, overrides: Sequence[str]) -> Played:
     with running(config) as rig:
         rest_ns = scenario.after_ns - round(rig.status()["uptime_s"] * S)
         time.sleep(max(rest_ns, 0) / S)
-        return played_live(rig, scenario)
+        return played_live(rig, scenario, trace)

@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 
 from fieldrig.clock import MS, S
 from fieldrig.config.rig_file import load
-from fieldrig.errors import ConfigError, RigError
+from fieldrig.errors import ConfigError, RigError, UsageError
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.scenarios.command import app
 from fieldrig_devices.scenarios.play import Played, play
@@ -147,13 +147,23 @@ def test_the_command_tells_reasons_and_writes_reports(tmp_path: Path) -> None:
     steps = "steps: [{at: 100ms, set: {drive/run: true}}]\n"
     text = f"{steps}properties: {{<off>: {{never: drive/run}}, wet: {{never: tank/level < 0}}}}\n"
     file = scenario(tmp_path, text)
-    done = run(file, "--junit", tmp_path / "j.xml", "--pictures", tmp_path / "pictures")
+    trace = tmp_path / "it.log"
+    done = run(file, "--junit", tmp_path / "j.xml", "--pictures", tmp_path / "pictures", "--trace", trace)
     assert done.exit_code == 1
     assert "FAILED  <off>\n          at 0.1 s: `drive/run` was true\n          drive/run = true\n" in done.stdout
     assert "ok      wet" in done.stdout
     [suite] = Xml.parse(tmp_path / "j.xml").getroot()
     assert (suite.get("tests"), suite.get("failures")) == ("2", "1")
-    assert Xml.parse(tmp_path / "pictures" / "it.svg").getroot().tag.endswith("svg")
+    failed, passed = suite
+    assert (failed.get("name"), failed.get("file"), failed.get("line")) == ("<off>", str(file), "3")
+    assert (passed.get("line"), len(passed)) == ("3", 0)
+    whole, around = (Xml.parse(tmp_path / "pictures" / name).getroot() for name in ("it.svg", "it-1.svg"))
+    shown, near = " ".join(whole.itertext()), " ".join(around.itertext())
+    assert "tank/level" in shown
+    assert "tank/level" not in near
+    assert "0.1 s: <off>: `drive/run` was true" in near
+    assert "drive/run = true" in near
+    assert [line.split()[2] for line in trace.read_text().splitlines()][:1] == ["705#00"]
     [told] = json.loads(run(file, "--json").stdout)
     assert told["violations"][0]["at_s"] == 0.1
 
@@ -188,3 +198,11 @@ for: 1s
 properties: {back: {eventually: io/nmt.state == 'pre_operational', within: 500ms}}
 """
     assert played(tmp_path, text).violations == ()
+
+
+def test_a_trace_is_of_one_scenario_in_a_known_format(tmp_path: Path) -> None:
+    file = scenario(tmp_path, LEVEL)
+    assert run(file, file, "--trace", tmp_path / "it.log").exit_code == 2
+    wrong = run(file, "--trace", tmp_path / "it.lgo")
+    assert isinstance(wrong.exception, UsageError)
+    assert "no format of traces ends in" in str(wrong.exception)
