@@ -1,11 +1,9 @@
 """Runs a scenario in virtual time, or in real time."""
 
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fieldrig.clock import S
 from fieldrig.config.rig_file import RigConfig, load
 from fieldrig.errors import ConfigError, RigError, UnmetError
 from fieldrig.system.stopwatch import Stopwatch
@@ -111,6 +109,5 @@ def _in_real_time(scenario: Scenario, overrides: Sequence[str], trace: Trace | N
     check_scenario(scenario, overrides)
     config = load(scenario.rig, (*overrides, f"{_TIME}real"))
     with running(config) as rig:
-        rest_ns = scenario.after_ns - round(rig.status()["uptime_s"] * S)
-        time.sleep(max(rest_ns, 0) / S)
+        rig.wait_for_uptime(scenario.after_ns)
         return played_live(rig, scenario, trace)

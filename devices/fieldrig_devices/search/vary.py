@@ -23,7 +23,8 @@ from fieldrig.points.names import split_point
 from fieldrig.settings import Settings
 from fieldrig.text.nearest import closest
 from fieldrig_devices.scenarios.act import Verb
-from fieldrig_devices.scenarios.scenario_file import VERBS, Duration, FaultText
+from fieldrig_devices.scenarios.property_settings import Duration
+from fieldrig_devices.scenarios.scenario_file import VERBS, FaultText
 from fieldrig_devices.search.choices import Choice, Span
 from fieldrig_devices.search.fault_choices import fault_choices, matching_parts
 

@@ -1,9 +1,11 @@
 """A rig in real time that runs already, asked over one connection; or one that is started because none runs."""
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Final
 
+from fieldrig.clock import S
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.endpoint import NoRigError
 from fieldrig.control.messages import Client
@@ -24,6 +26,10 @@ class RunningRig(LiveRig):
 
     def ask(self, path: str, message: Any = None) -> Any:
         return self._client.ask(path, message)
+
+    def wait_for_uptime(self, ns: int) -> None:
+        """Wait until the rig has run for this time, in nanoseconds."""
+        time.sleep(max(ns / S - self.status()["uptime_s"], 0.0))
 
     def close(self) -> None:
         self._client.__exit__()
