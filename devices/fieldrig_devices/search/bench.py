@@ -11,11 +11,10 @@ from fieldrig.coverage.collecting import collecting
 from fieldrig.coverage.places import Place
 from fieldrig.virtual.branch import Branch
 from fieldrig.virtual.rig import Rig
-from fieldrig_devices.scenarios.act import Schedule
 from fieldrig_devices.scenarios.play import Played
 from fieldrig_devices.search import run
 from fieldrig_devices.search.choices import Choice
-from fieldrig_devices.search.piece import Piece, Run, World
+from fieldrig_devices.search.piece import Piece, Run, World, acts_text
 from fieldrig_devices.search.plan import Plan
 from fieldrig_devices.search.vary import choices_of
 
@@ -117,17 +116,17 @@ class Bench:
         standing, before = self._standing(piece.world), piece.before
         if not before:
             return standing.at(piece.from_ns)
-        key = (piece.world, before, piece.from_ns)
+        key = (piece.world, acts_text(before), piece.from_ns)
         if key in self._parked:
             self._parked.move_to_end(key)
         return self._parked.get(key, standing.root)
 
 
-_Key = tuple[World, Schedule, int]
+_Key = tuple[World, str, int]
 
 
 def _end_of(played: Run) -> _Key:
-    return played.world, played.acts, played.length_ns
+    return played.world, acts_text(played.acts), played.length_ns
 
 
 class _Standing:

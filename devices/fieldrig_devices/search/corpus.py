@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from fieldrig.errors import UsageError
-from fieldrig_devices.scenarios.act import Act, Schedule
-from fieldrig_devices.search.piece import Run, World
+from fieldrig_devices.scenarios.act import Schedule
+from fieldrig_devices.search.piece import Run, World, acts_of, acts_text
 
 _TABLES: Final = """
 CREATE TABLE IF NOT EXISTS run (
@@ -171,11 +171,3 @@ def _finding_of(
         tuple(json.loads(told)),
         messages,
     )
-
-
-def acts_text(acts: Schedule) -> str:
-    return json.dumps([list(act) for act in acts])
-
-
-def acts_of(text: str) -> Schedule:
-    return tuple(Act(*fields) for fields in json.loads(text))

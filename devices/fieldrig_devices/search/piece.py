@@ -4,9 +4,10 @@ Whoever plays a piece, on whatever machine and in whatever order, gets the same 
 the rig at the begin of the piece goes on from there; another one plays what comes before it first.
 """
 
+import json
 from typing import NamedTuple
 
-from fieldrig_devices.scenarios.act import Schedule
+from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.search.eye import State
 
@@ -46,3 +47,13 @@ class Run(NamedTuple):
     """A byte for each mark of the programs: 1 if it was passed since the begin of the scenario."""
     way: bytes = b""
     """The same of the last 50 ms, if a property did not hold."""
+
+
+def acts_text(acts: Schedule) -> str:
+    """Return actions as JSON."""
+    return json.dumps([list(act) for act in acts])
+
+
+def acts_of(text: str) -> Schedule:
+    """Return the actions of `acts_text`."""
+    return tuple(Act(*fields) for fields in json.loads(text))

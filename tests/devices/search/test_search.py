@@ -15,10 +15,10 @@ from fieldrig.errors import ConfigError, RigError
 from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.command import app as scenario_app
 from fieldrig_devices.search.command import app
-from fieldrig_devices.search.corpus import Corpus, Finding, acts_of, acts_text
+from fieldrig_devices.search.corpus import Corpus, Finding
 from fieldrig_devices.search.crew import Bench, LocalCrew
 from fieldrig_devices.search.minimal import minimal
-from fieldrig_devices.search.piece import Piece, Run
+from fieldrig_devices.search.piece import Piece, Run, acts_of, acts_text
 from fieldrig_devices.search.plan import load_plan
 from fieldrig_devices.search.search import Limits, Search
 from fieldrig_devices.search.strategy import WHOLE, Shard
@@ -92,7 +92,7 @@ class Forgetful:
 
     def __init__(self, bench: Bench) -> None:
         self._bench, self._open = bench, list[Piece]()
-        self._ended: dict[Piece, Run] = {}
+        self._ended: dict[str, Run] = {}
 
     def start(self, piece: Piece) -> None:
         self._open.append(piece)
@@ -100,10 +100,10 @@ class Forgetful:
     def next(self) -> Run:
         piece = self._open.pop(0)
         for other in reversed((piece, *self._open)):
-            if other not in self._ended:
-                self._ended[other] = self._bench.play(other)
-                self._bench.drop(self._ended[other])
-        return self._ended.pop(piece)
+            if repr(other) not in self._ended:
+                self._ended[repr(other)] = self._bench.play(other)
+                self._bench.drop(self._ended[repr(other)])
+        return self._ended.pop(repr(piece))
 
     def drop(self, run: Run) -> None:
         self._bench.drop(run)
