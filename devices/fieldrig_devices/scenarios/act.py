@@ -37,6 +37,10 @@ class Act(NamedTuple):
         """The milestone in words; empty without one."""
         return f"{self.when}, time {self.nth}" if self.when and self.nth > 1 else self.when
 
+    def __hash__(self) -> int:
+        """Search keeps schedules as keys; a fault is a mapping, which has no hash of its own."""
+        return hash((self.at_ns, self.verb, self.where))
+
     def __str__(self) -> str:
         match self.verb:
             case "set":
