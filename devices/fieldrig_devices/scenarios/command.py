@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli.common import AsJson, Overrides, argument, command_group, echo_json, writing
+from fieldrig.outside.addresses import ENDPOINT_VARIABLE
+from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.system.exits import Exit
 
 if TYPE_CHECKING:
@@ -26,6 +28,7 @@ def scenario() -> None:
     \b
         fieldrig scenario run configs/scenarios/feeder-trip.yaml
         fieldrig scenario check configs/scenarios
+        fieldrig scenario open found/finding-1.yaml
     """
 
 
@@ -98,6 +101,41 @@ def run(
         echo_json([outcome_json(one) for one in outcomes])
     if not all(one.is_good for one in outcomes):
         raise typer.Exit(Exit.TESTS_FAILED)
+
+
+@app.command("open")
+def open_there(
+    file: Annotated[Path, argument("FILE", "A scenario file, such as a finding of a search.")],
+    overrides: Overrides = None,
+    control: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ENDPOINT",
+            envvar=ENDPOINT_VARIABLE,
+            help="Listen for control connections here, instead of the rig file's `control`.",
+            show_default=False,
+        ),
+    ] = None,
+    no_ui: Annotated[
+        bool,
+        typer.Option("--no-ui", envvar=NO_PAGE_VARIABLE, help="Run without the page of the rig in a browser."),
+    ] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only problems.")] = False,
+) -> None:
+    """Play a scenario up to where a property does not hold, and keep its rig there, paused, until Ctrl-C.
+
+    The page of the rig shows the time line. `fieldrig back` and `fieldrig debug` go back from there.
+    """
+    from fieldrig.cli.running import UpOptions, run_rig
+    from fieldrig.config.rig_file import load
+    from fieldrig_devices.scenarios.scenario_file import load_scenario
+    from fieldrig_devices.scenarios.standing import Standing
+
+    scenario = load_scenario(file)
+    place = [] if control is None else [f"control={control}"]
+    values = ("time=virtual", *scenario.overrides, *(overrides or ()), *place)
+    options = UpOptions(values, is_quiet=quiet, has_page=not no_ui)
+    raise typer.Exit(run_rig(load(scenario.rig, values), options, Standing(file.name, scenario)))
 
 
 def _found(files: "Sequence[Path]") -> list[Path]:

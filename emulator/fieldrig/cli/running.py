@@ -37,6 +37,7 @@ from fieldrig.system.this_process import age_s, interrupt_on_signals, on_signals
 from fieldrig.text.nearest import closest
 from fieldrig.traces.recorder import Recorder
 from fieldrig.virtual.keeper import KeptRig, keep, why_no_way_back
+from fieldrig.virtual.prelude import Prelude
 from fieldrig.virtual.service import VirtualService
 
 ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
@@ -62,14 +63,14 @@ class UpOptions:
     has_page: bool = True
 
 
-def run_rig(config: RigConfig, options: UpOptions) -> Exit:
-    """Run the rig to its end.  RigError if it cannot start."""
+def run_rig(config: RigConfig, options: UpOptions, prelude: Prelude | None = None) -> Exit:
+    """Run the rig to its end; a `prelude` is for one in virtual time.  RigError if it cannot start."""
     token()  # one that is wrong is found before anything starts
     display = Display(config, time.monotonic() - age_s(), options.is_quiet)
     if options.is_attended or config.time == "virtual":
         endpoint.check_free(config.control)
         with _page(config, options, None) as page, _keeper(config, options) as keeper:
-            return _in_loop(config, options, display, page, _maker(config, options, display, keeper))
+            return _in_loop(config, options, display, page, _maker(config, options, display, keeper, prelude))
     return _run_processes(config, options, display)
 
 
@@ -84,11 +85,11 @@ def _keeper(config: RigConfig, options: UpOptions) -> Iterator[KeptRig | None]:
 
 
 def _maker(
-    config: RigConfig, options: UpOptions, display: Display, keeper: KeptRig | None
+    config: RigConfig, options: UpOptions, display: Display, keeper: KeptRig | None, prelude: Prelude | None
 ) -> Callable[[Control], Service]:
     """Return what makes the service of a rig without processes of its own."""
     if not options.is_attended:
-        return lambda control: VirtualService(config, control, display.report, keeper)
+        return lambda control: VirtualService(config, control, display.report, keeper, prelude)
     plans = placement(config)
     return lambda control: AttendedRig(config, plans, control, display.report)
 

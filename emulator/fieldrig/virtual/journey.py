@@ -6,9 +6,9 @@ is to make a branch of the past the present; what came after that instant has ne
 
 import asyncio
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, Final, NamedTuple, cast
+from typing import Any, Final, NamedTuple, TypeVar, cast
 
 from fieldrig.clock import MS, NEVER_NS, S
 from fieldrig.device import Value
@@ -19,6 +19,8 @@ from fieldrig.virtual.checkpoints import Checkpoints
 from fieldrig.virtual.keeper import KeptRig
 from fieldrig.virtual.readings import seconds
 from fieldrig.virtual.served import Played, ServedRig
+
+T = TypeVar("T")
 
 PERIOD_NS: Final = 5 * S
 SPACING_S: Final = 0.25
@@ -106,6 +108,11 @@ class Journey:
     def restart(self, device: str) -> None:
         self._noted("restart", device)
         self.rig.restart(device)
+
+    def call(self, function: Callable[..., T], *arguments: Any) -> T:
+        """Return what `function(rig, ...)` returns; it changes the rig, and does not let it run."""
+        self._noted("call", function, *arguments)
+        return self.rig.call(function, *arguments)
 
     def back(self, ns: int) -> None:
         """Make the rig as it was when its clock came to `ns` the present.  ControlError if that is not possible."""

@@ -28,6 +28,7 @@ from fieldrig.recording.recorders import Recorders
 from fieldrig.system.exits import Exit
 from fieldrig.virtual.journey import Journey, Search
 from fieldrig.virtual.keeper import NO_KEEPER, KeptRig, why_no_way_back
+from fieldrig.virtual.prelude import QUESTION, Prelude
 from fieldrig.virtual.readings import seconds
 from fieldrig.virtual.remote_sets import RemoteSets
 from fieldrig.virtual.served import News, Played, ServedRig
@@ -95,11 +96,22 @@ class VirtualBus(_Part):
 
 
 class VirtualService:
-    def __init__(self, config: RigConfig, control: Control, report: Report, keeper: KeptRig | None = None) -> None:
-        """`keeper` has the rig; without one it is built here, and cannot go back in time."""
+    def __init__(
+        self,
+        config: RigConfig,
+        control: Control,
+        report: Report,
+        keeper: KeptRig | None = None,
+        prelude: Prelude | None = None,
+    ) -> None:
+        """`keeper` has the rig; without one it is built here, and cannot go back in time.
+
+        After a `prelude` the rig is paused.
+        """
         self.beside: Callable[[], Mapping[str, Any]] = dict
         """Returns what `status` also shows: what runs beside the rig."""
         self._config, self._control, self._report, self._keeper = config, control, report, keeper
+        self._prelude = prelude
         self._loop = asyncio.get_running_loop()
         self._ended: asyncio.Future[Exit] = self._loop.create_future()
         self._may_run = asyncio.Event()
@@ -118,6 +130,9 @@ class VirtualService:
         try:
             self._serve()
             await asyncio.sleep(0)  # what can be reached is printed meanwhile, before it is ready
+            if self._prelude is not None:
+                self._may_run.clear()
+                await self._prelude.play(self._journey, self._run_until)
             self._rebase()
             self.publish("ready")
             pacer = self._loop.create_task(self._pace())
@@ -182,6 +197,8 @@ class VirtualService:
         control.serve(f"process/{self._config.name}/status", self._process_status)
         control.serve(f"process/{self._config.name}/brief", self._brief)
         control.serve("rig/*", self._answer)
+        if self._prelude is not None:
+            control.serve(f"{QUESTION}/*", self._prelude.answer)
 
     async def _answer(self, verb: str, message: Any) -> Any:
         match verb, message:
@@ -311,6 +328,7 @@ class VirtualService:
             "now_ns": self._journey.now_ns,
             "first_ns": self._journey.first_ns,
             "speed": self._speed,
+            **({} if self._prelude is None else {"prelude": self._prelude.name}),
             "processes": {self._config.name: self._own_process()},
             **self.beside(),
         }

@@ -22,6 +22,9 @@ REACH: Final = 5
 LONGEST_START_S: Final = 20.0
 """Time that a device may need to have its program again after a reset, in seconds."""
 
+STANDING: Final = ("paused", "failed")
+"""The states of a task that has stopped in the middle of its program."""
+
 Moments = Callable[[float | None], Iterator[object]]
 """Yields about 50 times a second, for a number of seconds; None means without end."""
 
@@ -206,13 +209,21 @@ class Debugger:
             travel.back(duration_ns(arguments[0]))
         else:
             for _ in range(count(arguments)):
-                travel.back_by_line(self._standing())
+                self._back_by_line(travel)
         self.show_place()
+
+    def _back_by_line(self, travel: Travel) -> None:
+        """Go back by a line; in a rig that is paused between two cycles, to the line that ran last."""
+        threads = self._ask({"command": "state"})["threads"]
+        if threads and travel.is_rig_paused and not any(one["state"] in STANDING for one in threads):
+            travel.back_to_last_line(self._chosen or int(threads[0]["number"]))
+        else:
+            travel.back_by_line(self._standing())
 
     def _standing(self) -> int:
         """Return the task that stands, or the chosen one of several.  ValueError if none does."""
         threads = self._ask({"command": "state"})["threads"]
-        standing = [thread["number"] for thread in threads if thread["state"] in ("paused", "failed")]
+        standing = [thread["number"] for thread in threads if thread["state"] in STANDING]
         if not standing:
             raise ValueError("no task is paused\n`pause` pauses the program, `back 12.34s` goes to a time")
         chosen = self._chosen

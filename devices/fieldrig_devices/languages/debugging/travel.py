@@ -14,6 +14,8 @@ Ask = Callable[[Mapping[str, Any]], dict[str, Any]]
 """Puts a question to the debugging service of the device."""
 AskRig = Callable[[str, Any], dict[str, Any]]
 """Puts a question to the rig.  RigError if it refuses."""
+DEEPEST: Final = 1_000
+"""More callers than any routine has."""
 REAL_TIME: Final = "a rig in real time cannot go back\nstart it with `time: virtual`"
 NOTHING_BEFORE: Final = "there is nothing before this: the past that the rig remembers begins at"
 
@@ -30,6 +32,11 @@ class Travel:
         """True if the rig can go back."""
         return self._ask_rig("status", None).get("first_ns") is not None
 
+    @property
+    def is_rig_paused(self) -> bool:
+        """True while the rig stands still, between two instants."""
+        return bool(self._ask_rig("status", None).get("state") == "paused")
+
     def back(self, ns: int) -> None:
         """Go back to an instant."""
         self._with_breakpoints(lambda: self._ask_rig("back", {"ns": ns}))
@@ -40,6 +47,10 @@ class Travel:
         if not frames:
             raise ValueError("the task is between two cycles\nexpected a breakpoint first")
         return self._go({"thread": thread, "depth": len(frames) - 1})
+
+    def back_to_last_line(self, thread: int) -> Mapping[str, Any]:
+        """Go back to the line that a thread ran last before the rig was paused; return what was found."""
+        return self._go({"thread": thread, "depth": DEEPEST})
 
     def back_to(self, places: Sequence[Mapping[str, Any]], names: Sequence[str] = ()) -> Mapping[str, Any]:
         """Go back to the last time at one of these lines, or before one of these variables got its value."""
@@ -56,6 +67,10 @@ class Travel:
         """Return where and when a variable got the value that it has.  ValueError if the past does not tell."""
         self._check()
         return self._checked(self._ask_rig("last", self._search({"names": [name]}))["found"])
+
+    def hold(self) -> None:
+        """Take note that the rig is paused, so that a program that goes on lets it run."""
+        self._is_held = True
 
     def run(self) -> None:
         """Let the rig run on, if a way back has paused it."""
