@@ -5,9 +5,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from fieldrig.control.messages import NoAnswerError
 from fieldrig.control.rig_status import joined
 from fieldrig.text.durations import duration_ns
 from fieldrig_page.api import Call, Operation
+from fieldrig_page.guard import DeniedError
 from fieldrig_page.rig_link import RigLink
 
 
@@ -25,6 +27,15 @@ class Step(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
     duration: str = Field(alias="for", description="how long to run, such as 10 ms", examples=["10 ms"])
+
+
+class Back(BaseModel):
+    """A way back in virtual time."""
+
+    model_config = ConfigDict(extra="forbid")
+    to: str = Field(
+        description="the instant of the rig that becomes the present, such as 12.34 s", examples=["12.34 s"]
+    )
 
 
 class Time(BaseModel):
@@ -54,6 +65,17 @@ def operations(link: RigLink) -> Iterator[Operation]:
         duration: Step = call.body
         return await link.ask("rig/step", {"ns": duration_ns(duration.duration)}, LONGEST_STEP_S)
 
+    async def back(call: Call) -> Any:
+        instant: Back = call.body
+        return await link.ask("rig/back", {"ns": duration_ns(instant.to)}, LONGEST_STEP_S)
+
+    async def timeline(_call: Call) -> Any:
+        try:
+            return await link.ask("prelude/timeline")
+        except NoAnswerError as cause:
+            remedy = "`fieldrig scenario open FILE` starts one that has"
+            raise DeniedError(404, "this rig has not been played a scenario", remedy) from cause
+
     async def stop(_call: Call) -> dict[str, Any]:
         await link.ask("rig/stop")
         return {}
@@ -66,6 +88,8 @@ def operations(link: RigLink) -> Iterator[Operation]:
     yield Operation("POST", "rig/pause", "Pause virtual time.", pause, gives=Time)
     yield Operation("POST", "rig/run", "Let virtual time run, at a speed if one is given.", run, Speed, Time)
     yield Operation("POST", "rig/step", "Let virtual time run for a duration, then pause.", step, Step, Time)
+    yield Operation("POST", "rig/back", "Make an instant of the past the present, and pause.", back, Back, Time)
+    yield Operation("GET", "timeline", "Return what a scenario did to the rig, its signals and violations.", timeline)
     yield Operation("POST", "rig/stop", "Stop the rig, and with it this page.", stop)
     yield Operation(
         "POST",

@@ -11,7 +11,7 @@ from fieldrig_page.rig_link import RigLink
 PERIOD_S: Final = 0.5
 DETAIL_LOOKS: Final = 10
 """Looks after which each process is asked for its figures: it reads its memory for them, which takes milliseconds."""
-SHOWN: Final = ("state", "time", "uptime_s", "now_ns", "speed", "late")
+SHOWN: Final = ("state", "time", "uptime_s", "now_ns", "speed", "late", "prelude")
 
 
 class RigState:

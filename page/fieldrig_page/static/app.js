@@ -4,7 +4,8 @@ import { useEffect, useLayoutEffect, useState } from 'preact/hooks';
 import { live, role, useAnswer, useLive, useModule, useWish } from './live.js';
 
 // Each view is a module with `export function View({rig, path, role})`; `path` is what follows its hash.  One that needs
-// a name, such as `#/device/NAME`, is hidden from the navigation.  `of` says what the name in its address is one of.
+// a name, such as `#/device/NAME`, is hidden from the navigation.  `of` says what the name in its address is one of, and
+// `needs` what the rig must have for the view to be in the navigation.
 const VIEWS = [
   { title: 'Picture', hash: 'picture', load: () => import('./picture.js') },
   { title: 'Device', hash: 'device', isHidden: true, of: ['devices'], load: () => import('./device.js') },
@@ -15,6 +16,7 @@ const VIEWS = [
   { title: 'Faults', hash: 'faults', of: ['devices', 'buses'], load: () => import('./faults.js') },
   { title: 'Programs', hash: 'programs', of: ['devices'], load: () => import('./programs.js') },
   { title: 'Time', hash: 'time', load: () => import('./time.js') },
+  { title: 'Time line', hash: 'timeline', needs: 'prelude', load: () => import('./timeline.js') },
 ];
 // What `#/` shows.
 const FIRST = VIEWS[0];
@@ -41,7 +43,7 @@ function App() {
     <header>
       <a class="mark" href="#/" aria-label=${`${greeting.rig}, to the first view`}><${Mark} /><h1>${greeting.rig}</h1></a>
       <${Pill} state=${state} rig=${rig} />
-      <nav aria-label="views">${VIEWS.filter((one) => !one.isHidden).map((one) => html`
+      <nav aria-label="views">${VIEWS.filter((one) => !one.isHidden && (!one.needs || rig[one.needs] !== undefined)).map((one) => html`
         <a href=${`#/${one === FIRST ? '' : one.hash}`} aria-current=${one === view ? 'page' : null}>${one.title}</a>`)}</nav>
       <p class="facts">${facts(whole)}</p>
     </header>
