@@ -165,7 +165,7 @@ class CanopenBus:
         emergencies = [one for one in log.life.emergencies if not (has_cause and one.code in WRONG_LENGTH)]
         model.faults += faults_of(emergencies, self._log.start_ns, is_drive=is_drive)
         if drive is not None:
-            drive.write()
+            drive.write(self._log.start_ns)
             model.boot_up_ms = drive.settings.boot_up_ms
         return model
 

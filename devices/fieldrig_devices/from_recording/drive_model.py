@@ -10,6 +10,7 @@ from fieldrig_devices.cia402.single.own_objects import EDS
 from fieldrig_devices.cia402.single.personality import PersonalitySettings, personality, scale_speeds
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.from_recording.drive_fit import Fit, fit
+from fieldrig_devices.from_recording.drive_mains import late_mains
 from fieldrig_devices.from_recording.drive_signs import brake_lift_ms, signs_of
 from fieldrig_devices.from_recording.drive_words import words_of
 from fieldrig_devices.from_recording.node_model import NodeModel
@@ -27,13 +28,13 @@ class DriveModel:
 
     def __init__(self, model: NodeModel) -> None:
         self._model, self._logs = model, model.log.objects
-        words = words_of(self._logs.words, model.pdos)
+        self._words = words = words_of(self._logs.words, model.pdos)
         self._lift = brake_lift_ms(words)
         refused = frozenset(refused_indices(self._logs.by_key))
         self._fit: Fit = fit(signs_of(model.log, words), self._logs, refused)
 
-    def write(self) -> None:
-        """Give the node the keys of the rig file, once it has its dictionary."""
+    def write(self, start_ns: int) -> None:
+        """Give the node the keys of the rig file, once it has its dictionary; the rig is switched on at `start_ns`."""
         model, chosen = self._model, self._fit
         if chosen.personality is not None:
             model.more["personality"] = chosen.personality
@@ -46,6 +47,12 @@ class DriveModel:
             variable = model.dictionary.get(int(key[:4], 16), int(key[5:], 16))
             if variable is not None:
                 model.objects.setdefault(key, variable.type.decode(variable.start))
+        mains = late_mains(self._words, start_ns)
+        if mains:
+            model.faults += mains
+            model.decisions.append(
+                "its mains come later (bit 4 of the status word), which its fault `mains_lost` repeats"
+            )
         model.decisions += chosen.why
 
     @property

@@ -45,7 +45,9 @@ class Life:
         """Instants of the requests of node guarding."""
         self.states: Counter[int] = Counter()
         self.first_state: int | None = None
-        self.is_started_by_master = self.runs_by_itself = False
+        self.started_ns: int | None = None
+        """When the master started the node first."""
+        self.runs_by_itself = False
         self.emergencies: list[Emergency] = []
         self.emergency_count = 0
         self.answers = 0
@@ -65,7 +67,8 @@ class Life:
         """Take a command of the NMT master for this node or for all."""
         if command in RESETS:
             self._reset = time_ns, command
-        self.is_started_by_master |= command is Command.START
+        if command is Command.START and self.started_ns is None:
+            self.started_ns = time_ns
         self._is_reset |= command is Command.RESET_NODE
         self._is_start_open = command is Command.START and not self._is_reset
 
@@ -88,7 +91,7 @@ class Life:
         self._is_asked = False
         if self._is_start_open:
             self.needs_reset, self._is_start_open = state != OPERATIONAL, False
-        if state == OPERATIONAL and not self.is_started_by_master:
+        if state == OPERATIONAL and self.started_ns is None:
             self.runs_by_itself = True
         self.first_state = state if self.first_state is None else self.first_state
         self.states[state] += 1

@@ -109,9 +109,14 @@ def heartbeat_ms(log: NodeLog) -> int:
 
 
 def runs_by_itself(log: NodeLog, pdos: list[PdoModel]) -> bool:
-    """True if the node is operational although the recording has no NMT command that starts it."""
-    sends = any(model.pdo.is_transmitted for model in pdos)
-    return log.life.runs_by_itself or (sends and not log.life.is_started_by_master)
+    """True if the node is operational although no NMT command of the recording has started it.
+
+    The PDOs of a node that boots in the recording may be from before.
+    """
+    first = [model.log.first_ns for model in pdos if model.pdo.is_transmitted]
+    started_ns = log.life.started_ns
+    is_before = started_ns is None or (not log.life.boots and min(first, default=started_ns) < started_ns)
+    return log.life.runs_by_itself or (bool(first) and is_before)
 
 
 def fill(model: NodeModel) -> None:
