@@ -51,7 +51,7 @@ def integer(text: str) -> int:
     base_text, mark, digits = text.partition("#")
     if not mark:
         if not base_text.replace("_", "").isdecimal():
-            raise LiteralError(f"{text} is not an integer", "digits")
+            raise LiteralError(f"{text} is not an integer" if text else "the number is missing", "digits")
         value = int(base_text.replace("_", ""))
     else:
         base = int(base_text) if base_text.isdecimal() else 0

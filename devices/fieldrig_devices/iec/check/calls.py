@@ -80,6 +80,10 @@ def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression 
         return standard.call(checker, name.upper(), node, wanted)
     if context.project.lacks_base(context.block):
         return None
+    if context.is_type(name):
+        hint = f"{name}#... gives a number its type, and ..._TO_{name}(...) converts a value"
+        context.say(node, f"{name} is a type", "a function", hint if name.upper() in Elementary.__members__ else "")
+        return None
     functions = [known for known, pou in context.project.pous.items() if pou.kind is PouKind.FUNCTION]
     hint = context.project.reports.closest(name, functions)
     context.say(node, f"the function {name} is not declared", "" if hint else "a declared or standard function", hint)

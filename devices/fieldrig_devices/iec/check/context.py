@@ -7,6 +7,7 @@ from typing import Final
 
 from fieldrig_devices.iec.check.extension import Extension
 from fieldrig_devices.iec.check.project import Entity, PouSource, Project
+from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.program import Pou, Space, Variable
 from fieldrig_devices.iec.tree import Call, Node, Position, PouKind, Section
 from fieldrig_devices.iec.types import Type
@@ -78,6 +79,10 @@ class Context:
     def note(self, node: Node, what: str, hint: str = "") -> None:
         self.project.reports.note(self.file, position_of(node), what, hint)
 
+    def is_type(self, name: str) -> bool:
+        """Return whether this is the name of a type: elementary, STRING and WSTRING, or declared."""
+        return name.upper() in ("STRING", "WSTRING") or self.project.named_type(name) is not None
+
     def say_unknown(self, node: Node, name: str, expected: str = "") -> None:
         """Report an unknown name, once in each body."""
         if not name or name[0].isdigit():  # the parser has reported it
@@ -87,6 +92,12 @@ class Context:
         self._unknown.add(self.key(name))
         if self.key(name) in self.project.names:
             self.say(node, f"{name} is defined by itself", "a constant")
+            return
+        if self.is_type(name):
+            self.say(node, f"{name} is a type", expected or "a value", f"x : {name}; declares a variable of it")
+            return
+        if intrinsics.is_standard(name):
+            self.say(node, f"{name} is a FUNCTION", expected or "a value", f"{name}(...) calls it")
             return
         entities = chain(self.names.items(), self.project.names.items())
         known = (getattr(entity, "name", name) for name, entity in entities)

@@ -210,6 +210,9 @@ def _named(checker: Checker, node: tree.Expression, wanted: Type | None) -> Expr
             return constants.narrowed(Load(meaning), meaning.variable.narrow)
         return None if meaning.type is UNKNOWN else Load(meaning)
     if isinstance(meaning, Pou) and meaning.kind is PouKind.PROGRAM and meaning.instance is not None:
+        if isinstance(wanted, Elementary):
+            checker.context.say(node, f"{meaning.name} is a PROGRAM", "a value", f"{meaning.name}.x is its variable x")
+            return None
         return Load(Cell(meaning.instance, meaning.instance.type))
     if isinstance(meaning, Pou) and meaning.owner is not None:
         checker.context.say(node, f"{meaning.name} is an action", "a value", f"call it as a statement: {text(node)};")

@@ -12,7 +12,10 @@ from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.source_file import SourceFile
 
 NAMES = "i, n : INT; b : BOOL; s : STRING; r : REAL; a : ARRAY[1..3] OF INT; t : TON;"
-FUNCTION = "FUNCTION Add2 : INT VAR_INPUT x, y : INT; END_VAR Add2 := x + y; END_FUNCTION\n"
+FUNCTION = (
+    "TYPE Colour : (red, green); END_TYPE\n"
+    "FUNCTION Add2 : INT VAR_INPUT x, y : INT; END_VAR Add2 := x + y; END_FUNCTION\n"
+)
 
 # Statement, and its only message: column, what is wrong, what was expected, hint.
 STATEMENTS = [
@@ -71,6 +74,28 @@ STATEMENTS = [
         "CASE i OF 1: n := 2; default: n := 3; END_CASE;",
         "22 default is not declared;  | the last branch of CASE begins with ELSE",
     ),
+    ("i := INT;", "6 INT is a type; a value | x : INT; declares a variable of it"),
+    ("i := n + int;", "10 int is a type; a value | x : int; declares a variable of it"),
+    ("INT := i;", "1 INT is a type; a value | x : INT; declares a variable of it"),
+    ("i := INT[3];", "6 INT is a type; a value | x : INT; declares a variable of it"),
+    ("IF i > LREAL THEN n := 1; END_IF;", "8 LREAL is a type; a value | x : LREAL; declares a variable of it"),
+    ("s := STRING;", "6 STRING is a type; a value | x : STRING; declares a variable of it"),
+    ("i := Colour;", "6 Colour is a type; a value | x : Colour; declares a variable of it"),
+    ("i := a[BYTE];", "8 BYTE is a type; a value | x : BYTE; declares a variable of it"),
+    ("i := t.PT + TIME;", "13 TIME is a type; a value | x : TIME; declares a variable of it"),
+    ("INT(3);", "1 INT is a type; an instance, program, action or function | x : INT; declares a variable of it"),
+    (
+        "i := DINT(n);",
+        "6 DINT is a type; a function | DINT#... gives a number its type, and ..._TO_DINT(...) converts a value",
+    ),
+    ("i := Colour(3);", "6 Colour is a type; a function | "),
+    ("r := ABS;", "6 ABS is a FUNCTION; a value | ABS(...) calls it"),
+    ("r := r + sqrt;", "10 sqrt is a FUNCTION; a value | sqrt(...) calls it"),
+    ("i := REAL_TO_INT;", "6 REAL_TO_INT is a FUNCTION; a value | REAL_TO_INT(...) calls it"),
+    ("i := t;", "6 t is a TON; INT | "),
+    ("i := TON;", "6 TON is a FUNCTION_BLOCK; a value | declare x : TON;"),
+    ("i := PLC_PRG;", "6 PLC_PRG is a PROGRAM; a value | PLC_PRG.x is its variable x"),
+    ("i := INT#;", "6 the number is missing; digits | "),
 ]
 TYPES = [("boolean", "BOOL"), ("Integer", "INT"), ("float", "REAL"), ("double", "LREAL"), ("Int32", "DINT")]
 
