@@ -38,10 +38,13 @@ class Expression(NamedTuple):
         return expression_of, (self.text,)
 
     def holds(self, values: Mapping[str, Value]) -> bool:
-        """Return whether it is true.  TypeError for values that cannot be compared or counted with."""
+        """Return whether it is true; a result that no number is, as of a division by zero, is not.
+
+        TypeError for values that cannot be compared or counted with.
+        """
         try:
             return bool(self.evaluate(values))
-        except ZeroDivisionError:
+        except ArithmeticError:
             return False
 
 

@@ -1,0 +1,138 @@
+"""Wrong scenario files of all kinds: refused with their places, never with a traceback."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fieldrig.config.rig_file import load
+from fieldrig.errors import ConfigError
+from fieldrig.virtual.rig import Rig
+from fieldrig_devices.scenarios.checks import check
+from fieldrig_devices.scenarios.scenario_file import load_scenario
+
+LAB = Path(__file__).parents[3] / "configs" / "lab.yaml"
+GOOD: dict[str, Any] = {
+    "rig": str(LAB),
+    "overrides": ["seed=3"],
+    "after": "1s",
+    "for": "5s",
+    "steps": [
+        {"at": "1s", "set": {"drive/speed_set": 60, "drive/run": True}},
+        {"at": "2s", "press": {"drive/alarm_reset": True}, "hold": "200ms"},
+        {"when": "tank/level > 1", "nth": 2, "at": "1ms", "fault": "io power_off duration_ms=500"},
+        {"at": "3s", "send": {"can0": "000#0101"}},
+        {"at": "4s", "clear": "can0"},
+        {"at": "4s", "restart": "io"},
+    ],
+    "recover": [{"at": "0s", "set": {"drive/run": False}}],
+    "properties": {
+        "a": {"never": "tank/level < 0.1", "longer": "1ms", "after": "drive/run"},
+        "b": {"expect": "io/nmt.state == operational", "within": "1s", "after": "message(can0, id=0x0)"},
+        "c": {"stays": "drive/run", "until": "tank/level > 1", "within": "3s"},
+        "d": {"eventually": "count(can0, node=io) > 1 or diagnosis(io, 0x8130)", "within": "1s"},
+    },
+}
+ODD = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-5, 10**20),
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.sampled_from(
+        ["", " ", "1s", "-1s", "1e9h", "1 s", "tank/level", "tank", "/", "a//b", "tank/", "wires/x", "can0 drop",
+         "can0", "io power_off when=tank/level", "can0 drop probability=7", "message(can0", "message(can0, id=)",
+         "since()", "diagnosis(io)", "count(can9) > 1", "not", "((((", "1 / 0", "tank/level & 1", "'", "000#", "00#1",
+         "time=real", "!!python/object:os.system", "x" * 3000, "\u0000", "drive/run == 'a' > 3", "0x" + "f" * 900 + " / 3 > 1.5"]
+    ),
+    st.lists(st.integers(), max_size=2),
+    st.dictionaries(st.sampled_from(["at", "set", "a/b", "never", "tank/level"]), st.integers(), max_size=2),
+)  # fmt: skip
+
+
+def places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the path of every value in the data."""
+    children = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for key, value in children:
+        yield (*path, key)
+        yield from places(value, (*path, key))
+
+
+EVERY = list(places(GOOD))
+
+
+def changed(data: Any, path: tuple[Any, ...], odd: Any, *, is_key: bool) -> Any:
+    copy = json.loads(json.dumps(data))
+    inner = copy
+    for key in path[:-1]:
+        inner = inner[key]
+    if is_key and isinstance(inner, dict):
+        inner[str(odd)] = inner.pop(path[-1])
+    else:
+        inner[path[-1]] = odd
+    return copy
+
+
+@pytest.fixture(scope="module")
+def lab() -> Iterator[Rig]:
+    with Rig(load(LAB, ("time=virtual",))) as rig:
+        yield rig
+
+
+@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(path=st.sampled_from(EVERY), odd=ODD, is_key=st.booleans())
+def test_any_change_of_a_file_is_refused_with_its_place_or_plays(
+    tmp_path: Path, lab: Rig, path: tuple[Any, ...], odd: Any, is_key: bool
+) -> None:
+    file = tmp_path / "it.yaml"
+    file.write_text(json.dumps(changed(GOOD, path, odd, is_key=is_key), indent=1), encoding="utf-8")
+    try:
+        check(lab, load_scenario(file))
+    except ConfigError as wrong:
+        for mistake in wrong.mistakes:
+            assert mistake.what
+            assert mistake.file == str(file)
+            assert mistake.line is not None
+
+
+@given(st.text(max_size=200))
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_any_text_is_no_scenario(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "it.yaml"
+    file.write_text(text, encoding="utf-8", newline="")
+    with pytest.raises(ConfigError):
+        load_scenario(file)
+
+
+def test_the_file_of_these_tests_is_right(tmp_path: Path, lab: Rig) -> None:
+    file = tmp_path / "it.yaml"
+    file.write_text(json.dumps(GOOD), encoding="utf-8")
+    check(lab, load_scenario(file))
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "key", "what", "remedy"),
+    [
+        ("steps: [{at: 1s, set: {tank/levle: 1}}]", 2, "steps[0].set.tank/levle", "levle", "did you mean level?"),
+        ("steps: [{at: 1s, set: {tnak/level: 1}}]", 2, "steps[0].set.tnak/level", "tnak", "did you mean tank?"),
+        ("steps: [{at: 1s, fault: can0 dorp}]", 2, "steps[0].fault", "dorp", "did you mean drop?"),
+        ("steps: [{at: 1s, fault: can0 drop nod=io}]", 2, "steps[0].fault", "nod", "node"),
+        ("recover: [{at: 1s, restart: oi}]", 2, "recover[0].restart", "oi", "there are: tank, io"),
+        ("steps: [{at: 1, restart: io}]", 2, "steps[0].at", "expected a time with a unit", ""),
+        ("steps: [{at: 1s, reset: io}]", 2, "steps[0].reset", "no such key", "did you mean"),
+    ],
+)
+def test_a_mistake_has_line_key_and_what_was_expected(
+    tmp_path: Path, lab: Rig, text: str, line: int, key: str, what: str, remedy: str
+) -> None:
+    file = tmp_path / "it.yaml"
+    file.write_text(f"rig: {LAB}\n{text}\nproperties: {{a: {{never: tank/level > 3}}}}\n")
+    with pytest.raises(ConfigError) as caught:
+        check(lab, load_scenario(file))
+    [mistake, *_] = caught.value.mistakes
+    assert (mistake.line, mistake.key) == (line, key)
+    assert what in mistake.what
+    assert remedy in mistake.remedy
