@@ -61,7 +61,19 @@ def played_of(scenario: Scenario, overrides: Sequence[str] = (), trace: Trace | 
 def played_virtual(rig: Rig, scenario: Scenario) -> Played:
     """Play a scenario to a rig in virtual time, from the present instant on.  ConfigError for what it does not have."""
     check(rig, scenario)
+    if scenario.master is not None:
+        return _with_master(rig, scenario, scenario.master)
     return play(rig, scenario.schedule, scenario.properties, scenario.length_ns, recovery=scenario.recovery)
+
+
+def _with_master(rig: Rig, scenario: Scenario, master: Path) -> Played:
+    from fieldrig_devices.scenarios.with_master import MasterStage, mastered  # few scenarios have one
+
+    with (
+        MasterStage(rig, scenario.schedule, scenario.properties, recovery=scenario.recovery) as stage,
+        mastered(rig, master, scenario.jitter_ns),
+    ):
+        return stage.finish(scenario.length_ns)
 
 
 def played_live(rig: "LiveRig", scenario: Scenario, trace: Trace | None = None) -> Played:

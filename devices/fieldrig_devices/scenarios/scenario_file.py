@@ -127,6 +127,10 @@ class ScenarioSettings(Settings):
         "order of time, which counts from then",
     )
     properties: dict[str, PropertySettings] = Field(description="what has to hold, by name", min_length=1)
+    master: ConfigFile | None = Field(
+        default=None, description="a program of Python that begins with the scenario, as a master in virtual time"
+    )
+    jitter: Duration = Field(default=0, description="wake the master late by up to this time, by chance from the seed")
 
     @model_validator(mode="after")
     def _is_in_order(self) -> Self:
@@ -157,6 +161,10 @@ class Scenario(NamedTuple):
     properties: tuple[Property, ...]
     source: Source | None = None
     """The file, with the lines of its keys; None without one."""
+    master: Path | None = None
+    """A program of Python that acts as a master."""
+    jitter_ns: int = 0
+    """The longest time by which the master wakes up late."""
 
 
 def load_scenario(path: Path) -> Scenario:
@@ -174,7 +182,8 @@ def scenario_of(given: ScenarioSettings) -> Scenario:
     )
     properties = tuple(one.property(name) for name, one in given.properties.items())
     length_ns = length_of(schedule, properties) if given.length is None else given.length
-    return Scenario(given.rig, tuple(given.overrides), given.after, length_ns, schedule, recovery, properties)
+    scenario = Scenario(given.rig, tuple(given.overrides), given.after, length_ns, schedule, recovery, properties)
+    return scenario._replace(master=given.master, jitter_ns=given.jitter)
 
 
 def length_of(schedule: Schedule, properties: Sequence[Property]) -> int:

@@ -78,7 +78,7 @@ class Bench:
 
     def park(self, branch: Branch, piece: Piece, played: Run) -> None:
         """Keep a branch whose piece has ended if another one may go on from there."""
-        if piece.is_whole or played.violations:
+        if piece.is_whole or played.violations or self.plan.scenario.master is not None:
             branch.close()
             return
         self._parked[_end_of(played)] = branch
@@ -114,6 +114,8 @@ class Bench:
     def _nearest(self, piece: Piece) -> Branch:
         """Return a branch that has done the most of what comes before a piece, and nothing else."""
         standing, before = self._standing(piece.world), piece.before
+        if self.plan.scenario.master is not None:
+            return standing.root  # a master begins with the scenario, and has threads that no branch can have
         if not before:
             return standing.at(piece.from_ns)
         key = (piece.world, acts_text(before), piece.from_ns)

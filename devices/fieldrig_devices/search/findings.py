@@ -60,7 +60,7 @@ def write(scenario: Scenario, findings: Sequence[Finding], folder: Path) -> list
 def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:
     """Return a scenario file, for a folder, with the one property that does not hold; all for one of every rig."""
     rules = [one for one in scenario.properties if one.name == finding.property] or scenario.properties
-    steps = (act for act in scenario.schedule if act.at_ns <= finding.length_ns)
+    steps = (act for act in scenario.schedule if act.when or act.at_ns <= finding.length_ns)
     acts = sorted((*steps, *finding.acts), key=lambda act: act.at_ns)
     overrides = [*scenario.overrides, *finding.world]
     lines = [
@@ -69,6 +69,8 @@ def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:
         *([f"# messages and their hash: {finding.hash}"] if finding.hash else []),
         f"rig: {_quoted(_relative(scenario.rig, folder))}",
         *([f"overrides: {json.dumps(overrides)}"] if overrides else []),
+        *([f"master: {_quoted(_relative(scenario.master, folder))}"] if scenario.master is not None else []),
+        *([f"jitter: {_time(scenario.jitter_ns)}"] if scenario.jitter_ns else []),
         f"after: {_time(scenario.after_ns)}",
         f"for: {_time(finding.length_ns)}",
         "steps:",
@@ -87,7 +89,9 @@ def _relative(file: Path, folder: Path) -> str:
 
 
 def _step(act: Act) -> str:
-    body: dict[str, Any] = {"at": _time(act.at_ns)}
+    body: dict[str, Any] = {"at": _time(act.at_ns)} if act.at_ns or not act.when else {}
+    body |= {"when": act.when} if act.when else {}
+    body |= {"nth": act.nth} if act.nth > 1 else {}
     match act.verb:
         case "set":
             body["set"] = {act.where: act.value}
@@ -96,6 +100,8 @@ def _step(act: Act) -> str:
         case "fault":
             assert isinstance(act.value, Mapping)
             body["fault"] = f"{act.where} {words_of_fault(act.value)}"
+        case "send":
+            body["send"] = {act.where: act.value}
         case _:
             body[act.verb] = act.where
     return _flow(body)

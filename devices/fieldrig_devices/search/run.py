@@ -4,7 +4,8 @@ A branch has a stage and an eye of its own, which its branches begin from.  The 
 and what crosses the pipe is small.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
 from fieldrig_devices.scenarios.play import Played, Stage
@@ -28,6 +29,7 @@ class Edges(NamedTuple):
 class Present(NamedTuple):
     """What a process has of the scenario that it plays."""
 
+    plan: Plan
     stage: Stage
     eye: Eye
     recovers: bool
@@ -39,10 +41,15 @@ _present: list[Present] = []
 
 def begin(rig: "Rig", plan: Plan) -> None:
     """Begin the scenario, which ends at the first violation.  RigError for a place that the rig does not have."""
-    scenario = plan.scenario
-    stage = Stage(rig, scenario.schedule, scenario.properties, recovery=scenario.recovery, stops_early=True)
+    scenario, kind = plan.scenario, Stage
+    if scenario.master is not None:
+        from fieldrig_devices.scenarios.with_master import MasterStage, load_libraries  # most programs are the rig's
+
+        kind = MasterStage
+        load_libraries(scenario.master)
+    stage = kind(rig, scenario.schedule, scenario.properties, recovery=scenario.recovery, stops_early=True)
     recovers = any(one.kind is Kind.EVENTUALLY for one in scenario.properties)
-    _present[:] = [Present(stage, Eye(rig, plan.sorts, plan.states), recovers)]
+    _present[:] = [Present(plan, stage, Eye(rig, plan.sorts, plan.states), recovers)]
 
 
 def advance(rig: "Rig", until_ns: int) -> None:
@@ -52,24 +59,47 @@ def advance(rig: "Rig", until_ns: int) -> None:
 
 def play_piece(rig: "Rig", piece: Piece) -> Run:
     """Play a piece from where this branch is, which has done what comes before that."""
-    stage, eye, recovers = _present[0]
+    with _master(rig):
+        return _play_piece(rig, piece)
+
+
+def _play_piece(rig: "Rig", piece: Piece) -> Run:
+    plan, stage, eye, recovers = _present[0]
     _go_to(piece)
     if piece.is_whole:
         stage.finish(piece.until_ns)
         return _run(piece)
     eye.forget()
     stage.run_until(piece.until_ns)
+    states = eye.states()
     if not recovers or stage.violations:
-        return _run(piece)._replace(states=eye.states())
+        return _run(piece)._replace(states=states)
+    if plan.scenario.master is not None:  # nothing goes on from here, as the threads of a master cannot be copied
+        stage.finish(piece.until_ns)
+        return _run(piece)._replace(states=states)
     with rig.branch() as end:  # whether the machine comes back is seen beside, as the next piece may go on from here
         ended = end.call(play_piece, piece._replace(from_ns=piece.until_ns, is_whole=True))
-    return _run(piece)._replace(states=eye.states(), violations=ended.violations, way=ended.way)
+    return _run(piece)._replace(states=states, violations=ended.violations, way=ended.way)
 
 
 def play_told(rig: "Rig", piece: Piece) -> Played:
     """Play a whole piece with all that a report needs."""
-    _go_to(piece)
-    return _present[0].stage.finish(piece.until_ns)
+    with _master(rig):
+        _go_to(piece)
+        return _present[0].stage.finish(piece.until_ns)
+
+
+@contextmanager
+def _master(rig: "Rig") -> Iterator[None]:
+    """Have the master of the plan act meanwhile, if it has one."""
+    scenario = _present[0].plan.scenario
+    if scenario.master is None:
+        yield
+        return
+    from fieldrig_devices.scenarios.with_master import mastered
+
+    with mastered(rig, scenario.master, scenario.jitter_ns, is_quiet=True):
+        yield
 
 
 def edges(rig: "Rig", places: Sequence[str], length_ns: int) -> Edges:
@@ -79,7 +109,8 @@ def edges(rig: "Rig", places: Sequence[str], length_ns: int) -> Edges:
     rig.on_instant(lambda: instants.add(stage.now_ns))
     for name in places:
         stage.follow(name)
-    tracks = stage.finish(length_ns).tracks
+    with _master(rig):
+        tracks = stage.finish(length_ns).tracks
     changes = {at_ns for track in tracks.values() for at_ns, _ in track if 0 < at_ns <= length_ns}
     return Edges(tuple(sorted(changes)), tuple(sorted({at_ns for at_ns in instants if at_ns <= length_ns} - changes)))
 
@@ -93,7 +124,7 @@ def _go_to(piece: Piece) -> None:
 
 
 def _run(piece: Piece) -> Run:
-    stage, eye, _ = _present[0]
+    _, stage, eye, _ = _present[0]
     violations = stage.violations
     way = eye.way() if violations else b""
     return Run(piece.acts, violations, piece.until_ns, world=piece.world, marks=eye.marks(), way=way)

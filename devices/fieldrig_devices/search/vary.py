@@ -92,6 +92,9 @@ class VarySettings(Settings):
     faults: Annotated[FaultsSettings | None, BeforeValidator(_as_faults)] = Field(
         default=None, description="all faults of some buses and devices: their names, or {where: ..., kinds: ...}"
     )
+    send: dict[str, Texts] | None = Field(
+        default=None, description="CAN buses with frames as of `cansend`, and serial lines with bytes in hex"
+    )
     clear: Texts | None = Field(default=None, description="buses or devices whose faults end")
     restart: Texts | None = Field(default=None, description="devices that are switched off and on")
 
@@ -119,6 +122,8 @@ def _choices(rig: "Rig", given: VarySettings) -> Iterator[Choice]:
         yield Choice("fault", fault.pop("where"), (fault,))
     if given.faults is not None:
         yield from fault_choices(rig, given.faults)
+    for bus, texts in (given.send or {}).items():
+        yield Choice("send", bus, tuple(texts))
     for part in matching_parts(rig, given.clear or ()):
         yield Choice("clear", part)
     for part in matching_parts(rig, given.restart or ()):

@@ -38,12 +38,19 @@ PROCESSES: Final = ("fork", "forkpty", "posix_spawn", "posix_spawnp", "system")
 
 @contextmanager
 def virtual_time(
-    rig: Rig, *, jitter: float = 0.0, seed: int = 0, limit_s: float = LIMIT_S, patience_s: float = PATIENCE_S
+    rig: Rig,
+    *,
+    jitter: float = 0.0,
+    seed: int = 0,
+    limit_s: float = LIMIT_S,
+    patience_s: float = PATIENCE_S,
+    is_main_punctual: bool = False,
 ) -> Iterator[Rig]:
     """Run the body, and all threads that it starts, in the virtual time of the rig.
 
     Waiting takes no real time, and each run gives the same bytes.  With `jitter`, wake-ups are late by up to this time,
-    in seconds, by chance from `seed`, as on a busy host.  VirtualTimeError for what cannot be in virtual time: at once,
+    in seconds, by chance from `seed`, as on a busy host; with `is_main_punctual` those of the body are not.
+    VirtualTimeError for what cannot be in virtual time: at once,
     after `limit_s` seconds of virtual time, or when a thread has computed for `patience_s` seconds of real time.
     """
     if threading.current_thread() is not threading.main_thread():
@@ -51,6 +58,7 @@ def virtual_time(
     if any_scheduler() is not None:
         raise VirtualTimeError("this process is in virtual time already")
     scheduler, swaps, network = Scheduler(rig, limit_s, jitter, seed), Swaps(), Network()
+    scheduler.is_main_punctual = is_main_punctual
     watchdog, doors = Watchdog(scheduler, patience_s), None
     is_frozen = _freeze()
     try:

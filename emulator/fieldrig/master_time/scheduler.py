@@ -85,6 +85,8 @@ class Scheduler:
         self.lost: list[int] = []
         """The numbers of those that had their baton taken away."""
         self.switches = 0
+        self.is_main_punctual = False
+        """True if jitter is for the other threads only."""
         self._jitter_ns, self._random = round(jitter_s * S), Random(seed)
         self._runnable: deque[Member] = deque()
         self._timers: list[tuple[int, int, Member, int]] = []
@@ -188,7 +190,7 @@ class Scheduler:
         return me.is_notified
 
     def _set_timer(self, me: Member, until_ns: int) -> None:
-        if self._jitter_ns:
+        if self._jitter_ns and not (self.is_main_punctual and me is self.main):
             until_ns += self._random.randrange(self._jitter_ns + 1)
         self._orders += 1
         heapq.heappush(self._timers, (until_ns, self._orders, me, me.turn))
