@@ -30,6 +30,7 @@ import page_scope  # noqa: E402
 import pam  # noqa: E402
 import pam_language  # noqa: E402
 import pam_pipes  # noqa: E402
+import planted_bugs  # noqa: E402
 import plc_on_ring  # noqa: E402
 import program_tests  # noqa: E402
 import pulse_engine  # noqa: E402
@@ -70,6 +71,7 @@ BENCHMARKS = (
     branches,
     program_tests,
     coverage_cost,
+    planted_bugs,
     master_time,
     arp_language,
     arp_loop,

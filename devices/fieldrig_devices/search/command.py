@@ -68,6 +68,7 @@ def run(
     ] = "sweep,archive",
     budget: Annotated[str, typer.Option("--budget", metavar="DURATION", help="The time of this machine.")] = "60s",
     most: Annotated[int, typer.Option("--most", metavar="N", min=1, help="At most N runs.")] = 1_000_000,
+    is_first: Annotated[bool, typer.Option("--first", help="End at the first finding.")] = False,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="The seed of what is left to chance.")] = 1,
     workers: Annotated[int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Run N branches at a time.")] = 2,
     shard: Annotated[
@@ -98,7 +99,7 @@ def run(
     store.come_from(origin)
     with Bench(given) as bench, LocalCrew(bench, workers) as crew:
         one = Search(given, bench, crew, store, seed, part)
-        limits = Limits(duration_ns(budget) / S, most)
+        limits = Limits(duration_ns(budget) / S, most, is_first)
         one.go(chosen, limits, lambda line: typer.echo(line, err=as_json))
     found = store.findings()
     _show(found, as_json=as_json)

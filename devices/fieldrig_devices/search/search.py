@@ -22,6 +22,8 @@ class Limits(NamedTuple):
     budget_s: float
     """The time of the host."""
     most_runs: int
+    is_first: bool = False
+    """True if one finding is enough."""
 
 
 class Search:
@@ -43,7 +45,8 @@ class Search:
             strategy = STRATEGIES[name](Task(self._plan, self._bench, self._seed, self._shard))
 
             def may_start(until_s: float = until_s) -> bool:
-                return watch.seconds < until_s and self.runs < limits.most_runs
+                is_over = limits.is_first and bool(self._corpus.findings())
+                return watch.seconds < until_s and self.runs < limits.most_runs and not is_over
 
             self._follow(name, strategy, may_start)
             tell(strategy.told())

@@ -40,6 +40,7 @@ class Patch(NamedTuple):
 
 class PlantedBug(NamedTuple):
     name: str
+    kind: str
     about: str
     """What the engineer has done wrong."""
     patches: Sequence[Patch]
@@ -81,7 +82,9 @@ def planted_bugs() -> list[PlantedBug]:
 def _bug_of(file: Path) -> PlantedBug:
     given = yaml.safe_load(file.read_text(encoding="utf-8"))
     patches = [Patch(name, one["old"], one["new"]) for name, several in given["patch"].items() for one in several]
-    return PlantedBug(file.stem, given["about"], patches, given["plan"], given["trigger"], given["breaks"])
+    return PlantedBug(
+        file.stem, given["kind"], given["about"], patches, given["plan"], given["trigger"], given["breaks"]
+    )
 
 
 def _written(file: Path, given: Mapping[str, Any]) -> Path:
