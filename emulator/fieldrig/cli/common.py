@@ -125,6 +125,21 @@ def echo_json(value: Any) -> None:
     typer.echo(json_text(value))
 
 
+class JsonRows:
+    """Prints a list as JSON with one line for each value, as soon as it is there."""
+
+    def __init__(self) -> None:
+        self._before = "["
+
+    def add(self, value: Any) -> None:
+        typer.echo(f"{self._before}{json_text(value)}")
+        sys.stdout.flush()
+        self._before = ","
+
+    def end(self) -> None:
+        typer.echo("]" if self._before == "," else "[]")
+
+
 def json_text(value: Any, indent: int | None = None) -> str:
     """Return a value as JSON, in ASCII if the output has not all characters."""
     has_all = (sys.stdout.encoding or "").lower().replace("-", "") == "utf8"

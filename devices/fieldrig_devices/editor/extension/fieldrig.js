@@ -4,6 +4,7 @@
 const childProcess = require("node:child_process");
 const fs = require("node:fs");
 const path = require("node:path");
+const readline = require("node:readline");
 const vscode = require("vscode");
 
 const IN_FOLDER = [".venv/bin/fieldrig", ".venv/Scripts/fieldrig.exe"];
@@ -47,11 +48,12 @@ class Fieldrig {
   }
 
   // Run fieldrig to its end: { code, stdout, stderr }. A cancelled run has the code null; an error if it cannot be started.
-  run(uri, words, { input = "", token } = {}) {
+  run(uri, words, { input = "", token, onLine } = {}) {
     return new Promise((resolve, reject) => {
       const child = this.start(uri, words);
       const out = { stdout: [], stderr: [] };
       for (const name of Object.keys(out)) child[name].on("data", (data) => out[name].push(data));
+      if (onLine) readline.createInterface({ input: child.stdout }).on("line", onLine);
       const cancelled = token?.onCancellationRequested(() => child.kill());
       child.on("error", (cause) => reject(new Error(`fieldrig cannot be started: ${cause.message}`)));
       child.on("close", (code) => {
@@ -72,6 +74,14 @@ class Fieldrig {
     } catch {
       throw new Error(stderr.trim() || `fieldrig ${words[0]} has answered ${JSON.stringify(stdout.slice(0, 100))}`);
     }
+  }
+
+  // Run fieldrig, and give each value of the list that it prints to `take`, as soon as it is there.
+  async each(uri, words, { token }, take) {
+    const onLine = (line) => {
+      if (/^[[,]{/.test(line)) take(JSON.parse(line.slice(1)));
+    };
+    await this.json(uri, words, { token, onLine });
   }
 
   // Say what went wrong, without stopping the user.

@@ -128,10 +128,10 @@ class Tests {
     const lcov = isCovered ? path.join(fs.mkdtempSync(path.join(os.tmpdir(), "fieldrig-")), "lcov.info") : "";
     try {
       const further = [...words, "--json", ...(lcov ? ["--lcov", lcov] : [])];
-      for (const outcome of await this._fieldrig.json(folder, [...this._words(folder, ...paths), ...further], { token })) {
+      await this._fieldrig.each(folder, [...this._words(folder, ...paths), ...further], { token }, (outcome) => {
         const item = open.get(outcome.id);
         if (item && open.delete(outcome.id)) report(run, item, outcome);
-      }
+      });
       if (lcov && fs.existsSync(lcov)) this._cover(run, folder, fs.readFileSync(lcov, "utf8"));
       open.forEach((item) => run.errored(item, new vscode.TestMessage("fieldrig has not reported this test")));
     } catch (cause) {

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli import covering
-from fieldrig.cli.common import AsJson, echo_json, writing
+from fieldrig.cli.common import AsJson, JsonRows, echo_json, writing
 from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands.choosing import Keywords, Paths, Timeout, Workers, chosen_work
 from fieldrig_devices.iec.commands.sources import DialectOption, dialect_named
@@ -115,16 +115,18 @@ class _Run:
         from fieldrig_devices.iec.testing.reports.as_json import outcome_json
 
         watch, outcomes, suite = Stopwatch(), list["Outcome"](), ""
+        rows = JsonRows() if self._as_json else None
         for outcome in run_work(work, self._limits, self._workers):
             outcomes.append(outcome)
-            if self._as_json:
+            if rows is not None:
+                rows.add(outcome_json(outcome))
                 continue
             if outcome.case.suite != suite:
                 suite = outcome.case.suite
                 typer.echo(suite)
             typer.echo(people.line_of(outcome))
-        if self._as_json:
-            echo_json([outcome_json(outcome) for outcome in outcomes])
+        if rows is not None:
+            rows.end()
             return outcomes
         for line in people.details(outcomes):
             typer.echo(line)

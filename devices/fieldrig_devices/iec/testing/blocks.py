@@ -16,6 +16,7 @@ from fieldrig_devices.iec.testing.case import FAULT, MISTAKE, TIMEOUT, Case, Fai
 from fieldrig_devices.iec.testing.compiled import Tested, compile_tests
 from fieldrig_devices.iec.testing.extension import CaseBlock
 from fieldrig_devices.iec.testing.in_rig import Rigs
+from fieldrig_devices.iec.testing.rig_places import mistakes_of_rigs
 from fieldrig_devices.iec.testing.runner import Runner
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 
@@ -50,11 +51,12 @@ class BlockSource:
         return {*(one.path for one in found), *(self._file.parent / rig.file for rig in rigs)}
 
     def mistakes(self) -> Sequence[Mistake]:
-        """Return the mistakes and notes of the test file and its code."""
+        """Return the mistakes and notes of the test file, of its code, and of its rigs and their places."""
         try:
-            return self._compiled().compiled.notes
+            tested = self._compiled()
         except CompileError as wrong:
             return wrong.mistakes
+        return [*tested.compiled.notes, *mistakes_of_rigs(self._file, self._test.unit, tested.blocks)]
 
     def run(self, chosen: Sequence[Case], limits: Limits) -> Iterator[Outcome]:
         try:

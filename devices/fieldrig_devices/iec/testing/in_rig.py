@@ -71,7 +71,7 @@ class Rigs:
         self._stack.close()
 
     def _of(self, use: tree.RigUse) -> "Rig":
-        key = use.file, _after_ns(use)
+        key = use.file, after_ns(use)
         if key not in self._booted:
             from fieldrig.virtual.branches import warm
 
@@ -83,19 +83,24 @@ class Rigs:
         from fieldrig.config.rig_file import load
         from fieldrig.virtual.rig import Rig
 
-        file = self._folder / use.file
-        if not file.is_file():
-            raise UsageError(f"there is no {use.file}", f"expected a rig file in {self._folder}")
-        rig = Rig(load(file, ("time=virtual",)))
+        rig = Rig(load(rig_file(self._folder, use), ("time=virtual",)))
         try:
-            rig.run_until(_after_ns(use))
+            rig.run_until(after_ns(use))
         except BaseException:
             rig.close()
             raise
         return rig
 
 
-def _after_ns(use: tree.RigUse) -> int:
+def rig_file(folder: Path, use: tree.RigUse) -> Path:
+    """Return the rig file of a test.  UsageError if there is none."""
+    file = folder / use.file
+    if not file.is_file():
+        raise UsageError(f"there is no {use.file}", f"expected a rig file in {folder}")
+    return file
+
+
+def after_ns(use: tree.RigUse) -> int:
     """Return the time for which a rig runs before its tests.  UsageError for what is no constant time."""
     match use.delay:
         case None:

@@ -60,6 +60,8 @@ class Recorder:
     def look(self, assertion: Assertion) -> None:
         for name in assertion.names:
             self._follow(name)
+            if name in self._tracks:  # the signals of the last statement are shown, whatever others there are
+                self._tracks[name] = self._tracks.pop(name)
         for name, track in self._tracks.items():
             symbol = self._symbols[name]
             assert symbol is not None

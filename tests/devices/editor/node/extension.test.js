@@ -42,6 +42,10 @@ class Answers {
     this.asked.push(words);
     return this._answers(words, options);
   }
+  async each(where, words, options, take) {
+    for (const value of await this.json(where, words, options)) take(value);
+  }
+
   json(where, words, options) {
     return this.run(where, words, options);
   }
@@ -147,6 +151,24 @@ test("a program that prints no JSON is an error with its own words", async () =>
     await assert.rejects(new Fieldrig(FOLDER).json(here, ["status"]), /^Error: error: no rig$/);
     vscode.settings.command = ["/nowhere/fieldrig"];
     await assert.rejects(new Fieldrig(FOLDER).json(here, ["status"]), /cannot be started/);
+  } finally {
+    delete vscode.settings.command;
+  }
+});
+
+test("each value of a list is taken as soon as it is printed, before the program has ended", async () => {
+  const program = `
+    console.log('[{"id": "one"}');
+    process.stdin.on("end", () => console.log(',{"id": "two"}\\n]')).resume();
+  `;
+  vscode.settings.command = [process.execPath, "-e", program];
+  vscode.workspace.workspaceFolders = [];
+  try {
+    const taken = [];
+    await new Fieldrig(FOLDER).each(vscode.Uri.file(__filename), [], {}, (value) => taken.push(value.id));
+    assert.deepStrictEqual(taken, ["one", "two"]);
+    vscode.settings.command = [process.execPath, "-e", "console.error('error: no tests'); process.exit(2)"];
+    await assert.rejects(new Fieldrig(FOLDER).each(vscode.Uri.file(__filename), [], {}, () => {}), /^Error: error: no tests$/);
   } finally {
     delete vscode.settings.command;
   }

@@ -1,13 +1,17 @@
 """Test files with mistakes: all are listed, each with its line, and none ends in a traceback."""
 
+import json
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from st_tests import MOTOR, as_json, iec_test, one, written
+from st_tests import LAMP_RIG, MOTOR, as_json, iec_test, one, written
+from typer.testing import CliRunner, Result
 
+from fieldrig.system.exits import Exit
+from fieldrig_devices.iec.commands import app
 from fieldrig_devices.iec.dialect import EDITION_3
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.printer import print_unit
@@ -184,3 +188,40 @@ def test_any_test_has_an_outcome(statements: list[str], dialect: str) -> None:
         outcome = one(Path(folder), body + "\n".join(statements), dialect=dialect, timeout_s=0.05)
     assert outcome.verdict in Verdict
     assert all(failure.kind for failure in outcome.failures)
+
+
+LAMP = "PROGRAM PLC_PRG\nVAR lamp AT %QX0.0 : BOOL; END_VAR\nlamp := TRUE;\nEND_PROGRAM\n"
+
+
+def checked(path: Path, *options: str) -> Result:
+    return CliRunner().invoke(app, ["check", str(path), "--dialect", "edition-3", *options])
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "what"),
+    [
+        ("TEST 'a' VAR b : Nothing; END_VAR ; END_TEST", 1, "the type Nothing is not declared"),
+        ("TEST 'a'\nASSERT_EQ(1 = 1, 3);\nEND_TEST", 2, "= between BOOL and the number 3"),
+        ("TEST 'a'\nASERT_TRUE(TRUE);\nEND_TEST", 2, "ASERT_TRUE is not declared"),
+        ("TEST 'a' RIG 'nothing.yaml' ; END_TEST", 1, "there is no nothing.yaml"),
+        ("TEST 'a' RIG 'lamp.yaml'\nVAR b AT 'lmp/x' : BOOL; END_VAR ; END_TEST", 2, "lamp.yaml has no 'lmp'"),
+        ("TEST 'a' RIG 'lamp.yaml' AFTER 3 ; END_TEST", 1, "the time behind AFTER in line 1 is no time"),
+        ("RIG 'lamp.yaml'\nSETUP\nVAR b AT 'plcs/x' : BOOL; END_VAR END_SETUP TEST 'a' ; END_TEST", 3, "has no 'plcs'"),
+    ],
+)
+def test_the_check_of_a_program_looks_into_its_tests(tmp_path: Path, text: str, line: int, what: str) -> None:
+    (tmp_path / "lamp.yaml").write_text(LAMP_RIG)
+    written(tmp_path, lamp=LAMP, code_test=text)
+    done = checked(tmp_path / "code_test.st", "--json")
+    assert done.exit_code == Exit.WRONG
+    mistake = next(one for one in json.loads(done.stdout) if what in one["what"])
+    assert (Path(mistake["file"]).name, mistake["line"]) == ("code_test.st", line)
+
+
+def test_right_tests_have_no_mistakes(tmp_path: Path) -> None:
+    (tmp_path / "lamp.yaml").write_text(LAMP_RIG)
+    test = "TEST 'a' RIG 'lamp.yaml' VAR b AT 'terminal/plc/state' : STRING; END_VAR ASSERT_TRUE(TRUE); END_TEST"
+    written(tmp_path, lamp=LAMP, code_test=test)
+    done = checked(tmp_path)
+    assert done.exit_code == 0, done.output
+    assert "Code Size: " in done.stdout
