@@ -8,11 +8,11 @@ from fieldrig.errors import ConfigError, ControlError, Mistake, RigError
 from fieldrig.faults.condition import condition_of
 from fieldrig.faults.faults import fault_of
 from fieldrig.faults.power import models_of_device
+from fieldrig.points.names import split_point
 from fieldrig.text.nearest import closest
 from fieldrig_devices.scenarios.act import Act, Schedule
-from fieldrig_devices.scenarios.calls import call_of
 from fieldrig_devices.scenarios.expression import expression_of
-from fieldrig_devices.scenarios.places import place_of
+from fieldrig_devices.scenarios.places import ReadOnly, place_of
 from fieldrig_devices.scenarios.scenario_file import Scenario
 from fieldrig_devices.scenarios.sending import message_of
 from fieldrig_devices.scenarios.watching import check_judged
@@ -63,9 +63,13 @@ def _check_act(rig: "Rig", act: Act) -> None:
     """RigError for an action that the rig cannot take; whether a place takes a value is seen when it is written."""
     buses, devices = rig.config.buses, rig.config.devices
     if act.verb in ("set", "press"):
-        if call_of(act.where) is not None:
-            raise ControlError(f"{act.where} cannot be written", "expected a point of a device, or a signal of a bus")
-        place_of(rig, act.where).read()
+        place = place_of(rig, act.where)
+        place.read()
+        if isinstance(place, ReadOnly):
+            place.write(False)
+        device, key = split_point(act.where)
+        if device in devices and not rig.facts(device).get(key, {}).get("writable", True):
+            raise ControlError(f"{act.where} cannot be written", "expected a point that `fieldrig set` can write")
         return
     known = {"restart": [*devices], "send": [*buses]}.get(act.verb, [*buses, *devices])
     if act.where not in known:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from fieldrig.clock import S
 from fieldrig.device import Value
-from fieldrig.errors import ControlError
+from fieldrig.errors import ControlError, refusals
 from fieldrig.points.names import split_point
 from fieldrig.text.nearest import closest
 from fieldrig_bus.wires import Signal
@@ -36,7 +36,8 @@ class RigPlace(Protocol):
 
 def place_of(rig: "Rig", name: str) -> RigPlace:
     """Return a place, such as `tank/level` or `message(can0, id=0x181)`.  RigError if the rig does not have it."""
-    call = call_of(name)
+    with refusals(name):
+        call = call_of(name)
     if call is not None:
         return Diagnosis(rig, call) if call.kind == "diagnosis" else Traffic(rig, call)
     part, key = split_point(name)
@@ -105,14 +106,16 @@ class BusSignal:
         return rig.on_delivery(heard)
 
 
-class _ReadOnly:
+class ReadOnly:
+    """A place that nothing writes."""
+
     name: str
 
     def write(self, value: Value) -> None:
         raise ControlError(f"{self.name} cannot be written", "expected a point of a device, or a signal of a bus")
 
 
-class Traffic(_ReadOnly):
+class Traffic(ReadOnly):
     """Messages of a bus that are meant, from when it is made: whether one arrives now, their number, or their age."""
 
     def __init__(self, rig: "Rig", call: Call) -> None:
@@ -141,7 +144,7 @@ class Traffic(_ReadOnly):
         return self._rig.on_delivery(heard)
 
 
-class Diagnosis(_ReadOnly):
+class Diagnosis(ReadOnly):
     """Whether a device shows a diagnosis."""
 
     def __init__(self, rig: "Rig", call: Call) -> None:

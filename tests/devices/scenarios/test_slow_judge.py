@@ -60,7 +60,9 @@ def expected(
         case Kind.STAYS:
             return min(filter(lambda one: one is not None, (_left(moments, begin) for begin in begins)), default=None)
     assert within_ms is not None
-    met = any(healed_ms <= at_ms <= healed_ms + within_ms and state[0] for at_ms, state in moments)
+    before = [state for at_ms, state in moments if at_ms < healed_ms][-1:]  # which is so still when the faults are over
+    after_it = [state for at_ms, state in moments if healed_ms <= at_ms <= healed_ms + within_ms]
+    met = any(state[0] for state in (*before, *after_it))
     return None if met else healed_ms + within_ms
 
 

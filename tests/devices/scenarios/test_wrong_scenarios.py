@@ -82,7 +82,7 @@ def lab() -> Iterator[Rig]:
         yield rig
 
 
-@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(path=st.sampled_from(EVERY), odd=ODD, is_key=st.booleans())
 def test_any_change_of_a_file_is_refused_with_its_place_or_plays(
     tmp_path: Path, lab: Rig, path: tuple[Any, ...], odd: Any, is_key: bool
@@ -120,6 +120,7 @@ def test_the_file_of_these_tests_is_right(tmp_path: Path, lab: Rig) -> None:
         ("steps: [{at: 1s, set: {tnak/level: 1}}]", 2, "steps[0].set.tnak/level", "tnak", "did you mean tank?"),
         ("steps: [{at: 1s, fault: can0 dorp}]", 2, "steps[0].fault", "dorp", "did you mean drop?"),
         ("steps: [{at: 1s, fault: can0 drop nod=io}]", 2, "steps[0].fault", "nod", "node"),
+        ("steps: [{at: 1s, set: {drive/flow: 3}}]", 2, "steps[0].set.drive/flow", "cannot be written", "fieldrig set"),
         ("recover: [{at: 1s, restart: oi}]", 2, "recover[0].restart", "oi", "there are: tank, io"),
         ("steps: [{at: 1, restart: io}]", 2, "steps[0].at", "expected a time with a unit", ""),
         ("steps: [{at: 1s, reset: io}]", 2, "steps[0].reset", "no such key", "did you mean"),
