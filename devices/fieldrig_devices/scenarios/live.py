@@ -5,7 +5,6 @@ judged by these instants, a while later.  What real time cannot do is said in th
 when the rig has taken them, and what was lost was not judged.  Numbers without events are looked at every 10 ms.
 """
 
-import time
 from bisect import insort
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -16,21 +15,22 @@ from fieldrig.clock import MS, S
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
+from fieldrig.hub.thread_member import ThreadMember
 from fieldrig.real.running_rig import RunningRig
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.expression import expression_of
 from fieldrig_devices.scenarios.hands import Hands
 from fieldrig_devices.scenarios.live_events import LiveEvents
-from fieldrig_devices.scenarios.live_member import LiveMember
 from fieldrig_devices.scenarios.live_places import LivePlaces
 from fieldrig_devices.scenarios.milestones import Milestones
+from fieldrig_devices.scenarios.places import MEMBER
 from fieldrig_devices.scenarios.property import Property
 from fieldrig_devices.scenarios.sending import message_of
 from fieldrig_devices.scenarios.tracing import Trace
 from fieldrig_devices.scenarios.watching import Played, Watching
 
-STEP_S: Final = 0.01
+STEP_NS: Final = 10 * MS
 """The time between two looks at what has come."""
 FAULTS_NS: Final = 100 * MS
 """The time between two questions for the end of the last fault."""
@@ -77,7 +77,7 @@ class LiveStage(ExitStack):
 
     @property
     def now_ns(self) -> int:
-        return time.monotonic_ns() - self._begin_ns
+        return self._rig.now_ns() - self._begin_ns
 
     def finish(self, length_ns: int) -> Played:
         """Play to the end and until the machine has had its time to come back, and judge what had to happen."""
@@ -85,7 +85,7 @@ class LiveStage(ExitStack):
         self._come_back()
         end_ns = self.now_ns
         while self._judged_ns < end_ns and self.now_ns < end_ns + SETTLE_NS:
-            time.sleep(STEP_S)
+            self._rig.wait(STEP_NS)
             self._take()
         self._seen.end(end_ns)
         played = self._seen.outcome(end_ns, "", self._notes(end_ns))
@@ -108,7 +108,7 @@ class LiveStage(ExitStack):
             rest_ns = min(until_ns, self._acts[0].at_ns if self._acts else until_ns) - self.now_ns
             if self.now_ns >= until_ns:
                 return
-            time.sleep(max(min(rest_ns / S, STEP_S), 0))
+            self._rig.wait(min(rest_ns, STEP_NS))
 
     def _do_due(self) -> None:
         for act in self._milestones.reached():
@@ -158,11 +158,11 @@ class LiveStage(ExitStack):
         assert self._member is not None
         self._member.send(bus, message_of(self._config.buses[bus].bus, text))
 
-    def _joined(self, buses: Sequence[str]) -> LiveMember | None:
+    def _joined(self, buses: Sequence[str]) -> ThreadMember | None:
         if not buses:
             return None
         wanted = [self._config.buses[name].bus for name in dict.fromkeys(buses)]
-        member = LiveMember(wanted, Path(self._rig.status()["run"]))
+        member = ThreadMember(wanted, Path(self._rig.status()["run"]), MEMBER)
         self.callback(member.close)
         return member
 

@@ -4,7 +4,6 @@ Points are recorded in the processes of their devices, and messages are publishe
 An instant is judged when everything up to it is known.
 """
 
-import time
 from bisect import insort
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -14,11 +13,12 @@ from typing import Final
 from fieldrig.clock import MS, S
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
+from fieldrig.real.bus_inbox import BusInbox
 from fieldrig.real.running_rig import RunningRig
 from fieldrig.recording.recording import LiveRecording
 from fieldrig.recording.signals import CHANGE, Rhythm, Sort
 from fieldrig_devices.scenarios.live_places import LivePlaces
-from fieldrig_devices.scenarios.live_traffic import Change, Inbox, Traffic
+from fieldrig_devices.scenarios.live_traffic import Change, Traffic
 from fieldrig_devices.scenarios.tracing import Trace
 
 BEHIND_NS: Final = 250 * MS
@@ -35,7 +35,7 @@ class LiveEvents(ExitStack):
     def __init__(self, rig: RunningRig, config: RigConfig, places: LivePlaces, trace: Trace | None = None) -> None:
         """Listen from now on; `trace` takes the messages of all buses."""
         super().__init__()
-        self._places, self._trace = places, trace
+        self._rig, self._places, self._trace = rig, places, trace
         self._traffic = Traffic(config, places.calls, list(places.signals))
         self._inbox = self._opened(rig, self._traffic.buses if trace is None else list(config.buses))
         self._recordings = self._recorded(rig)
@@ -56,7 +56,7 @@ class LiveEvents(ExitStack):
         self._collect()
         self._pending.clear()
         self._news.clear()
-        self.judged_ns = time.monotonic_ns()
+        self.judged_ns = self._rig.now_ns()
         self._ages = {str(call): self.judged_ns for call in self._places.calls if call.kind == "since"}
         return self.judged_ns
 
@@ -90,7 +90,7 @@ class LiveEvents(ExitStack):
         yield from news
 
     def _horizon_ns(self) -> int:
-        now_ns = time.monotonic_ns()
+        now_ns = self._rig.now_ns()
         complete = [one.complete_ns for one in self._recordings]
         return min([*complete, now_ns - (BEHIND_NS if self._inbox is not None else LOOK_NS)])
 
@@ -145,10 +145,10 @@ class LiveEvents(ExitStack):
         insort(self._pending, (max(at_ns, self.judged_ns), self._number, name, value))
         self._news.append((at_ns, name, value))
 
-    def _opened(self, rig: RunningRig, buses: list[str]) -> Inbox | None:
+    def _opened(self, rig: RunningRig, buses: list[str]) -> BusInbox | None:
         if not buses:
             return None
-        inbox = Inbox(rig.endpoint, buses)
+        inbox = BusInbox(rig.endpoint, buses)
         self.callback(inbox.close)
         return inbox
 

@@ -1,64 +1,18 @@
 """The messages of the buses of a rig in real time, as they are published, and what a scenario wants to know of them."""
 
-from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
-from threading import Thread
-from typing import Any, Final, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 from fieldrig.config.rig_file import RigConfig
-from fieldrig.control.messages import Client
 from fieldrig.device import Value
 from fieldrig.faults.note import FaultNote
-from fieldrig.traces.trace import is_batch
+from fieldrig.real.bus_inbox import Batch
 from fieldrig_bus.wires import Signal
 from fieldrig_devices.scenarios.calls import Call
 from fieldrig_devices.scenarios.messages import Messages
 
-READY_S: Final = 2.0
-"""The longest time until the first question of a listener is answered."""
-
 Change = tuple[int, str, Value]
 """An instant of the monotonic clock, a place, and its value."""
-
-
-class _Batch(NamedTuple):
-    bus: str
-    content: Mapping[str, Any]
-
-
-class Inbox:
-    """Takes what buses publish, in a thread of its own."""
-
-    def __init__(self, endpoint: str, buses: Sequence[str]) -> None:
-        self._client = Client(endpoint)
-        self._batches: deque[_Batch] = deque()
-        self._inbox = self._client.inbox([f"trace/{bus}" for bus in buses])
-        self._is_open = True
-        self._take(next(self._inbox))  # which declares the listeners
-        for bus in buses:
-            self._client.ask(f"bus/{bus}/status", timeout_s=READY_S)  # who has answered knows of them
-        self._thread = Thread(target=self._work, name="traffic", daemon=True)
-        self._thread.start()
-
-    def batches(self) -> Iterator[_Batch]:
-        """Yield what has come since the last call."""
-        while self._batches:
-            yield self._batches.popleft()
-
-    def close(self) -> None:
-        self._is_open = False
-        self._thread.join()
-        self._client.__exit__()
-
-    def _work(self) -> None:
-        for published in self._inbox:
-            self._take(published)
-            if not self._is_open:
-                return
-
-    def _take(self, published: tuple[str, Any] | None) -> None:
-        if published is not None and is_batch(published[1]):
-            self._batches.append(_Batch(*published))
 
 
 class Traffic:
@@ -83,7 +37,7 @@ class Traffic:
         """Return the values of the places of messages before the first one."""
         return {name: _first(name) for name in self._counts}
 
-    def changes(self, batch: _Batch) -> Iterator[Change]:
+    def changes(self, batch: Batch) -> Iterator[Change]:
         """Yield the changes that the messages of a batch make, in their order."""
         source = (batch.bus, batch.content["process"])
         first = batch.content["first"]

@@ -27,9 +27,17 @@ class RunningRig(LiveRig):
     def ask(self, path: str, message: Any = None) -> Any:
         return self._client.ask(path, message)
 
+    def now_ns(self) -> int:
+        """Return the instant on the clock of the host, which all processes of a rig on it have."""
+        return time.monotonic_ns()
+
+    def wait(self, ns: int) -> None:
+        """Wait for a time in nanoseconds; a negative one is none."""
+        time.sleep(max(ns, 0) / S)
+
     def wait_for_uptime(self, ns: int) -> None:
         """Wait until the rig has run for this time, in nanoseconds."""
-        time.sleep(max(ns / S - self.status()["uptime_s"], 0.0))
+        self.wait(ns - round(self.status()["uptime_s"] * S))
 
     def close(self) -> None:
         self._client.__exit__()

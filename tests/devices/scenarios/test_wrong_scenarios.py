@@ -46,7 +46,8 @@ ODD = st.one_of(
         ["", " ", "1s", "-1s", "1e9h", "1 s", "tank/level", "tank", "/", "a//b", "tank/", "wires/x", "can0 drop",
          "can0", "io power_off when=tank/level", "can0 drop probability=7", "message(can0", "message(can0, id=)",
          "since()", "diagnosis(io)", "count(can9) > 1", "not", "((((", "1 / 0", "tank/level & 1", "'", "000#", "00#1",
-         "time=real", "!!python/object:os.system", "x" * 3000, "\u0000", "drive/run == 'a' > 3", "0x" + "f" * 900 + " / 3 > 1.5"]
+         "time=real", "!!python/object:os.system", "x" * 3000, "\u0000",
+         "drive/run == 'a' > 3", "0x" + "f" * 900 + " / 3 > 1.5"]
     ),
     st.lists(st.integers(), max_size=2),
     st.dictionaries(st.sampled_from(["at", "set", "a/b", "never", "tank/level"]), st.integers(), max_size=2),

@@ -1,4 +1,4 @@
-"""A member of the buses of a rig in real time: it sends what a scenario sends, and drives the wires that it sets."""
+"""A member of buses in real time for a tool without an event loop: it sends, and drives wires, until it is closed."""
 
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
@@ -11,19 +11,18 @@ from fieldrig.clock import Clock
 from fieldrig.errors import BusError, ControlError
 from fieldrig.hub.tool_member import OnEnd, join_all
 from fieldrig.link import Link
-from fieldrig_devices.scenarios.places import MEMBER
 
 JOIN_S: Final = 10.0
 """The longest time until it has joined the buses."""
 
 
-class LiveMember:
+class ThreadMember:
     """Joins buses in a thread of its own, until it is closed."""
 
-    def __init__(self, buses: Sequence[Bus[Any]], run: Path) -> None:
+    def __init__(self, buses: Sequence[Bus[Any]], run: Path, name: str) -> None:
         """ControlError if a bus cannot be joined."""
         self._ready, self._wrong = Event(), list[BusError]()
-        self._thread = Thread(target=self._work, args=(list(buses), run), name="member", daemon=True)
+        self._thread = Thread(target=self._work, args=(list(buses), run, name), name="member", daemon=True)
         self._thread.start()
         self._ready.wait(JOIN_S)
         self._check()
@@ -46,9 +45,9 @@ class LiveMember:
         if self._wrong:
             raise ControlError(self._wrong[0].what, self._wrong[0].remedy)
 
-    def _work(self, buses: Sequence[Bus[Any]], run: Path) -> None:
+    def _work(self, buses: Sequence[Bus[Any]], run: Path, name: str) -> None:
         try:
-            join_all(buses, run, MEMBER, self._start)
+            join_all(buses, run, name, self._start)
         except BusError as wrong:
             self._wrong.append(wrong)
         finally:
