@@ -8,12 +8,13 @@ They were written before anybody tuned the search for them, the first seven by s
 of the files shows which.
 """
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from shutil import copytree
 from typing import Any, NamedTuple
 
-import yaml
+from ruamel.yaml import YAML
 
 from fieldrig.text.durations import duration_ns
 
@@ -80,7 +81,7 @@ def planted_bugs() -> list[PlantedBug]:
 
 
 def _bug_of(file: Path) -> PlantedBug:
-    given = yaml.safe_load(file.read_text(encoding="utf-8"))
+    given = YAML(typ="safe", pure=True).load(file)
     patches = [Patch(name, one["old"], one["new"]) for name, several in given["patch"].items() for one in several]
     return PlantedBug(
         file.stem, given["kind"], given["about"], patches, given["plan"], given["trigger"], given["breaks"]
@@ -88,5 +89,5 @@ def _bug_of(file: Path) -> PlantedBug:
 
 
 def _written(file: Path, given: Mapping[str, Any]) -> Path:
-    file.write_text(yaml.safe_dump(dict(given), sort_keys=False), encoding="utf-8")
+    file.write_text(json.dumps(dict(given)), encoding="utf-8")  # which is YAML as well
     return file

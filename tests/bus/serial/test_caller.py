@@ -5,7 +5,6 @@ from collections.abc import Callable
 from ipaddress import IPv4Address
 
 import pytest
-
 from in_loop import in_loop
 
 from fieldrig.errors import BusError
@@ -76,7 +75,7 @@ class OpenSession(CountingSession):
     peer_address = IPv4Address("10.0.0.1")
 
     def open(self, port: int) -> Opening:
-        return OpenStream()  # type: ignore[return-value]
+        return OpenStream()
 
 
 SOCKS_HELLO, SOCKS_CONNECT = bytes.fromhex("05 01 00"), bytes.fromhex("05 01 00 01 0a000001 0050")

@@ -58,7 +58,8 @@ def expected(
             assert within_ms is not None
             return min(filter(None, (_missed(moments, begin, within_ms) for begin in begins)), default=None)
         case Kind.STAYS:
-            return min(filter(lambda one: one is not None, (_left(moments, begin) for begin in begins)), default=None)
+            left = (_left(moments, begin) for begin in begins)
+            return min((at_ms for at_ms in left if at_ms is not None), default=None)
     assert within_ms is not None
     before = [state for at_ms, state in moments if at_ms < healed_ms][-1:]  # which is so still when the faults are over
     after_it = [state for at_ms, state in moments if healed_ms <= at_ms <= healed_ms + within_ms]
