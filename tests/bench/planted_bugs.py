@@ -1,9 +1,9 @@
 """Twenty planted bugs: how many each strategy of a search finds, after how many runs, and how small they become.
 
-`python tests/bench/planted_bugs.py [NAME...]` searches for some of them.  PLANTED_BUDGET_S is the time of the host for each
-search (180 s: an hour for all twenty), PLANTED_SEEDS the number of seeds (3), PLANTED_MOST limits the runs.  A search ends
-at its first finding.  The shipped program is searched with the first seed for the whole budget: a finding there would be a
-false alarm.
+`python tests/bench/planted_bugs.py [NAME...]` searches for some of them.  PLANTED_BUDGET_S is the time of the host for
+each search (180 s: an hour for all twenty), PLANTED_SEEDS the number of seeds (3), PLANTED_MOST limits the runs.  A
+search ends at its first finding.  The shipped program is searched with the first seed for the whole budget: a finding
+there would be a false alarm.
 """
 
 import json
@@ -67,9 +67,9 @@ def searched(bug: PlantedBug, strategy: str, seed: int, *, clean: bool = False) 
 def run(names: Sequence[str] = ()) -> Report:
     report = Report(
         "Planted bugs",
-        f"This table shows for {BUDGET_S} s of the host at most with {WORKERS} workers, and {len(SEEDS)} seeds, how often"
-        " each planted bug was found, and medians of the runs and the time until then. The size is that of the largest"
-        " finding, in actions. The bugs are the files in tests/support/planted.",
+        f"This table shows for {BUDGET_S} s of the host at most with {WORKERS} workers, and {len(SEEDS)} seeds, how"
+        " often each planted bug was found, and medians of the runs and the time until then. The size is that of the"
+        " largest finding, in actions. The bugs are the files in tests/support/planted.",
         ("bug", "kind", DEFAULT.replace(",", ", "), "dice (swarm)", "size", "false alarms"),
     )
     found = dict.fromkeys((DEFAULT, DICE), 0)

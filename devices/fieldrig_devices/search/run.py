@@ -43,10 +43,9 @@ def begin(rig: "Rig", plan: Plan) -> None:
     """Begin the scenario, which ends at the first violation.  RigError for a place that the rig does not have."""
     scenario, kind = plan.scenario, Stage
     if scenario.master is not None:
-        from fieldrig_devices.scenarios.with_master import MasterStage, load_libraries  # most programs are the rig's
+        from fieldrig_devices.scenarios.with_master import MasterStage  # most programs are the rig's
 
         kind = MasterStage
-        load_libraries(scenario.master)
     stage = kind(rig, scenario.schedule, scenario.properties, recovery=scenario.recovery, stops_early=True)
     recovers = any(one.kind is Kind.EVENTUALLY for one in scenario.properties)
     _present[:] = [Present(plan, stage, Eye(rig, plan.sorts, plan.states), recovers)]
