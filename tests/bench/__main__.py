@@ -39,6 +39,7 @@ import recording  # noqa: E402
 import replay  # noqa: E402
 import ring  # noqa: E402
 import ring_network  # noqa: E402
+import search_farm  # noqa: E402
 import shipped_rigs  # noqa: E402
 import single_drive  # noqa: E402
 import start_up  # noqa: E402
@@ -64,6 +65,7 @@ BENCHMARKS = (
     trace_codecs,
     replay,
     pulses,
+    search_farm,
     shipped_rigs,
     drive_cycle,
     single_drive,

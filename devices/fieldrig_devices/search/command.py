@@ -71,6 +71,14 @@ def run(
     is_first: Annotated[bool, typer.Option("--first", help="End at the first finding.")] = False,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="The seed of what is left to chance.")] = 1,
     workers: Annotated[int, typer.Option("--jobs", "-j", metavar="N", min=1, help="Run N branches at a time.")] = 2,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Have the workers of the Dask cluster with this scheduler run them, such as tcp://10.0.0.1:8786.",
+            show_default=False,
+        ),
+    ] = None,
     shard: Annotated[
         str, typer.Option("--shard", metavar="I/N", help="Do only this part, as one of N machines; `merge` joins them.")
     ] = "1/1",
@@ -81,32 +89,59 @@ def run(
         Path | None,
         typer.Option("--findings", metavar="FOLDER", help="Write scenarios, pictures and a test.", show_default=False),
     ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            "--html",
+            metavar="FOLDER",
+            help="Write a report as a page, with the coverage of the programs, and what --findings writes.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Search. The exit code is 1 if a property can be broken.
 
     Each way to break one is made as small as possible, and repeats bit for bit.
     """
+    from fieldrig.coverage.summary import Coverage
     from fieldrig_devices.search.bench import Bench
+    from fieldrig_devices.search.cluster import ClusterCrew
     from fieldrig_devices.search.corpus import Corpus, Origin
     from fieldrig_devices.search.crew import LocalCrew
     from fieldrig_devices.search.findings import write
+    from fieldrig_devices.search.html_report import write_report
+    from fieldrig_devices.search.rig_files import luggage_of
     from fieldrig_devices.search.search import Limits, Search
+    from fieldrig_devices.search.tally import Tally
 
     origin = Origin(str(properties or plan), "" if properties is None else str(plan), tuple(overrides or ()))
     given, chosen, part = _plan(origin), _chosen(strategies), _shard(shard)
     store = Corpus(corpus)
     store.come_from(origin)
-    with Bench(given) as bench, LocalCrew(bench, workers) as crew:
-        one = Search(given, bench, crew, store, seed, part)
+    luggage = luggage_of(given) if dask else None
+    with Bench(given) as bench, ClusterCrew(dask, luggage) if dask and luggage else LocalCrew(bench, workers) as crew:
+        tally, told = Tally(crew), list[str]()
+        one = Search(given, bench, tally, store, seed, part)
         limits = Limits(duration_ns(budget) / S, most, is_first)
-        one.go(chosen, limits, lambda line: typer.echo(line, err=as_json))
+
+        def tell(line: str) -> None:
+            told.append(line)
+            typer.echo(line, err=as_json)
+
+        one.go(chosen, limits, tell)
+        seen = Coverage(tuple(tally.seen(bench.places)))
     found = store.findings()
     _show(found, as_json=as_json)
-    if findings is not None:
-        with writing(findings):
-            for file in write(given.scenario, found, findings):
+    for folder in filter(None, (findings, html)):
+        with writing(folder):
+            files = write(given.scenario, found, folder)
+            for file in files:
                 typer.echo(f"fieldrig scenario run {file}", err=as_json)
+            if folder is html:
+                numbers = {one.number: file for one, file in zip(found, files, strict=True)}
+                title = f"Search of {given.scenario.rig.stem}"
+                typer.echo(f"{write_report(title, store, numbers, told, seen, folder)}", err=as_json)
     if found:
         raise typer.Exit(Exit.TESTS_FAILED)
 

@@ -7,38 +7,20 @@ from typing import Final
 
 from fieldrig.coverage.reports.table import Column, columns_of, per_cent, said
 from fieldrig.coverage.summary import Count, Coverage, Part, pous
+from fieldrig.text.html_page import document
 from fieldrig.text.source_text import decoded
 
 _STYLE: Final = """
-:root { color-scheme: light dark; --run: light-dark(#1a7f37, #3fb950);
-  --missed: light-dark(#cf222e, #f85149); --partly: light-dark(#9a6700, #d29922);
-  --line: light-dark(#d0d7de, #3d444d); --quiet: light-dark(#59636e, #9198a1); }
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem; }
-.wide { overflow-x: auto; }
-table { border-collapse: collapse; width: 100%; }
-th, td { text-align: right; padding: .2rem .6rem; border-bottom: 1px solid var(--line); }
-th { white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; overflow-wrap: anywhere; min-width: 9rem; }
 tr.file td { font-weight: 600; }
 tr.pou td:first-child { padding-left: 2rem; }
-.bar { display: inline-block; width: 6rem; height: .6rem; background: var(--missed); vertical-align: middle; }
-.bar i { display: block; height: 100%; background: var(--run); }
-pre { font: 13px/1.45 ui-monospace, monospace; overflow-x: auto; border: 1px solid var(--line); }
 pre span { display: block; padding-left: .5rem; border-left: 4px solid transparent; white-space: pre; }
 pre b { display: inline-block; width: 4.5rem; color: var(--quiet); font-weight: 400; }
 pre em { color: var(--partly); font-style: normal; }
 .run { border-color: var(--run); }
 .missed { border-color: var(--missed); background: light-dark(#ffebe9, #4b1113); }
 .partly { border-color: var(--partly); background: light-dark(#fff8c5, #3b2e04); }
-summary { font-weight: 600; cursor: pointer; margin-top: 1.5rem; }
 .legend { color: var(--quiet); }
-@media (max-width: 40rem) {
-  body { margin: 1rem auto; }
-  th, td { padding: .2rem .35rem; font-size: 13px; }
-  tr.pou td:first-child { padding-left: 1rem; }
-  .bar { width: 3rem; }
-  pre { font-size: 11px; }
-}
+@media (max-width: 40rem) { tr.pou td:first-child { padding-left: 1rem; } }
 """
 _SIGNS: Final = {"run": "+", "missed": "!", "partly": "?", "": " "}
 """The signs for readers who see no colours."""
@@ -46,15 +28,12 @@ _SIGNS: Final = {"run": "+", "missed": "!", "partly": "?", "": " "}
 
 def page(coverage: Coverage) -> bytes:
     """Return the page."""
-    return "".join(f"{line}\n" for line in _lines(coverage)).encode()
+    return document(f"Coverage {per_cent(coverage.total.count())} %", _STYLE, _lines(coverage))
 
 
 def _lines(coverage: Coverage) -> Iterator[str]:
     files, total = coverage.files(), coverage.total
-    yield '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">'
-    yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
-    yield f"<title>Coverage {per_cent(total.count())} %</title>\n<style>{_STYLE}</style>\n</head>\n<body>"
-    yield f"<h1>Coverage {per_cent(total.count())} %</h1>\n<div class='wide'><table>"
+    yield "<div class='wide'><table>"
     columns = [*columns_of(total)]
     titles = "".join(f"<th>{column.title}</th>" for column in columns)
     yield f"<tr><th>file, POU</th>{titles}<th>%</th><th></th></tr>"
@@ -67,7 +46,6 @@ def _lines(coverage: Coverage) -> Iterator[str]:
         yield f'<details open id="f{number}"><summary>{escape(file.name)}</summary>\n<pre>'
         yield "".join(_source(file))
         yield "</pre></details>"
-    yield "</body>\n</html>"
 
 
 def _row(name: str, part: Part, kind: str, columns: Sequence[Column]) -> str:
