@@ -38,6 +38,8 @@ ON_ASCII: Final = bytes((REQUEST_ON_ASCII,))
 ON_LINE: Final = (bytes((REQUEST_ON_RTU,)), ON_ASCII)
 """The first byte of the requests of a serial line."""
 MOST_INSTANTS: Final = 4_096
+MOST_ANSWERS: Final = 256
+"""Answers of a group that are enough for their usual time."""
 MOST_SERVERS: Final = 64
 MOST_GROUPS: Final = 2_000
 
@@ -61,6 +63,8 @@ class UnitLog:
         """Functions of which nothing is taken."""
         self.refused_functions: dict[bytes, int] = {}
         """Exception codes of functions without an address, by the requests."""
+        self.done_functions: set[int] = set()
+        """Functions without an address that were carried out."""
         self.silences = Silences()
         self.unanswered = self.answers = self.left_out = 0
 
@@ -88,8 +92,12 @@ class UnitLog:
             else:
                 self.refused_functions.setdefault(request, code)
             return
-        if log is not None and log.sample is None:
-            log.sample = request, response
+        if log is None:
+            self.done_functions.add(request[0])
+        else:
+            log.sample = log.sample or (request, response)
+            if len(log.answer_ns) < MOST_ANSWERS:
+                log.answer_ns.append(max(exchange.end_ns - exchange.begin_ns, 0))
         self._carry_out(exchange.begin_ns, request, response)
 
     def _group(self, group: Group) -> GroupLog | None:
@@ -198,5 +206,7 @@ class ModbusLog:
             self.servers = {}
             for unit_id, unit in self.units.items():
                 known = only.units.setdefault(unit_id, unit)
-                known.unanswered += unit.unanswered if known is not unit else 0
+                if known is not unit:
+                    known.unanswered += unit.unanswered
+                    known.silences.add(unit.silences)
             self.units = only.units

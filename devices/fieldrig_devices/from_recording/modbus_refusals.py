@@ -8,13 +8,13 @@ from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_devices.from_recording.modbus_log import EXCEPTION, UnitLog
 from fieldrig_devices.from_recording.register_log import Group, GroupLog
+from fieldrig_devices.from_recording.silences import FUNCTION_CODES
 from fieldrig_devices.from_recording.unit_words import exception_words, group_words
 from fieldrig_devices.modbus.unit import ModbusUnit
 from fieldrig_devices.registers.table import Table
 
 CODES: Final = range(1, 256)
 """Exception codes; a response that ends before its code has none."""
-FUNCTION_CODES: Final = range(1, 128)
 MOST_FAULTS: Final = 100
 ANY_UNIT: Final = 1
 """The unit id of the requests that are tried, on which no answer depends."""
@@ -33,9 +33,13 @@ class ModbusRefusals:
             for code, times in of_group.refused.items():
                 self._take(group, of_group, code, times)
         for request, code in log.refused_functions.items():
-            is_valid = code in CODES and request[0] in FUNCTION_CODES
-            if is_valid and self._answer(request) != bytes((request[0] | EXCEPTION, code)):
-                self._add({"function": request[0], "code": code})
+            function = request[0]
+            if code not in CODES or self._answer(request) == bytes((function | EXCEPTION, code)):
+                continue
+            is_certain = function in FUNCTION_CODES and function not in log.done_functions
+            if not is_certain or not self._add({"function": function, "code": code}):
+                words = f"function {function} with {request[1:].hex(' ')} ended in {exception_words(code)}"
+                self.remarks.append(f"{words}, which is not repeated here")
 
     def _take(self, group: Group, log: GroupLog, code: int, times: int) -> None:
         if self._answer(log.refused_request) == bytes((group.function | EXCEPTION, code)):

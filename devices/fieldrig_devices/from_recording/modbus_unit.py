@@ -3,15 +3,16 @@
 from collections.abc import Iterator, Mapping
 from itertools import chain, groupby
 from pathlib import PurePosixPath
-from statistics import median
 from typing import Any, Final
 
 from pydantic import ValidationError
 
 from fieldrig.clock import MS
+from fieldrig.points.values import counted
 from fieldrig.text.flow import flow
 from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_bus.modbus.identification import EXTENDED, LAST_OBJECT, REGULAR, Identification, ServerId
+from fieldrig_devices.from_recording.answer_times import AnswerTimes
 from fieldrig_devices.from_recording.columns import TIME, Column, column_from, column_of
 from fieldrig_devices.from_recording.modbus_log import UnitLog
 from fieldrig_devices.from_recording.modbus_refusals import ModbusRefusals
@@ -57,16 +58,15 @@ class UnitModel:
         self.more = self._more()
         refusals = ModbusRefusals(log, self.entries, self.more)
         silences = log.silences.faults(begin_ns, end_ns, max(log.answer_ns, default=0))
-        self.faults = [*silences, *refusals.faults]
+        self.times = AnswerTimes(log, self._on_line_ns)
+        self.faults = [*silences, *refusals.faults, *self.times.faults]
         self.silences = len(silences)
         self.remarks += refusals.remarks
 
     @property
     def turnaround_ms(self) -> float:
         """The usual time from a request to its answer."""
-        answers = zip(self.log.answer_ns, self.log.answer_sizes, strict=True)
-        times = [answer_ns - self._on_line_ns(size) for answer_ns, size in answers]
-        return float(f"{max(median(times), 0) / MS:.3g}") if times else 0.0
+        return float(f"{self.times.usual_ns / MS:.3g}")
 
     def _on_line_ns(self, size: int) -> int:
         """Return the time that an answer itself takes, which the emulated line adds."""
@@ -149,7 +149,9 @@ class UnitModel:
 
     def words_seen(self) -> Iterator[str]:
         """Yield what the recording says of the unit."""
-        return seen(self.log, self.asked_as, self.unit_id, self.turnaround_ms, self.silences)
+        yield from seen(self.log, self.asked_as, self.unit_id, self.turnaround_ms, self.silences)
+        if slow := len(self.times.faults):
+            yield f"{counted(slow, 'group')} of registers answered later, as its faults `slow` do"
 
     def words_unknown(self) -> Iterator[str]:
         """Yield what is not known, or not repeated."""

@@ -11,7 +11,10 @@ from typing import Any, Final, NamedTuple
 
 from fieldrig.clock import MS
 
+FUNCTION_CODES: Final = range(1, 128)
 MOST_INSTANTS: Final = 4_096
+FEWEST: Final = 3
+"""Requests in a row without an answer that are a silence; fewer are lost by chance."""
 MOST: Final = 50
 """Silences of a unit that are repeated; a unit with more of them answers by chance."""
 
@@ -43,14 +46,19 @@ class Silences:
             if not is_answered:
                 self._functions.append(function)
 
+    def add(self, other: "Silences") -> None:
+        """Take the requests without an answer of which it was not known that they are for this unit."""
+        for begin_ns, function in zip(other._unanswered, other._functions, strict=True):
+            self.take(begin_ns, function, False)
+
     def faults(self, start_ns: int, end_ns: int, longest_ns: int) -> list[dict[str, Any]]:
         """Return the faults of a device that is switched on at `start_ns`.
 
         Requests that began less than `longest_ns`, the longest time of an answer, before the end of the recording say
         nothing.
         """
-        never = sorted({*self._functions} - self._known)
-        found: list[dict[str, Any]] = [{"what": "silent", "function": function} for function in never if function]
+        never = sorted(({*self._functions} - self._known) & {*FUNCTION_CODES})
+        found: list[dict[str, Any]] = [{"what": "silent", "function": function} for function in never]
         silences = list(_silences(self._of_known(end_ns - longest_ns)))
         if len(silences) <= MOST:
             found += [_fault(silence, start_ns) for silence in silences]
@@ -72,7 +80,7 @@ def _silences(asked: Sequence[tuple[int, bool]]) -> Iterator[_Silence]:
     for is_answered, run in groupby(asked, itemgetter(1)):
         instants = [time_ns for time_ns, _ in run]
         if not is_answered:
-            silent = instants
+            silent = instants if len(instants) >= FEWEST else []
             continue
         if silent:
             yield _Silence(_middle(before_ns, silent[0]), _middle(silent[-1], instants[0]))

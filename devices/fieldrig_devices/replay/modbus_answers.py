@@ -148,4 +148,6 @@ def _place(request: bytes) -> str:
     if len(request) < 5 or request[0] not in (1, 2, 3, 4, 5, 6, 15, 16, 22, 23):
         return ""
     address, count = int.from_bytes(request[1:3]), int.from_bytes(request[3:5])
-    return f"at {address}" if request[0] in (5, 6, 22) or count == 1 else f"at {address} to {address + count - 1}"
+    if request[0] in (5, 6, 22) or count == 1:
+        return f"at {address}"
+    return f"at {address} to {address + count - 1}" if count else f"at {address}, none"

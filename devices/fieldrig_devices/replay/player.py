@@ -2,7 +2,8 @@
 
 It is driven by a clock and by what the rig sends, so it is the same in virtual time and in real time.  A message of the
 log is sent at its instant, later by as much as the rig has answered later than the log so far: a dialogue goes on when
-the answer came, and what follows is shifted.
+the answer came, and what follows is shifted.  In a log of Modbus alone, an answer that comes earlier than in the log
+makes up for that; where devices send by themselves, the instants of what they send would no longer be those expected.
 """
 
 import struct
@@ -79,6 +80,8 @@ class Player:
         self._served = served
         self._next: Due | None = None
         self._shift_ns = 0
+        self._has_streams = False
+        """True if devices of the log have sent something besides answers of Modbus."""
         self._last_ns = pace.begin_ns
         self._sent_ns = pace.begin_ns
         """The instant at which something was sent last."""
@@ -125,6 +128,8 @@ class Player:
         self._judge.modbus.heard(response.exchange, response.pdu, time_ns)
         gate = self._gates.get((bus, "modbus", response.exchange))
         if isinstance(gate, AnswerGate):
+            if gate.since_ns is not None and not self._has_streams:
+                self._shift_ns -= min(self._shift_ns, max(gate.since_ns - time_ns, 0))
             gate.heard(time_ns)
         self._go_on()
 
@@ -232,6 +237,7 @@ class Player:
         if entry.family == "modbus":
             self._expect_modbus(due, entry)
             return
+        self._has_streams = True
         self._judge.expect(entry, due.due_ns)
         if entry.family == "can":
             self._expect_frame(entry)

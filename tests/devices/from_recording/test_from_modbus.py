@@ -150,16 +150,45 @@ def answered(rig: Rig, at_s: float, request: str = READ) -> bool:
 
 
 def test_a_unit_is_silent_when_it_was_silent(tmp_path: Path) -> None:
-    """It boots for three seconds, and is off from 6 to 8; function 7 it does not know, and ignores."""
-    answers = [None if turn < 3 or turn in (6, 7) else VALUES for turn in range(10)]
+    """It boots for three seconds, and is off from 6 to 9; function 7 it does not know, and ignores."""
+    answers = [None if turn < 3 or turn in (6, 7, 8) else VALUES for turn in range(12)]
     rows = [(float(turn), 7, READ, answer) for turn, answer in enumerate(answers)]
     path = made(tmp_path, *rows, (4.5, 7, "07", None))
     with virtual(path) as rig:
-        instants = (0.1, 1.2, 3, 5, 6, 7.2, 8.6)
+        instants = (0.1, 1.2, 3, 5, 6, 7.2, 9)
         assert [answered(rig, at_s) for at_s in instants] == [False, False, True, True, False, False, True]
-        assert not answered(rig, 9.7, "07")
+        assert not answered(rig, 10, "07")
     text = " ".join(path.read_text().replace("#", " ").split())
-    assert "6 requests had no answer: its faults `silent` are silent in the same times" in text
+    assert "7 requests had no answer: its faults `silent` are silent in the same times" in text
+
+
+def test_each_group_of_registers_has_its_answer_time(tmp_path: Path) -> None:
+    """A gateway asks its device for register 110 alone, and for 107 to 109 with it; it has 107 itself."""
+    times = {"03 006B 0001": 2, "03 006E 0001": 80, "03 006B 0003": 200}
+    answers = {"03 006B 0001": "03 02 022B", "03 006E 0001": "03 02 0001", "03 006B 0003": VALUES}
+    asked = enumerate([*times] * 4)
+    log = [entry for turn, request in asked for entry in exchanges(
+        (turn, 7, request, answers[request]), answer_ms=times[request])]  # fmt: skip
+    path = rig_file(save(log, tmp_path / "meter.jsonl"))
+    assert "2 groups of registers answered later, as its faults `slow` do" in path.read_text()
+    with virtual(path) as rig:
+        assert {request: ask(rig, 7, request)[1] for request in times} == times
+
+
+def test_a_part_of_a_group_is_not_slower_because_the_group_is(tmp_path: Path) -> None:
+    """No register is in the slow group alone, so that its time is not repeated."""
+    log = [entry for turn in range(12) for entry in exchanges(
+        (turn, 7, READ, VALUES) if turn % 2 else (turn, 7, "03 006A 0004", "03 08 0001 022B 0000 0064"),
+        answer_ms=200 if turn % 2 else 2)]  # fmt: skip
+    with virtual(rig_file(save(log, tmp_path / "meter.jsonl"))) as rig:
+        assert [ask(rig, 7, request)[1] for request in (READ, "03 006A 0004")] == [2, 2]
+
+
+def test_a_function_that_was_done_too_is_not_refused(tmp_path: Path) -> None:
+    """6.8: a gateway that reaches its device at times; what the log says of it is told."""
+    path = made(tmp_path, (0, 7, "08 0001 0000", "88 0B"), (1, 7, "08 0001 0000", "08 0001 0000"))
+    assert "faults" not in keys_of(path)["devices"]["unit7"]
+    assert "function 8 with 00 01 00 00 ended in exception 11" in " ".join(path.read_text().replace("#", " ").split())
 
 
 def test_a_unit_that_answers_by_chance_has_no_silences(tmp_path: Path) -> None:
