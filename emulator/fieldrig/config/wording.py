@@ -4,16 +4,21 @@ A message says what was found and what was expected, the latter from the JSON Sc
 only for a mistake.
 """
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core.core_schema import DictSchema
 
 from fieldrig.config.yaml_source import KeyPath
 from fieldrig.settings import Settings, WrongKey, WrongSettingsError
 from fieldrig.text.nearest import closest
 from fieldrig.text.yaml_value import show
 
+_KEY = "[key]"
+"""The mark, in the place of a mistake, of one that is in a key itself and not in its value (pydantic)."""
 TYPES = {
     "integer": "a whole number",
     "number": "a number",
@@ -25,11 +30,21 @@ TYPES = {
 }
 
 
+class _WithForms(GenerateJsonSchema):
+    """Keeps the forms of the keys of a mapping that may have several, which JSON Schema leaves out otherwise."""
+
+    def dict_schema(self, schema: DictSchema) -> JsonSchemaValue:
+        made = super().dict_schema(schema)
+        if "keys_schema" in schema and (forms := self.generate_inner(schema["keys_schema"])).get("anyOf"):
+            made.setdefault("propertyNames", forms)
+        return made
+
+
 def explain(
     error: ValidationError, data: Any, model: type[Settings], other_keys: tuple[str, ...] = ()
 ) -> list[WrongKey]:
     """Return one mistake for each place.  `other_keys` are allowed beside those of the model."""
-    schema = model.model_json_schema()
+    schema = model.model_json_schema(schema_generator=_WithForms)
     by_path: dict[KeyPath, WrongKey] = {}
     deeper: set[KeyPath] = set()
     for detail in error.errors(include_url=False):
@@ -49,6 +64,10 @@ def _wrong_key(detail: dict[str, Any], path: KeyPath, data: Any, schema: Any, ot
     if detail["type"] == "extra_forbidden":
         known = _keys_at(schema, path[:-1], data) + (list(other_keys) if len(path) == 1 else [])
         return WrongKey(path, "there is no such key", closest(path[-1], known))
+    if _KEY in detail["loc"]:
+        forms = [leaf["propertyNames"] for leaf in _leaves_at(schema, path[:-1], data) if "propertyNames" in leaf]
+        wanted = " or ".join(dict.fromkeys(_words({"type": "string", **form}, schema) for form in forms))
+        return WrongKey(path, f"the key {show(path[-1])} doesn't fit", f"expected {wanted}" if wanted else "")
     if detail["type"] in ("union_tag_invalid", "union_tag_not_found"):
         return _wrong_tag(detail, path, data, schema)
     wanted = " or ".join(dict.fromkeys(_words(part, schema) for part in _schemas_at(schema, schema, path, data)))
@@ -102,10 +121,15 @@ def _value_at(data: Any, path: KeyPath) -> Any:
 
 
 def _keys_at(schema: Any, path: KeyPath, data: Any) -> list[str]:
-    value, parts = _value_at(data, path), _schemas_at(schema, schema, path, data)
-    choices = (choice for part in parts for choice in part.get("anyOf") or part.get("oneOf") or [part])
-    leaves = (leaf for choice in choices for leaf in _schemas_at(choice, schema, (), value))
-    return [key for leaf in leaves for key in leaf.get("properties", ())]
+    return [key for leaf in _leaves_at(schema, path, data) for key in leaf.get("properties", ())]
+
+
+def _leaves_at(schema: Any, path: KeyPath, data: Any) -> Iterator[Any]:
+    """Yield every schema that may apply at a path, each choice of those that have a description by itself."""
+    value = _value_at(data, path)
+    for part in _schemas_at(schema, schema, path, data):
+        for choice in part.get("anyOf") or part.get("oneOf") or [part]:
+            yield from _schemas_at(choice, schema, (), value)
 
 
 def _schemas_at(part: Any, root: Any, path: KeyPath, data: Any = None) -> Iterator[Any]:
@@ -153,7 +177,8 @@ def _child(part: dict[str, Any], key: Any) -> Any:
         return part["items"]
     if isinstance(key, int) and 0 <= key < len(part.get("prefixItems", ())):  # of a mapping it may be -1
         return part["prefixItems"][key]
-    return part.get("properties", {}).get(key, part.get("additionalProperties"))
+    of_this_form = (child for form, child in part.get("patternProperties", {}).items() if re.search(form, str(key)))
+    return part.get("properties", {}).get(key, next(of_this_form, part.get("additionalProperties")))
 
 
 def _words(part: dict[str, Any], root: Any) -> str:

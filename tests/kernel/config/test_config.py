@@ -273,6 +273,13 @@ A_NAME = "expected lower-case letters, digits, _ and -, starting with a letter"
         ),
         ("time: real\nbuses:\n  Can0: {kind: can.hub}\n", ':3: buses.Can0: "Can0" is not a name', A_NAME),
         ("time: real\nbuses:\n  0: {kind: can.hub}\n", ":3: buses[0]: 0 is not a name", A_NAME),
+        (
+            "time: real\nprocesses: {A: drive}\n",
+            ':2: processes.A: the key "A" doesn\'t fit',
+            "expected a text like rack-1",
+        ),
+        ("time: real\nprocesses: {a: 3}\n", ":2: processes.a: 3 doesn't fit", "expected a text or a list"),
+        ("time: real\nprocesses: {a: [3]}\n", ":2: processes.a[0]: 3 doesn't fit", "expected a text"),
         ("time: real\ntime: virtual\n", ":2: time: the same key is in line 1", "keep one of the two"),
         (
             "time: real\n  seed: 1\n",
