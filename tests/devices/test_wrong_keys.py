@@ -1,4 +1,4 @@
-"""The keys of mappings in settings: a wrong key, or a wrong value under one, is named with the form that is expected."""
+"""The keys of mappings in settings: a wrong key, and a wrong value under one, is named with what is expected."""
 
 from collections.abc import Iterator
 from importlib.metadata import entry_points

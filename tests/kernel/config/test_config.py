@@ -274,7 +274,7 @@ A_NAME = "expected lower-case letters, digits, _ and -, starting with a letter"
         ("time: real\nbuses:\n  Can0: {kind: can.hub}\n", ':3: buses.Can0: "Can0" is not a name', A_NAME),
         ("time: real\nbuses:\n  0: {kind: can.hub}\n", ":3: buses[0]: 0 is not a name", A_NAME),
         (
-            "time: real\nprocesses: {A: drive}\n",
+            "time: real\nprocesses: {A: []}\n",
             ':2: processes.A: the key "A" doesn\'t fit',
             "expected a text like rack-1",
         ),
