@@ -1,4 +1,6 @@
-"""Names of messages and diagnoses in expressions: `message(can0, id=0x181)`, `diagnosis(max4, 8130)`.
+"""Names of messages and diagnoses in expressions: `message(can0, id=0x181)`, `diagnosis(max4 8130)`.
+
+A blank stands between the parts as a comma does, which would need quotes in YAML's {...}.
 
 Such a name is a place, as `tank/level` is one; `places` finds them in a rig, and `live_places` in one in real time.
 """
@@ -11,9 +13,9 @@ KINDS: Final = ("message", "count", "since", "diagnosis")
 """`message`: true at each instant at which a message arrives; `count`: how many have; `since`: the seconds since the
 last one; `diagnosis`: true while a device shows this number."""
 KEYS: Final = ("id", "node", "service", "code", "unit", "register", "data", "sender", "text")
-"""What a message may have to be."""
+"""The keys that a message may be chosen by."""
 _NAME: Final = re.compile(r"(message|count|since|diagnosis)\((.*)\)", re.DOTALL)
-_PART: Final = re.compile(r"""\s*(?:([^\s=,'"]+)\s*=\s*)?("[^"]*"|'[^']*'|[^\s=,'"]+)\s*(?:,|$)""")
+_PART: Final = re.compile(r"""\s*(?:([^\s=,'"]+)\s*=\s*)?("[^"]*"|'[^']*'|[^\s=,'"]+)\s*(?:,|\s|$)""")
 
 
 class Call(NamedTuple):
@@ -23,7 +25,7 @@ class Call(NamedTuple):
     target: str
     """The bus, or the device."""
     words: Mapping[str, str]
-    """What a message has to be, by key."""
+    """The words that choose a message, by key."""
     number: str = ""
     """The diagnosis."""
 

@@ -1,4 +1,4 @@
-"""What a scenario names and its rig does not have: every mistake, with its line, before anything happens."""
+"""Checks, before anything happens, that a rig has everything that a scenario names; each mistake has its line."""
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Where a device shows the numbers of its diagnoses, and whether it shows one.
+"""The points in which a device shows the numbers of its diagnoses, and whether one is shown.
 
 A MAx-4 has `DiagCode` of its own and of each axis, an ARP card the errors of its axes, a PAM the list of its errors,
 a CANopen node the code of its last emergency message.  Devices name them in `trouble_keys` and `diagnosis_keys`.

@@ -30,7 +30,7 @@ class LivePlaces:
         self.points: dict[str, Value] = {}
         """The points of devices that are recorded, with their present values."""
         self.calls: list[Call] = []
-        """Those of messages."""
+        """The places of messages."""
         self.signals: dict[tuple[str, str], Value] = {}
         """The signals of buses, with their present values; before its first message a wire is False."""
         self.derived: dict[str, Derived] = {}

@@ -13,7 +13,7 @@ LEVELS: Final[Sequence[Mapping[str, Callable[[Any, Any], Any]]]] = (
     {"+": operator.add, "-": operator.sub},
     {"*": operator.mul, "/": operator.truediv},
 )
-"""From the weakest to the strongest."""
+"""The operators by rank, the weakest first."""
 CONSTANTS: Final[Mapping[str, Value]] = {"true": True, "false": False}
 FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
     "abs": abs, "min": min, "max": max, "contains": lambda text, part: str(part) in str(text),

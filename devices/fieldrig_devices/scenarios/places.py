@@ -145,7 +145,7 @@ class Traffic(ReadOnly):
 
 
 class Diagnosis(ReadOnly):
-    """Whether a device shows a diagnosis."""
+    """True while a device shows a diagnosis."""
 
     def __init__(self, rig: "Rig", call: Call) -> None:
         self.name, self._rig, self._device = str(call), rig, call.target

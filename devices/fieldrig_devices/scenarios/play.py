@@ -65,7 +65,7 @@ class Stage(ExitStack):
         self._stops_early, self._recovery, self._operator = stops_early, recovery, recovery
         self._longest_ns = max((one.within_ns or 0 for one in properties), default=0)
         self._acts: list[Act] = []
-        """What is to happen, in the order of time."""
+        """The actions that have not been done, in the order of time."""
         self._places = Followed(rig, self._on_change, self.callback)
         self._seen = Watching(properties, self._places.add_all(place for one in properties for place in one.places))
         self._hands = Hands(rig, self._read, self._write, self._places.send, partial(has_power, rig))

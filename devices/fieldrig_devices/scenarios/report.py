@@ -41,7 +41,7 @@ class Outcome(NamedTuple):
 
     @property
     def violations(self) -> tuple[Violation, ...]:
-        """What did not hold, in the order in which it was seen."""
+        """The violations, in the order in which they were seen."""
         return self.played.violations
 
     @property

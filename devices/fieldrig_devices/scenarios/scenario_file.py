@@ -157,7 +157,7 @@ class Scenario(NamedTuple):
     length_ns: int
     schedule: Schedule
     recovery: Schedule
-    """What the operator does in the end; its instants count from the end of all faults."""
+    """The actions of the operator in the end; their instants count from the end of all faults."""
     properties: tuple[Property, ...]
     source: Source | None = None
     """The file, with the lines of its keys; None without one."""

@@ -35,7 +35,7 @@ HOLD_NS: Final = 100 * MS
 
 
 class Scenario:
-    """What happens to a rig, and what has to hold meanwhile.  Times are nanoseconds from the begin of `run`.
+    """A scenario: steps that happen to a rig, and properties that have to hold.  Times are nanoseconds from its begin.
 
     Each step has an instant `at`, or waits for a milestone: `when` is a condition, which has become true for the
     `nth` time; `at` counts from then.  ArgumentError, with what was expected, for a wrong argument.

@@ -21,7 +21,7 @@ class Trace:
         self._recorder = Recorder(path)
         self._counts: dict[str, int] = {}
         self.said = ""
-        """What was written, in words, when it is complete."""
+        """A summary in words, when it is complete."""
 
     def take(self, bus: str, batch: Mapping[str, Any]) -> None:
         self._recorder.take(bus, batch)

@@ -1,4 +1,4 @@
-"""What is seen in a scenario: the changes of its places, its judge, and its milestones; in virtual time and in real."""
+"""Watches a scenario in either time: the changes of its places, its judge, and its milestones."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
@@ -35,7 +35,7 @@ class Played(NamedTuple):
     unreached: tuple[Act, ...] = ()
     """The actions whose milestones were not reached."""
     notes: tuple[str, ...] = ()
-    """What real time could not judge, as sentences."""
+    """Remarks on what real time could not judge, as sentences."""
 
 
 class Watching:

@@ -1,4 +1,4 @@
-"""What the buses of a rig in real time publish, for a tool without an event loop."""
+"""The messages that the buses of a rig in real time publish, for a tool without an event loop."""
 
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,7 +29,7 @@ class BusInbox:
         self._is_open = True
         self._take(next(self._inbox))  # which declares the listeners
         for bus in buses:
-            self._client.ask(f"bus/{bus}/status", timeout_s=READY_S)  # who has answered knows of them
+            self._client.ask(f"bus/{bus}/status", timeout_s=READY_S)  # a bus that has answered knows of them
         self._thread = Thread(target=self._work, name="traffic", daemon=True)
         self._thread.start()
 
