@@ -39,6 +39,7 @@ import recording  # noqa: E402
 import replay  # noqa: E402
 import ring  # noqa: E402
 import ring_network  # noqa: E402
+import search  # noqa: E402
 import search_farm  # noqa: E402
 import shipped_rigs  # noqa: E402
 import single_drive  # noqa: E402
@@ -71,6 +72,7 @@ BENCHMARKS = (
     single_drive,
     virtual_time,
     branches,
+    search,
     program_tests,
     coverage_cost,
     planted_bugs,

@@ -37,9 +37,15 @@ class Judge:
 
     def look(self, at_ns: int, changed: Values | None = None) -> None:
         """Judge everything, with values that may have changed without an event."""
-        if changed:
-            self.values.update(changed)
+        if changed is not None:
+            news = {place: value for place, value in changed.items() if self.values.get(place) != value}
+            if not news and not self._is_due(at_ns):
+                return  # as it was at the last look
+            self.values.update(news)
         self._judge(at_ns, tuple(self._open))
+
+    def _is_due(self, at_ns: int) -> bool:
+        return any(watch.due_ns is not None and at_ns > watch.due_ns for watch in self._open)
 
     def healed(self, at_ns: int) -> None:
         """Note that all actions are over, and that there is no fault any more."""

@@ -36,6 +36,11 @@ class Milestones:
         """The actions whose milestones have not been reached."""
         return tuple(each.act for each in self._waiting)
 
+    @property
+    def has_reached(self) -> bool:
+        """True if there are actions for `reached`."""
+        return bool(self._reached)
+
     def look(self, at_ns: int, values: Mapping[str, Value]) -> None:
         """Look at all conditions.  One that is true already counts as having become true."""
         for waiting in [each for each in self._waiting if each.is_reached(values)]:

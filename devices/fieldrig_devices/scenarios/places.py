@@ -60,9 +60,10 @@ class DevicePoint:
 
     def __init__(self, rig: "Rig", name: str) -> None:
         self._rig, self.name = rig, name
+        self._device, self._key = split_point(name)
 
     def read(self) -> Value:
-        return self._rig.get(self.name)
+        return self._rig.get(self._device, self._key)
 
     def write(self, value: Value) -> None:
         self._rig.set(self.name, value)
@@ -79,14 +80,17 @@ class BusSignal:
         self._send: Callable[[Signal], None] | None = None
 
     def read(self) -> Value:
-        known = self._rig.signals(self._bus)
-        if self._key in known:
-            value: Value = known[self._key]["value"]
+        facts = self._rig.signals(self._bus, (self._key,)).get(self._key)
+        if facts is not None:
+            value: Value = facts["value"]
             return value
         heard = {name for names in self._rig.interests(self._bus).values() for name in names or ()}
         if self._key in heard:
             return False  # a device listens to it, and nothing has been on it yet
-        raise ControlError(f"{self._bus} has no signal {self._key!r}", closest(self._key, [*known, *map(str, heard)]))
+        raise ControlError(
+            f"{self._bus} has no signal {self._key!r}",
+            closest(self._key, [*self._rig.signals(self._bus), *map(str, heard)]),
+        )
 
     def write(self, value: Value) -> None:
         if isinstance(value, str):

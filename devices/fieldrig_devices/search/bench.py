@@ -39,6 +39,11 @@ class Bench:
         self._first = self._standing(())
 
     @property
+    def rig(self) -> Rig:
+        """The rig at the begin of the scenario, which has not begun; nothing may run it."""
+        return self._first.rig
+
+    @property
     def root(self) -> Branch:
         """The first world at the begin of the scenario."""
         return self._first.root
@@ -46,7 +51,7 @@ class Bench:
     @cached_property
     def choices(self) -> tuple[Choice, ...]:
         """What may happen.  ControlError for what the rig does not have."""
-        with self._first.rig.branch() as scratch:
+        with self.rig.branch() as scratch:
             return scratch.call(choices_of, self.plan.vary)
 
     @property
@@ -67,8 +72,8 @@ class Bench:
 
     def told(self, piece: Piece) -> Played:
         """Play a whole piece with all that a report needs."""
-        with self._nearest(piece).branch() as branch:
-            return branch.call(run.play_told, piece)
+        with self._standing(piece.world).rig.branch() as branch:
+            return branch.call(run.play_told, self.plan, piece)
 
     def start(self, piece: Piece) -> Branch:
         """Start a piece in a branch of its own; `Branch.result` gives the `Run`, and `park` takes the branch back."""

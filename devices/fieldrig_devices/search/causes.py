@@ -1,7 +1,8 @@
 """Makes failing runs small, and keeps one of each cause: hundreds of runs may fail for one mistake of a program.
 
-Two runs have one cause if the programs took the same way to it: the same branches in the last 50 ms.  Without a program
-the actions have to tell: their verbs, places and faults.  A run that has all actions of a finding, and holds without
+Two runs have one cause if the programs took the same way to it: the same branches in the last 50 ms.  With the same
+actions (verbs, places and faults) it is enough if one way is a part of the other, as the begin of the 50 ms is not the
+same.  Without a program the actions alone have to tell.  A run that has all actions of a finding, and holds without
 them, is explained by it.
 """
 
@@ -34,8 +35,8 @@ class Causes:
     def __init__(self, bench: Bench, corpus: Corpus) -> None:
         self._bench, self._corpus = bench, corpus
         self._seen: set[tuple[str, Sorts, str]] = set()
-        self._known: dict[str, list[tuple[Sorts, str]]] = {}
-        """The actions and the cause of each finding of a property."""
+        self._known: dict[str, list[tuple[Sorts, bytes]]] = {}
+        """The actions and the way of each finding of a property."""
         self._shrunk: Counter[str] = Counter()
         self._alike: Counter[tuple[str, Sorts]] = Counter()
 
@@ -45,19 +46,29 @@ class Causes:
             name, sorts, way = violation.property, sorts_of(failing.acts), _digest(failing.way)
             if (name, sorts, way) not in self._seen and self._is_worth(name, sorts):
                 self._seen.add((name, sorts, way))
-                if not self._is_explained(name, failing, way):
+                if not self._is_explained(name, failing):
                     self._shrunk[name] += 1
                     self._alike[name, sorts] += 1
                     self._note(name, failing)
 
     def small(self, name: str, failing: Run) -> Finding:
         """Return a finding of a property that does not hold in a run, as small as possible."""
+        return self._small(name, failing)[0]
+
+    def _small(self, name: str, failing: Run) -> tuple[Finding, bytes]:
+        """Return the finding, and the way to it."""
         length_ns = max(failing.length_ns, self._bench.plan.scenario.length_ns)
         broken = self._breaks(name, failing, length_ns)
         acts = fewest_acts(failing.acts, lambda some: broken(some) is not None)
-        cause = self._cause(broken(acts))
-        # What is moved in time may come to another mistake of the program, which has a finding of its own.
-        acts = minimal(acts, lambda some: self._cause(broken(some)) == cause, self._bench.choices)
+        first = broken(acts)
+        assert first is not None, "a run is the same each time"
+
+        def is_same(some: Schedule) -> bool:
+            """What is moved in time may come to another mistake of the program, which has a finding of its own."""
+            found = broken(some)
+            return found is not None and _is_along(found.way, first.way)
+
+        acts = minimal(acts, is_same, self._bench.choices)
         world = failing.world
         if world and self._breaks(name, failing._replace(world=()), length_ns)(acts) is not None:
             world = ()
@@ -67,11 +78,11 @@ class Causes:
         is_room = len(self._known.get(name, ())) < MOST_CAUSES and self._shrunk[name] < MOST_SHRUNK
         return is_room and self._alike[name, sorts] < MOST_ALIKE
 
-    def _is_explained(self, name: str, failing: Run, way: str) -> bool:
+    def _is_explained(self, name: str, failing: Run) -> bool:
         """True if the run is one of a known finding."""
         broken = self._breaks(name, failing, failing.length_ns)
-        for sorts, cause in self._known.get(name, ()):
-            if way and cause == way:
+        for sorts, way in self._known.get(name, ()):
+            if any(way) and way == failing.way:
                 return True
             rest = tuple(act for act in failing.acts if sort_of(act) not in sorts)
             if sorts and rest and sorts <= sorts_of(failing.acts) and broken(rest) is None:
@@ -79,12 +90,14 @@ class Causes:
         return False
 
     def _note(self, name: str, failing: Run) -> None:
-        finding = self.small(name, failing)
-        known = self._known.setdefault(name, [])
-        sorts = sorts_of(finding.acts)
-        if any(cause == finding.cause for _, cause in known):
+        finding, way = self._small(name, failing)
+        if any((one.property, one.cause) == (name, finding.cause) for one in self._corpus.findings()):
             return
-        known.append((sorts, finding.cause))
+        known, sorts = self._known.setdefault(name, []), sorts_of(finding.acts)
+        for others, other in known:
+            if (any(way) and way == other) or (sorts == others and _is_along(way, other)):
+                return
+        known.append((sorts, way))
         self._corpus.note(finding)
 
     def _breaks(self, name: str, failing: Run, length_ns: int) -> Callable[[Schedule], Run | None]:
@@ -96,12 +109,7 @@ class Causes:
 
         return broken
 
-    def _cause(self, failing: Run | None) -> str:
-        if failing is None:
-            return ""
-        return _digest(failing.way) or _digest(repr(sorted(sorts_of(failing.acts))).encode())
-
-    def _told(self, name: str, failing: Run, acts: Schedule, length_ns: int) -> Finding:
+    def _told(self, name: str, failing: Run, acts: Schedule, length_ns: int) -> tuple[Finding, bytes]:
         broken = self._breaks(name, failing, length_ns)
         found = broken(acts)
         assert found is not None, "a run is the same each time"
@@ -109,8 +117,8 @@ class Causes:
         played = self._bench.told(Piece(acts, 0, length_ns, world=failing.world))
         violation = _of(played.violations, name)
         words = tuple(told(played, violation))
-        cause = self._cause(found)
-        return Finding(
+        cause = _digest(found.way) or _digest(repr(sorted(sorts_of(acts))).encode())
+        finding = Finding(
             0,
             name,
             acts,
@@ -123,6 +131,7 @@ class Causes:
             words,
             played.hash,
         )
+        return finding, found.way
 
     def _shortest(self, name: str, failing: Run, acts: Schedule, found: Run, length_ns: int) -> int:
         """Return the roundest time after which it is over."""
@@ -145,6 +154,12 @@ def sorts_of(acts: Schedule) -> Sorts:
 
 def _of(violations: tuple[Violation, ...], name: str) -> Violation:
     return next(one for one in violations if one.property == name)
+
+
+def _is_along(way: bytes, other: bytes) -> bool:
+    """True if one of two ways has all branches of the other."""
+    one, two = int.from_bytes(way, "little"), int.from_bytes(other, "little")
+    return one & two in (one, two)
 
 
 def _digest(way: bytes) -> str:

@@ -12,6 +12,7 @@ from fieldrig.storage.store import replace_file
 from fieldrig.virtual.readings import seconds
 from fieldrig_devices.scenarios.act import Act
 from fieldrig_devices.scenarios.property import Kind, Property
+from fieldrig_devices.scenarios.report import Outcome
 from fieldrig_devices.scenarios.scenario_file import Scenario
 from fieldrig_devices.search.corpus import Finding
 
@@ -41,7 +42,6 @@ def test_the_property_holds(file):
 
 def write(scenario: Scenario, findings: Sequence[Finding], folder: Path) -> list[Path]:
     """Write a scenario for each finding, a picture of it, and a test for all of them; return the scenarios."""
-    from fieldrig_devices.scenarios.picture import picture
     from fieldrig_devices.scenarios.running import played
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -50,11 +50,22 @@ def write(scenario: Scenario, findings: Sequence[Finding], folder: Path) -> list
         file = folder / f"finding-{finding.number}.yaml"
         replace_file(file, scenario_text(scenario, finding, folder).encode())
         outcome = played(file)
-        drawn = picture(finding.property, outcome.played, outcome.scenario.schedule)
-        replace_file(file.with_suffix(".svg"), drawn.encode())
+        replace_file(file.with_suffix(".svg"), _drawn(finding, outcome).encode())
         files.append(file)
     replace_file(folder / "test_findings.py", TEST.encode())
     return files
+
+
+def _drawn(finding: Finding, outcome: Outcome) -> str:
+    """Return the picture around the violation; of the whole scenario for a property of every rig."""
+    from fieldrig_devices.scenarios.picture import picture, picture_of
+
+    played, scenario = outcome.played, outcome.scenario
+    rule = next((one for one in scenario.properties if one.name == finding.property), None)
+    violation = next((one for one in played.violations if one.property == finding.property), None)
+    if rule is None or violation is None:
+        return picture(finding.property, played, scenario.schedule)
+    return picture_of(played, rule, violation)
 
 
 def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:

@@ -39,14 +39,21 @@ class Present(NamedTuple):
 _present: list[Present] = []
 
 
-def begin(rig: "Rig", plan: Plan) -> None:
+def begin(rig: "Rig", plan: Plan, *, is_hashed: bool = False) -> None:
     """Begin the scenario, which ends at the first violation.  RigError for a place that the rig does not have."""
     scenario, kind = plan.scenario, Stage
     if scenario.master is not None:
         from fieldrig_devices.scenarios.with_master import MasterStage  # most programs are the rig's
 
         kind = MasterStage
-    stage = kind(rig, scenario.schedule, scenario.properties, recovery=scenario.recovery, stops_early=True)
+    stage = kind(
+        rig,
+        scenario.schedule,
+        scenario.properties,
+        recovery=scenario.recovery,
+        stops_early=True,
+        is_hashed=is_hashed,
+    )
     recovers = any(one.kind is Kind.EVENTUALLY for one in scenario.properties)
     _present[:] = [Present(plan, stage, Eye(rig, plan.sorts, plan.states), recovers)]
 
@@ -81,8 +88,9 @@ def _play_piece(rig: "Rig", piece: Piece) -> Run:
     return _run(piece)._replace(states=states, violations=ended.violations, way=ended.way)
 
 
-def play_told(rig: "Rig", piece: Piece) -> Played:
-    """Play a whole piece with all that a report needs."""
+def play_told(rig: "Rig", plan: Plan, piece: Piece) -> Played:
+    """Play a whole piece with all that a report needs, from the begin of the scenario, which has not begun."""
+    begin(rig, plan, is_hashed=True)
     with _master(rig):
         _go_to(piece)
         return _present[0].stage.finish(piece.until_ns)

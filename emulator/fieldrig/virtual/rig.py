@@ -300,9 +300,11 @@ class Rig:
         """Return frames, load and other figures of a bus, by name.  ControlError if there is no such bus."""
         return self._model(bus).statistics(self.now_ns)
 
-    def signals(self, bus: str) -> dict[str, dict[str, Any]]:
-        """Return the facts of each signal of a bus that has a value, such as a wire, by its name."""
+    def signals(self, bus: str, names: Iterable[str] | None = None) -> dict[str, dict[str, Any]]:
+        """Return the facts of these signals of a bus that have a value, such as wires, by name; None stands for all."""
         standing = self._model(bus).standing()
+        if names is not None:
+            standing = {name: standing[name] for name in names if name in standing}
         return self.buses[bus].signals(standing, self.now_ns)
 
     def interests(self, bus: str) -> dict[str, Any]:

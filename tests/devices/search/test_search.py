@@ -14,6 +14,7 @@ from fieldrig.clock import MS, S
 from fieldrig.errors import ConfigError, RigError
 from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.command import app as scenario_app
+from fieldrig_devices.search.causes import Causes
 from fieldrig_devices.search.command import app
 from fieldrig_devices.search.corpus import Corpus, Finding
 from fieldrig_devices.search.crew import Bench, LocalCrew
@@ -204,8 +205,8 @@ def run(*arguments: object) -> Result:
 
 
 def test_findings_repeat_as_scenarios_and_as_tests(tmp_path: Path) -> None:
-    plan, corpus, found = planted(tmp_path, RACE, SHORT), tmp_path / "c.sqlite", tmp_path / "found"
-    done = run("run", plan, "--strategy", "sweep", "--budget", "10min", "--corpus", corpus, "--findings", found)
+    plan, corpus, found = planted(tmp_path, HISTORY, PLAN), tmp_path / "c.sqlite", tmp_path / "found"
+    done = run("run", plan, "--strategy", "swarm", "--most", "8", "--corpus", corpus, "--findings", found)
     assert done.exit_code == 1, done.output
     assert "1. the lamp goes out: at " in done.stdout
     again = CliRunner().invoke(scenario_app, ["run", str(found / "finding-1.yaml")])
@@ -253,3 +254,60 @@ def test_what_is_found_is_made_few_round_and_short() -> None:
     fault = Act(1_037_000_001, "fault", "can0", {"what": "drop", "duration_ms": "300"})
     acts = (Act(3 * MS, "restart", "io"), fault, Act(2 * S, "press", "a/b", True, 80 * MS))
     assert minimal(acts, fails) == (Act(1 * S, "fault", "can0", {"what": "drop", "duration_ms": "1"}),)
+
+
+TWO_BUGS = """
+IF NOT switch AND was AND last > T#150ms AND last < T#170ms THEN stuck := TRUE; END_IF
+IF presses >= 2 THEN
+  lamp := TRUE;
+END_IF
+was := switch;
+last := hold.ET;
+lamp := lamp OR stuck;
+"""
+"""A race, and a counter, behind the same property."""
+
+
+def run_of(bench: Bench, *acts: Act) -> Run:
+    played = bench.play(Piece(acts, 0, 2 * S))
+    assert played.violations
+    return played
+
+
+def test_one_finding_of_each_cause(tmp_path: Path) -> None:
+    """Of two mistakes behind one property both are found, each once, however often it fails."""
+    corpus = Corpus(None)
+    with Bench(load_plan(planted(tmp_path, TWO_BUGS))) as bench:
+        causes = Causes(bench, corpus)
+        for at_ms in (270, 274, 278):
+            causes.take(run_of(bench, Act(at_ms * MS, "set", "wires/switch.on", False)))
+        again = [Act(at_ms * MS, "press", "wires/switch.on", True, 50 * MS) for at_ms in (1110, 1290, 1450)]
+        for act in again:
+            causes.take(run_of(bench, act))
+        causes.take(run_of(bench, *again))
+    found = corpus.findings()
+    assert sorted(one.acts[0].verb for one in found) == ["press", "set"]
+    assert len({one.cause for one in found}) == 2
+    assert all("in the 50 ms before:" in one.told for one in found)
+
+
+COMES_BACK = """\
+properties:
+  it comes back: {eventually: not terminal/stuck_lamp, within: 300ms}
+"""
+
+
+@pytest.mark.parametrize(
+    ("recover", "is_found"), [("", True), ("recover: [{at: 50ms, set: {terminal/reset: true}}]", False)]
+)
+def test_whether_the_machine_comes_back_by_what_its_operator_may_do(
+    tmp_path: Path, recover: str, is_found: bool
+) -> None:
+    bug = "IF presses > 1 THEN stuck_lamp := TRUE; END_IF IF reset THEN stuck_lamp := FALSE; presses := 0; END_IF"
+    plan = PLAN[: PLAN.index("properties")].replace("for: 2s", "for: 800ms") + COMES_BACK + PLAN[PLAN.index("vary") :]
+    file = planted(tmp_path, bug, f"{recover}\n{plan}")
+    program = tmp_path / "lamp.st"
+    program.write_text(program.read_text().replace("presses : INT;", "presses : INT; stuck_lamp, reset : BOOL;"))
+    for strategy in ("archive", "swarm"):
+        corpus, _ = searched(file, strategy, most=6)
+        assert bool(corpus.findings()) is is_found, strategy
