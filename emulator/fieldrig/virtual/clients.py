@@ -4,8 +4,9 @@ They have the names that they have in real time, such as `tcp:1`, so a name may 
 """
 
 from collections.abc import Callable
+from typing import Any
 
-from fieldrig.bus import Doors
+from fieldrig.bus import BusModel, Doors
 from fieldrig.errors import RigError
 from fieldrig.virtual.engine import Engine
 from fieldrig.virtual.node import EventNode
@@ -14,9 +15,9 @@ from fieldrig.virtual.node import EventNode
 class Clients:
     """The clients of a rig, in a block of `virtual_time`."""
 
-    def __init__(self, engine: Engine, add: Callable[[str], EventNode]) -> None:
-        """`add` adds a member from outside, or refuses it."""
-        self._engine, self._add = engine, add
+    def __init__(self, engine: Engine, add: Callable[[str], EventNode], model: Callable[[str], BusModel[Any]]) -> None:
+        """`add` adds a member from outside, or refuses it; `model` returns a bus, or raises ControlError."""
+        self._engine, self._add, self._model = engine, add, model
         self._buses: dict[str, list[str]] = {}
         """The buses of each client."""
 
@@ -39,13 +40,13 @@ class Clients:
         return is_other or bus in self._buses.get(member, ())
 
     def join(self, member: str, bus: str) -> EventNode:
-        """Add a client to a bus of the rig.  RigError if the bus has a member of this name."""
-        engine = self._engine
+        """Add a client to a bus.  ControlError for an unknown bus, RigError if it has a member of this name."""
+        engine, model = self._engine, self._model(bus)
         if self.has(member, bus):
             raise RigError(f"the bus {bus!r} already has a member {member!r}", "choose another name")
         node = engine.outside.get(member) or self._add(member)
         self._buses.setdefault(member, []).append(bus)
-        engine.models[bus].join(member)
+        model.join(member)
         return node
 
     def leave(self, member: str, bus: str) -> None:
@@ -53,15 +54,15 @@ class Clients:
         engine, buses = self._engine, self._buses[member]
         engine.take_from_outside()
         buses.remove(bus)
-        engine.models[bus].leave(member)
+        self._model(bus).leave(member)
         if not buses:
             del self._buses[member]
             engine.remove(member)
 
     def on_doors(self, bus: str, call: Callable[[Doors], None]) -> None:
         """Call `call` with the effects of faults of a bus on its ports."""
-        self._engine.models[bus].on_doors(call)
+        self._model(bus).on_doors(call)
 
     def waiting(self, member: str, bus: str) -> int:
         """Return how many messages of a client wait to be sent."""
-        return self._engine.models[bus].waiting(member)
+        return self._model(bus).waiting(member)

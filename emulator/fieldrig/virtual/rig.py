@@ -59,7 +59,7 @@ class Rig:
         self.buses = self._engine.buses
         if on_delivery is not None:
             self._engine.listeners = (on_delivery,)
-        self.clients = Clients(self._engine, self._add)
+        self.clients = Clients(self._engine, self._add, self._model)
         """The clients of ports, in a block of `virtual_time`."""
         self._faults = RigFaults(self._engine, self)
         self._stores = dict(stores or {})
