@@ -50,7 +50,7 @@ class Bench:
 
     @cached_property
     def choices(self) -> tuple[Choice, ...]:
-        """What may happen.  ControlError for what the rig does not have."""
+        """The things that may happen.  ControlError for what the rig does not have."""
         with self.rig.branch() as scratch:
             return scratch.call(choices_of, self.plan.vary)
 
@@ -91,7 +91,7 @@ class Bench:
             self._parked.popitem(last=False)[1].close()
 
     def drop(self, played: Run) -> None:
-        """Nobody goes on from the end of this piece."""
+        """Let the branch at the end of this piece go: no other piece goes on from there."""
         branch = self._parked.pop(_end_of(played), None)
         if branch is not None:
             branch.close()

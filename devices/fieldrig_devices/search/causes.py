@@ -6,6 +6,7 @@ same.  Without a program the actions alone have to tell.  A run that has all act
 them, is explained by it.
 """
 
+import re
 from collections import Counter
 from collections.abc import Callable
 from hashlib import sha256
@@ -13,6 +14,7 @@ from typing import Final
 
 from fieldrig.clock import MS, S
 from fieldrig_devices.scenarios.act import Act, Schedule
+from fieldrig_devices.scenarios.guard import NOTHING_RAISES
 from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.scenarios.report import told
 from fieldrig_devices.search.bench import Bench
@@ -23,10 +25,12 @@ from fieldrig_devices.search.piece import Piece, Run
 
 MOST_CAUSES: Final = 12
 """Findings of one property."""
-MOST_SHRUNK: Final = 40
+MOST_SHRUNK: Final = 16
 """Runs of one property that are made small; most of them turn out to be known."""
-MOST_ALIKE: Final = 4
+MOST_ALIKE: Final = 3
 """Runs of one property with the same actions at other instants that are made small."""
+MOST_EXPLAINED: Final = 100
+"""Runs of one property for which it is asked whether a known finding explains them."""
 
 Sorts = frozenset[tuple[str, str, str]]
 
@@ -39,21 +43,23 @@ class Causes:
         """The actions and the way of each finding of a property."""
         self._shrunk: Counter[str] = Counter()
         self._alike: Counter[tuple[str, Sorts]] = Counter()
+        self._asked: Counter[str] = Counter()
 
     def take(self, failing: Run) -> None:
         """Take a run in which a property does not hold, and note it as a finding if its cause is new."""
         for violation in failing.violations:
-            name, sorts, way = violation.property, sorts_of(failing.acts), _digest(failing.way)
+            name, sorts, way = _name(violation), sorts_of(failing.acts), _digest(failing.way)
             if (name, sorts, way) not in self._seen and self._is_worth(name, sorts):
                 self._seen.add((name, sorts, way))
+                self._asked[name] += 1
                 if not self._is_explained(name, failing):
                     self._shrunk[name] += 1
                     self._alike[name, sorts] += 1
                     self._note(name, failing)
 
-    def small(self, name: str, failing: Run) -> Finding:
+    def small(self, violation: Violation, failing: Run) -> Finding:
         """Return a finding of a property that does not hold in a run, as small as possible."""
-        return self._small(name, failing)[0]
+        return self._small(_name(violation), failing)[0]
 
     def _small(self, name: str, failing: Run) -> tuple[Finding, bytes]:
         """Return the finding, and the way to it."""
@@ -64,7 +70,7 @@ class Causes:
         assert first is not None, "a run is the same each time"
 
         def is_same(some: Schedule) -> bool:
-            """What is moved in time may come to another mistake of the program, which has a finding of its own."""
+            """Return whether actions fail for the same mistake: moved in time they may come to another one."""
             found = broken(some)
             return found is not None and _is_along(found.way, first.way)
 
@@ -76,7 +82,7 @@ class Causes:
 
     def _is_worth(self, name: str, sorts: Sorts) -> bool:
         is_room = len(self._known.get(name, ())) < MOST_CAUSES and self._shrunk[name] < MOST_SHRUNK
-        return is_room and self._alike[name, sorts] < MOST_ALIKE
+        return is_room and self._alike[name, sorts] < MOST_ALIKE and self._asked[name] < MOST_EXPLAINED
 
     def _is_explained(self, name: str, failing: Run) -> bool:
         """True if the run is one of a known finding."""
@@ -91,7 +97,7 @@ class Causes:
 
     def _note(self, name: str, failing: Run) -> None:
         finding, way = self._small(name, failing)
-        if any((one.property, one.cause) == (name, finding.cause) for one in self._corpus.findings()):
+        if any((one.property, one.cause) == (finding.property, finding.cause) for one in self._corpus.findings()):
             return
         known, sorts = self._known.setdefault(name, []), sorts_of(finding.acts)
         for others, other in known:
@@ -105,7 +111,7 @@ class Causes:
 
         def broken(acts: Schedule) -> Run | None:
             played = self._bench.play(Piece(acts, 0, length_ns, world=failing.world))
-            return played if any(one.property == name for one in played.violations) else None
+            return played if any(_name(one) == name for one in played.violations) else None
 
         return broken
 
@@ -120,7 +126,7 @@ class Causes:
         cause = _digest(found.way) or _digest(repr(sorted(sorts_of(acts))).encode())
         finding = Finding(
             0,
-            name,
+            violation.property,
             acts,
             failing.acts,
             length_ns,
@@ -152,8 +158,14 @@ def sorts_of(acts: Schedule) -> Sorts:
     return frozenset(map(sort_of, acts))
 
 
+def _name(violation: Violation) -> str:
+    """Return the name of a property; for a device that raises also what it raises, as each is a fault of its own."""
+    raised = re.sub(r"\d+", "#", violation.what) if violation.property == NOTHING_RAISES else ""
+    return f"{violation.property}{raised and f': {raised}'}"
+
+
 def _of(violations: tuple[Violation, ...], name: str) -> Violation:
-    return next(one for one in violations if one.property == name)
+    return next(one for one in violations if _name(one) == name)
 
 
 def _is_along(way: bytes, other: bytes) -> bool:

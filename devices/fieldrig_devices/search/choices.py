@@ -1,4 +1,4 @@
-"""What may happen in a search: for each choice a verb, a place, and the values that it may have."""
+"""The things that may happen in a search: for each choice a verb, a place, and the values that it may have."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product

@@ -71,8 +71,9 @@ def minimised(plan: Plan, corpus: Corpus, findings: Sequence[Finding]) -> Iterat
         for one in findings:
             for acts in (one.found, one.acts):
                 played = bench.play(Piece(acts, 0, one.length_ns, world=one.world))
-                if any(wrong.property == one.property for wrong in played.violations):
-                    small = causes.small(one.property, played)
+                violation = next((wrong for wrong in played.violations if wrong.property == one.property), None)
+                if violation is not None:
+                    small = causes.small(violation, played)
                     corpus.replace(one.number, small)
                     yield small
                     break

@@ -18,12 +18,12 @@ CREATE TABLE IF NOT EXISTS run (
 );
 CREATE TABLE IF NOT EXISTS finding (
     id INTEGER PRIMARY KEY, property TEXT, acts TEXT, found TEXT, length_ns INTEGER, at_ns INTEGER, what TEXT,
-    world TEXT, cause TEXT, told TEXT, hash TEXT, UNIQUE (property, acts, world)
+    world TEXT, cause TEXT, reason TEXT, hash TEXT, UNIQUE (property, acts, world)
 );
 CREATE TABLE IF NOT EXISTS plan (file TEXT, rig TEXT, overrides TEXT, UNIQUE (file, rig, overrides));
 CREATE TABLE IF NOT EXISTS coverage (places TEXT PRIMARY KEY, marks BLOB);
 """
-_FINDING: Final = "property, acts, found, length_ns, at_ns, what, world, cause, told, hash"
+_FINDING: Final = "property, acts, found, length_ns, at_ns, what, world, cause, reason, hash"
 
 
 class Finding(NamedTuple):
@@ -43,7 +43,7 @@ class Finding(NamedTuple):
     """The overrides with which it happens, beside those of the scenario."""
     cause: str = ""
     """Findings of one property with different causes are different faults of a program, as far as its way shows it."""
-    told: tuple[str, ...] = ()
+    reason: tuple[str, ...] = ()
     """The reason in words, with what happened in the 50 ms before."""
     hash: str = ""
     """The number of all messages and their hash: a replay has the same one."""
@@ -86,7 +86,7 @@ class Corpus:
             *finding[4:7],
             json.dumps(finding.world),
             finding.cause,
-            json.dumps(finding.told),
+            json.dumps(finding.reason),
             finding.hash,
         )
         with self._store:
@@ -157,7 +157,7 @@ class Corpus:
 def _finding_of(
     number: int, name: str, acts: str, found: str, length_ns: int, at_ns: int, what: str, *others: str
 ) -> Finding:
-    world, cause, told, messages = others
+    world, cause, reason, messages = others
     return Finding(
         number,
         name,
@@ -168,6 +168,6 @@ def _finding_of(
         what,
         tuple(json.loads(world)),
         cause,
-        tuple(json.loads(told)),
+        tuple(json.loads(reason)),
         messages,
     )

@@ -1,4 +1,4 @@
-"""Who plays the pieces of a search: branches of this machine, or the workers of a cluster behind the same calls."""
+"""Crews play the pieces of a search: branches of this machine, or the workers of a cluster behind the same calls."""
 
 from collections import deque
 from typing import TYPE_CHECKING, Protocol, Self
@@ -18,13 +18,13 @@ class Crew(Protocol):
     """Plays pieces; they end in any order, and their outcomes come in the order in which they were started."""
 
     def start(self, piece: Piece) -> None:
-        """Have a piece played as soon as somebody is free."""
+        """Have a piece played as soon as a worker is free."""
 
     def next(self) -> Run:
         """Wait for the piece that was started first of those whose outcome was not returned yet."""
 
     def drop(self, run: Run) -> None:
-        """Nobody goes on from the end of this piece."""
+        """Let the end of this piece go: no other piece goes on from there."""
 
 
 class LocalCrew:

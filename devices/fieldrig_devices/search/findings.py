@@ -76,7 +76,7 @@ def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:
     overrides = [*scenario.overrides, *finding.world]
     lines = [
         f"# {finding.property}: at {seconds(finding.at_ns)} {finding.what}",
-        *(f"#   {line}" for line in finding.told[1:]),
+        *(f"#   {line}" for line in finding.reason[1:]),
         *([f"# messages and their hash: {finding.hash}"] if finding.hash else []),
         f"rig: {_quoted(_relative(scenario.rig, folder))}",
         *([f"overrides: {json.dumps(overrides)}"] if overrides else []),

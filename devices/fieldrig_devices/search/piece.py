@@ -1,7 +1,7 @@
 """Pieces of a search: runs, or parts of them, that depend on nothing but what they say.
 
-Whoever plays a piece, on whatever machine and in whatever order, gets the same outcome.  A worker that has a branch of
-the rig at the begin of the piece goes on from there; another one plays what comes before it first.
+A piece has the same outcome on each machine and in each order.  A worker that has a branch of the rig at the begin of
+the piece goes on from there; another one plays what comes before it first.
 """
 
 import json

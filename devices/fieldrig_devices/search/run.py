@@ -1,4 +1,4 @@
-"""What is called in the branches of a rig: the scenario with some actions besides.
+"""The calls in the branches of a rig: the scenario with some actions besides.
 
 A branch has a stage and an eye of its own, which its branches begin from.  The functions take the rig (`Branch.call`),
 and what crosses the pipe is small.
@@ -27,7 +27,7 @@ class Edges(NamedTuple):
 
 
 class Present(NamedTuple):
-    """What a process has of the scenario that it plays."""
+    """The scenario that a process plays."""
 
     plan: Plan
     stage: Stage

@@ -27,7 +27,7 @@ class Limits(NamedTuple):
 
 
 class Search:
-    """What is found, and in which order, depends on plan, seed and shard, and not on the crew."""
+    """Its findings, and their order, depend on plan, seed and shard, and not on the crew."""
 
     def __init__(self, plan: Plan, bench: Bench, crew: Crew, corpus: Corpus, seed: int, shard: Shard = WHOLE) -> None:
         """`bench` is the rig on this machine, for the control run and for shrinking; `crew` plays the pieces."""
@@ -52,7 +52,7 @@ class Search:
             tell(strategy.told())
 
     def _follow(self, name: str, strategy: Strategy, may_start: Callable[[], bool]) -> None:
-        """Have the pieces of a strategy played: so many ahead that the crew has work, and always as many.
+        """Have the pieces of a strategy played: always the same number ahead, so that the crew has work.
 
         A piece is chosen when the outcome of the one `ahead` before it is known, whether more of them are known or not.
         """

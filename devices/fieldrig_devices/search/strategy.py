@@ -1,4 +1,4 @@
-"""What strategies have in common: each says which pieces are played, and learns from their outcomes.
+"""The common part of all strategies: each says which pieces are played, and learns from their outcomes.
 
 What it says depends on the plan, the seed and the outcomes that it was given, in the order of their pieces; never on
 how many are played at the same time, or on which of them ends first.

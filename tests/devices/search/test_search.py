@@ -275,7 +275,7 @@ def run_of(bench: Bench, *acts: Act) -> Run:
 
 
 def test_one_finding_of_each_cause(tmp_path: Path) -> None:
-    """Of two mistakes behind one property both are found, each once, however often it fails."""
+    """Two mistakes behind one property are both found, each once, however often it fails."""
     corpus = Corpus(None)
     with Bench(load_plan(planted(tmp_path, TWO_BUGS))) as bench:
         causes = Causes(bench, corpus)
@@ -288,7 +288,7 @@ def test_one_finding_of_each_cause(tmp_path: Path) -> None:
     found = corpus.findings()
     assert sorted(one.acts[0].verb for one in found) == ["press", "set"]
     assert len({one.cause for one in found}) == 2
-    assert all("in the 50 ms before:" in one.told for one in found)
+    assert all("in the 50 ms before:" in one.reason for one in found)
 
 
 COMES_BACK = """\

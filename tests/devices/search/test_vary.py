@@ -1,4 +1,4 @@
-"""What may happen in a search: faults by pattern, keys, values, and other worlds."""
+"""The things that may happen in a search: faults by pattern, keys, values, and other worlds."""
 
 import json
 from collections.abc import Iterator

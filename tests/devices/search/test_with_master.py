@@ -1,4 +1,4 @@
-"""A Python master in virtual time as the program under test: it begins anew in each branch, always the same."""
+"""A Python master in virtual time as the program under test: it begins again in each branch, always the same."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ import time
 import can
 
 with can.Bus(interface="fieldrig", channel="can0") as bus:
-    print("this is nobody's concern")
+    print("this is not printed")
     time.sleep(0.1)
     bus.send(can.Message(arbitration_id=0, data=[1, 5], is_extended_id=False))
     while True:
