@@ -201,6 +201,13 @@ def commands() -> dict[str, Any]:
         "new energy-meter made/meter",
         "draw --rig lab.yaml lab.svg",
         "conform --rig lab.yaml --set time=virtual --bus can0 --node 5 --only SDO*",
+        "iec test made/main.st --coverage",
+        "iec mutate made/main.st -j 1",
+        "scenario run scenarios/feeder-trip.yaml",
+        "editor problems lab.yaml",
+        "editor pack --out made/fieldrig.vsix",
+        "export lab.yaml --dbc made/lab.dbc --csv made/pump.csv --markdown made/registers.md",
+        "search run searches/feeder.yaml",
         "check nothing.yaml",
     )
     Path("made").mkdir()
