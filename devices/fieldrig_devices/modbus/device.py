@@ -11,7 +11,7 @@ import logging
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AfterValidator, Field, model_validator
@@ -201,6 +201,11 @@ class ModbusDevice(Device):
         return front_of(self.points(), self._identification)
 
     def points(self) -> Mapping[str, Point]:
+        return self._points
+
+    @cached_property
+    def _points(self) -> Mapping[str, Point]:
+        """They are the same as long as the device has power, and a search reads them each millisecond."""
         if len(self._units) == 1:
             (unit,) = self._units.values()
             return self._present(unit.points())
