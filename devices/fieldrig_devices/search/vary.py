@@ -96,9 +96,6 @@ class VarySettings(Settings):
         default=None, description="CAN buses with frames as of `cansend`, and serial lines with bytes in hex"
     )
     clear: Texts | None = Field(default=None, description="buses or devices whose faults end")
-    send: dict[str, str] | None = Field(
-        default=None, description="CAN buses with a frame as of `cansend`, and serial lines with bytes in hex"
-    )
     restart: Texts | None = Field(default=None, description="devices that are switched off and on")
 
     @model_validator(mode="after")
@@ -129,8 +126,6 @@ def _choices(rig: "Rig", given: VarySettings) -> Iterator[Choice]:
         yield Choice("send", bus, tuple(texts))
     for part in matching_parts(rig, given.clear or ()):
         yield Choice("clear", part)
-    for bus, text in (given.send or {}).items():
-        yield Choice("send", bus, (text,))
     for part in matching_parts(rig, given.restart or ()):
         if part in rig.config.devices:
             yield Choice("restart", part)

@@ -1,4 +1,4 @@
-"""The plans of configs/searches: each loads with all that it names; the cheap ones hold, and a few runs find nothing."""
+"""The plans of configs/searches: each loads with all that it names; cheap ones hold, and a few runs find nothing."""
 
 from pathlib import Path
 

@@ -6,6 +6,7 @@ encoder, so a drive is not homed after power-on.
 """
 
 from collections.abc import Callable, Collection, Mapping
+from functools import cached_property
 from math import isfinite
 from typing import Any, ClassVar, Final
 
@@ -177,6 +178,11 @@ class Cia402Drive(Device):
         return front_of(self._settings)
 
     def points(self) -> Mapping[str, Point]:
+        return self._points
+
+    @cached_property
+    def _points(self) -> Mapping[str, Point]:
+        """They are the same as long as the drive has power, and a search reads them each millisecond."""
         return {**self.node.points(), **points_of(self.motor, self.axis, self._inputs)}
 
     def _on_sto(self, is_on: float) -> None:
