@@ -94,7 +94,7 @@ def _finding(number: int, finding: Finding, file: Path | None) -> Iterator[str]:
     for act in finding.acts:
         yield f'<tr><td>{act.at_ns / 1e6:g} ms</td><td class="words">{escape(str(act))}</td></tr>'
     yield "</table></div>"
-    yield f'<ol class="reason">{"".join(f"<li>{escape(line)}</li>" for line in finding.told[1:])}</ol>'
+    yield f'<ol class="reason">{"".join(f"<li>{escape(line)}</li>" for line in finding.reason[1:])}</ol>'
     if file is not None:
         yield from _repeated(finding, file)
     yield "</section>"
