@@ -80,11 +80,17 @@ def planted(folder: Path, bug: str, plan: str = PLAN) -> Path:
 
 
 def searched(
-    plan_file: Path, *strategies: str, most: int = 10_000, seed: int = 1, shard: Shard = WHOLE, workers: int = 2
+    plan_file: Path,
+    *strategies: str,
+    most: int = 10_000,
+    seed: int = 1,
+    shard: Shard = WHOLE,
+    workers: int = 2,
+    is_first: bool = False,
 ) -> tuple[Corpus, list[str]]:
     plan, corpus, told = load_plan(plan_file), Corpus(None), list[str]()
     with Bench(plan) as bench, LocalCrew(bench, workers) as crew:
-        Search(plan, bench, crew, corpus, seed, shard).go(strategies, Limits(600.0, most), told.append)
+        Search(plan, bench, crew, corpus, seed, shard).go(strategies, Limits(600.0, most, is_first), told.append)
     return corpus, told
 
 
@@ -126,6 +132,12 @@ def test_a_bug_with_a_history_needs_branches_that_go_on(tmp_path: Path) -> None:
     corpus, told = searched(planted(tmp_path, HISTORY), "archive", most=60)
     assert len(corpus.findings()[0].acts) <= 3
     assert "states" in told[0]
+
+
+def test_a_search_may_end_at_its_first_finding(tmp_path: Path) -> None:
+    corpus, _ = searched(planted(tmp_path, HISTORY), "archive", most=60, is_first=True)
+    assert len(corpus.findings()) == 1
+    assert len(list(corpus.runs())) < 60
 
 
 def test_a_bug_behind_the_end_of_the_scenario_is_repeated(tmp_path: Path) -> None:
