@@ -4,7 +4,7 @@ Each is a file in `planted`: what is wrong (`about`), the lines of the shipped p
 plan of a search, a scenario by hand that shows the bug (`trigger`, actions beside those of the plan), and the property
 that it breaks.  The shipped program itself has to be clean under the same plan, whatever a search does.
 
-They were written before anybody tuned the search for them, the first seven by somebody who had not seen it: the history
+They were written before the search was tuned for them, and the first seven without knowledge of the search: the history
 of the files shows which.
 """
 
@@ -24,7 +24,7 @@ MASTERS = PLANTED / "masters"
 
 
 class Patch(NamedTuple):
-    """A place of a shipped file, and what stands there instead."""
+    """Lines of a shipped file, and those that replace them."""
 
     file: str
     old: str
@@ -43,7 +43,7 @@ class PlantedBug(NamedTuple):
     name: str
     kind: str
     about: str
-    """What the engineer has done wrong."""
+    """The mistake of the engineer."""
     patches: Sequence[Patch]
     plan: Mapping[str, Any]
     """The plan of a search, as in its file."""
