@@ -14,7 +14,7 @@ from fieldrig_devices.search.strategy import Task, thrown
 PIECE_NS: Final = 2 * S
 MOST_PIECES: Final = 10
 """The pieces that may follow one another."""
-MOST_STATES: Final = 64
+MOST_STATES: Final = 48
 
 
 @dataclass(eq=False)
@@ -56,7 +56,7 @@ class Archive:
         before = self._open.popleft()
         self._count += 1
         is_new = self._is_new(played)
-        if not is_new or played.violations or before.pieces + 1 >= MOST_PIECES:
+        if not is_new or played.violations or played.refused or before.pieces + 1 >= MOST_PIECES:
             return False
         self._known.append(_State(before.world, played.acts, played.length_ns, before.pieces + 1))
         if len(self._known) > MOST_STATES:

@@ -21,7 +21,7 @@ from fieldrig_devices.search.vary import choices_of
 if TYPE_CHECKING:
     from types import TracebackType
 
-MOST_PARKED: Final = 96
+MOST_PARKED: Final = 64
 """Branches that are kept at the ends of pieces; those that were used least recently go."""
 
 
@@ -52,7 +52,10 @@ class Bench:
     def choices(self) -> tuple[Choice, ...]:
         """The things that may happen.  ControlError for what the rig does not have."""
         with self.rig.branch() as scratch:
-            return scratch.call(choices_of, self.plan.vary)
+            found = scratch.call(choices_of, self.plan.vary)
+        with self.rig.branch() as scratch:
+            scratch.call(run.try_all, found)
+        return found
 
     @property
     def places(self) -> Sequence[tuple[int, Place]]:
@@ -83,7 +86,7 @@ class Bench:
 
     def park(self, branch: Branch, piece: Piece, played: Run) -> None:
         """Keep a branch whose piece has ended if another one may go on from there."""
-        if piece.is_whole or played.violations or self.plan.scenario.master is not None:
+        if piece.is_whole or played.violations or played.refused or self.plan.scenario.master is not None:
             branch.close()
             return
         self._parked[_end_of(played)] = branch

@@ -47,6 +47,8 @@ class Run(NamedTuple):
     """A byte for each mark of the programs: 1 if it was passed since the begin of the scenario."""
     way: bytes = b""
     """The same of the last 50 ms, if a property did not hold."""
+    refused: str = ""
+    """The answer of the rig if it has refused an action, such as a second fault of the same kind; it ends the run."""
 
 
 def acts_text(acts: Schedule) -> str:

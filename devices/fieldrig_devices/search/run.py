@@ -4,18 +4,27 @@ A branch has a stage and an eye of its own, which its branches begin from.  The 
 and what crosses the pipe is small.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
+from fieldrig.errors import RigError
+from fieldrig_devices.scenarios.places import place_of
 from fieldrig_devices.scenarios.play import Played, Stage
 from fieldrig_devices.scenarios.property import Kind
+from fieldrig_devices.scenarios.sending import message_of
+from fieldrig_devices.search.choices import Choice
 from fieldrig_devices.search.eye import Eye
+from fieldrig_devices.search.fault_choices import matching_parts
 from fieldrig_devices.search.piece import Piece, Run
 from fieldrig_devices.search.plan import Plan
 
 if TYPE_CHECKING:
     from fieldrig.virtual.rig import Rig
+
+
+LATER_MS: Final = 1_000_000
+"""The start of a fault that is only tried."""
 
 
 class Edges(NamedTuple):
@@ -66,7 +75,10 @@ def advance(rig: "Rig", until_ns: int) -> None:
 def play_piece(rig: "Rig", piece: Piece) -> Run:
     """Play a piece from where this branch is, which has done what comes before that."""
     with _master(rig):
-        return _play_piece(rig, piece)
+        try:
+            return _play_piece(rig, piece)
+        except RigError as wrong:  # each action alone was tried, so it is the state of the machine that refuses it
+            return _run(piece)._replace(refused=wrong.what)
 
 
 def _play_piece(rig: "Rig", piece: Piece) -> Run:
@@ -107,6 +119,25 @@ def _master(rig: "Rig") -> Iterator[None]:
 
     with mastered(rig, scenario.master, scenario.jitter_ns, is_quiet=True):
         yield
+
+
+def try_all(rig: "Rig", choices: Sequence[Choice]) -> None:
+    """Try each choice once.  RigError for a place, a fault or a device that the rig does not have."""
+    for choice in choices:
+        for act in choice.all(0):
+            match act.verb:
+                case "set" | "press":
+                    assert isinstance(act.value, bool | int | float | str)
+                    place_of(rig, act.where).write(act.value)
+                case "fault":
+                    assert isinstance(act.value, Mapping)
+                    rig.clear_fault(act.where, rig.add_fault(act.where, {**act.value, "start_ms": LATER_MS}))
+                case "restart":
+                    rig.values(act.where, ())
+                case "clear":
+                    rig.faults(act.where)
+                case "send":
+                    message_of(rig.buses[matching_parts(rig, [act.where])[0]], str(act.value))
 
 
 def edges(rig: "Rig", places: Sequence[str], length_ns: int) -> Edges:

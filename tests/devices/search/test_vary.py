@@ -17,10 +17,12 @@ from fieldrig.config.rig_file import load
 from fieldrig.errors import RigError
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.scenarios.act import Act
+from fieldrig_devices.search.bench import Bench
 from fieldrig_devices.search.choices import Choice, Span
 from fieldrig_devices.search.command import app
 from fieldrig_devices.search.minimal import minimal
-from fieldrig_devices.search.plan import EVERY_FAULT
+from fieldrig_devices.search.piece import Piece
+from fieldrig_devices.search.plan import EVERY_FAULT, load_plan
 from fieldrig_devices.search.vary import VarySettings, choices_of
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -180,6 +182,39 @@ def test_a_rig_and_a_file_of_properties(tmp_path: Path) -> None:
     fixed = CliRunner().invoke(app, ["replay", str(corpus)])
     assert fixed.exit_code == 0, fixed.output
     assert "holds now" in fixed.output
+
+
+LAB = f"""\
+rig: {CONFIGS / "lab.yaml"}
+for: 100ms
+properties: {{off: {{never: drive/run}}}}
+"""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("vary", "what"),
+    [
+        ("{set: {drive/rnu: true}}", "rnu"),
+        ("{set: {drive/run: 7}}", "run"),
+        ("{fault: tank laek}", "laek"),
+        ("{restart: tnak}", "tnak"),
+        ("{send: {can1: 123#00}}", "can1"),
+    ],
+)
+def test_what_cannot_happen_is_refused_before_the_search(tmp_path: Path, vary: str, what: str) -> None:
+    (tmp_path / "plan.yaml").write_text(f"{LAB}vary: [{vary}]\n")
+    with Bench(load_plan(tmp_path / "plan.yaml")) as bench, pytest.raises(RigError, match=what):
+        assert bench.choices
+
+
+@pytest.mark.long
+def test_what_is_refused_in_a_run_ends_the_run_only(tmp_path: Path) -> None:
+    (tmp_path / "plan.yaml").write_text(f"{LAB}vary: [{{restart: io}}]\n")
+    with Bench(load_plan(tmp_path / "plan.yaml")) as bench:
+        played = bench.play(Piece((Act(50 * MS, "set", "drive/run", 7),), 0, 100 * MS))
+    assert "run" in played.refused
+    assert played.violations == ()
 
 
 @pytest.mark.long
