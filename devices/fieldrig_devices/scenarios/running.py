@@ -67,7 +67,8 @@ def played_virtual(rig: Rig, scenario: Scenario) -> Played:
 
 
 def _with_master(rig: Rig, scenario: Scenario, master: Path) -> Played:
-    from fieldrig_devices.scenarios.with_master import MasterStage, mastered  # few scenarios have one
+    from fieldrig.master_time.program import mastered  # few scenarios have a master
+    from fieldrig_devices.scenarios.with_master import MasterStage
 
     with (
         MasterStage(rig, scenario.schedule, scenario.properties, recovery=scenario.recovery) as stage,

@@ -145,7 +145,7 @@ class _Standing:
     def __init__(self, plan: Plan, world: World) -> None:
         scenario = plan.scenario
         if scenario.master is not None:
-            from fieldrig_devices.scenarios.with_master import load_libraries  # most programs are the rig's
+            from fieldrig.master_time.program import load_libraries  # most programs are the rig's
 
             load_libraries(scenario.master)  # before the rig: some have threads, such as those of numpy
         with ExitStack() as stack:

@@ -115,7 +115,7 @@ def _master(rig: "Rig") -> Iterator[None]:
     if scenario.master is None:
         yield
         return
-    from fieldrig_devices.scenarios.with_master import mastered
+    from fieldrig.master_time.program import mastered
 
     with mastered(rig, scenario.master, scenario.jitter_ns, is_quiet=True):
         yield

@@ -36,9 +36,16 @@ class Values:
     def _names(self) -> Iterator[str]:
         """Yield what has a value: variables, equations, inputs and outputs.  Encoders are asked by expressions only."""
         yield from self._layout.cells
-        for name, kind in self._layout.kinds.items():
-            if kind in VALUES and kind != "ENCODER" and name not in self._layout.cells and name in self._runtime.items:
+        for name in self._layout.kinds:
+            if name not in self._layout.cells and self._has_value(name):
                 yield name
+
+    def _has_value(self, name: str) -> bool:
+        """True for one of these names; a watched point is read several thousand times a second, so no list is made."""
+        if name in self._layout.cells:
+            return True
+        kind = self._layout.kinds.get(name)
+        return kind in VALUES and kind != "ENCODER" and name in self._runtime.items
 
     def _count(self, name: str) -> int:
         return self._layout.counts[name]
@@ -51,7 +58,7 @@ class Values:
         """Return the name and the item, from 0, of a path.  ValueError for what is no variable."""
         match = _PATH.fullmatch(path)
         name = match[1] if match is not None else ""
-        if match is None or name not in set(self._names()):
+        if match is None or not self._has_value(name):
             near = closest(name, list(self._names()))
             raise ValueError(f"{path} is not a variable or an input or output: {near}")
         if match[2] is None:
