@@ -132,7 +132,7 @@ def test_a_rig_is_kept_where_its_scenario_ends_with_its_time_line(opened: tuple[
     endpoint, client = opened
     timeline: dict[str, Any] = client.ask("prelude/timeline")
     assert [(one["at_ns"] // MS, one["what"]) for one in timeline["acts"]][:2] == [
-        (100, "wires/switch.on = true"),
+        (100, "wires/switch.on = true for 30 ms"),
         (130, "wires/switch.on = false"),
     ]
     assert [one["at_ns"] for one in timeline["violations"]] == [580 * MS]

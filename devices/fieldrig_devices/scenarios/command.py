@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli.common import AsJson, Overrides, argument, command_group, echo_json, writing
+from fieldrig.errors import UsageError
 from fieldrig.outside.addresses import ENDPOINT_VARIABLE
 from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.system.exits import Exit
@@ -132,6 +133,9 @@ def open_there(
     from fieldrig_devices.scenarios.standing import Standing
 
     scenario = load_scenario(file)
+    if scenario.master is not None:
+        what = f"{file}: a rig with a master of Python cannot go back in time"
+        raise UsageError(what, "`fieldrig scenario run` plays it, with a picture")
     place = [] if control is None else [f"control={control}"]
     values = ("time=virtual", *scenario.overrides, *(overrides or ()), *place)
     options = UpOptions(values, is_quiet=quiet, has_page=not no_ui)
