@@ -140,6 +140,11 @@ def _inflated(data: bytes, odd: Oddities) -> Iterator[bytes]:
         odd.report("containers that cannot be read are left out", f": {wrong}")
 
 
+_PIECE: Final = 1 << 20
+_UNWRITTEN: Final = bytes(_PIECE)
+"""A piece of room on the disk that was never written; gigabytes of it are not searched, only compared."""
+
+
 def _resynchronise(file: BinaryIO, seen: bytes) -> bool:
     """Go to the next signature after the first of these bytes, which the file has just given.  False without one."""
     rest = seen[1:]
@@ -148,7 +153,8 @@ def _resynchronise(file: BinaryIO, seen: bytes) -> bool:
         if at >= 0:
             file.seek(at - len(rest), 1)
             return True
-        more = file.read(1 << 16)
+        while (more := file.read(_PIECE)) == _UNWRITTEN:
+            rest = _UNWRITTEN[:3]
         if not more:
             return False
         rest = rest[-3:] + more

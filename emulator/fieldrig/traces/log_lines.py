@@ -38,6 +38,10 @@ class LogLines:
                 odd.number += 1
                 yield line if odd.number > 1 else line.removeprefix(BYTE_ORDER_MARK)
             if len(rest) > self._longest:
+                if not rest.strip("\0"):  # room on the disk that was never written, as after a power failure
+                    odd.number += 1
+                    odd.report("the rest of the file is zeros")
+                    return
                 what = f"line {odd.number + 1} has more than {self._longest} bytes"
                 raise UsageError(what, NO_LOG)
         if not rest and odd.number == 0:
