@@ -127,6 +127,7 @@ class ProgramBench(ABC):
         changes, if it is not true in time.
         """
         met: list[R] = []
+        checked_condition(condition)
 
         def look() -> bool:
             value = condition()
@@ -145,6 +146,8 @@ class ProgramBench(ABC):
         UnmetError at the first instant at which it is not true, and if `until()` does not become true in time.
         """
         is_over: list[bool] = []
+        checked_condition(condition)
+        checked_condition(until or condition)
 
         def look() -> bool:
             if until is not None and until():
@@ -159,6 +162,7 @@ class ProgramBench(ABC):
 
     def never(self, condition: Callable[[], object], during: int) -> None:
         """Let time pass, at no instant of which `condition()` may be true.  UnmetError if it is."""
+        checked_condition(condition)
 
         def look() -> bool:
             if condition():
@@ -287,6 +291,14 @@ def checked_duration(duration_ns: int) -> int:
     if type(duration_ns) is not int or duration_ns < 0:
         raise ArgumentError(f"time cannot pass for {shown(duration_ns)}", "expected nanoseconds, such as 10 * MS")
     return duration_ns
+
+
+def checked_condition(condition: object) -> None:
+    """ArgumentError for what is no function."""
+    if not callable(condition):
+        raise ArgumentError(
+            f"a condition cannot be {shown(condition)}", "expected a function, such as lambda: lift.motor"
+        )
 
 
 def _path(file: str | Path) -> Path:

@@ -5,6 +5,7 @@ from fieldrig_devices.arp.commands import parameters, values
 from fieldrig_devices.arp.commands.checking import check
 from fieldrig_devices.arp.commands.compiling import compile_
 from fieldrig_devices.arp.commands.debugging import debug
+from fieldrig_devices.arp.commands.formatting import fmt
 from fieldrig_devices.arp.commands.program import download, reset, run, state, stop, upload
 
 SECTION = "Programs"
@@ -17,7 +18,7 @@ def arp() -> None:
     """Compile, load and debug programs of ARP two-axis cards.
 
     \b
-    All commands but check and compile connect to a card; give its USER port by --port, FIELDRIG_ARP_PORT or --rig:
+    All commands but check, compile and fmt connect to a card; give its USER port by --port, FIELDRIG_ARP_PORT or --rig:
         fieldrig arp download cam.I01 --port /dev/ttyUSB0
         fieldrig arp state --port socket://127.0.0.1:7011
         fieldrig arp debug cam.I01 --rig arp-cell.yaml --card card1
@@ -25,6 +26,7 @@ def arp() -> None:
 
 
 app.command()(check)
+app.command()(fmt)
 app.command("compile")(compile_)
 app.command()(download)
 app.command()(upload)

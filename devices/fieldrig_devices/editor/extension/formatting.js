@@ -1,4 +1,4 @@
-// Formatting by `fieldrig iec fmt` and `fieldrig pam fmt`; a text with mistakes stays as it is.
+// Formatting by `fieldrig iec fmt`, `pam fmt` and `arp fmt`; a text with mistakes stays as it is.
 "use strict";
 
 const vscode = require("vscode");

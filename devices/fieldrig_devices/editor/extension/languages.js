@@ -5,10 +5,11 @@ const path = require("node:path");
 
 exports.LANGUAGES = ["st", "pam", "arp"];
 
-// The command that formats the standard input; ARP programs have no formatter.
+// The command that formats the standard input.
 exports.FORMATTERS = {
   st: (dialect) => ["iec", "fmt", "-", "--dialect", dialect],
   pam: () => ["pam", "fmt", "-"],
+  arp: () => ["arp", "fmt", "-"],
 };
 
 // A YAML file is a rig if it has one of these keys at its top, as `fieldrig editor problems` judges it.

@@ -143,7 +143,10 @@ class Block(Instance):
         else:
             super().__setattr__(name, value)
 
-    def __call__(self, **inputs: Any) -> "Block":
+    def __call__(self, *unnamed: Any, **inputs: Any) -> "Block":
+        if unnamed:
+            example = next(iter(self._inputs()), "name")
+            raise ArgumentError(f"{self._path} is given {unnamed[0]!r} without a name", f"expected {example}=...")
         for name, value in inputs.items():
             self._give(name, value)
         self._run()

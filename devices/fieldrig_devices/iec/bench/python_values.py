@@ -3,9 +3,11 @@
 BOOL, integers, bit strings     bool, int
 REAL, LREAL                     float
 STRING, WSTRING                 str
+CHAR, WCHAR                     str of one character
 TIME, LTIME                     int, in nanoseconds
 DATE, DT, TOD                   datetime.date, datetime.datetime (UTC, without zone), datetime.time
 LDATE                           datetime.date; LTOD and LDT: int, in nanoseconds
+pointer, reference, interface   int, an address; None is 0
 enumeration                     str, the name of the value; an int if it has none
 structure, instance             dict
 array                           list, in the order of the indices
@@ -23,7 +25,7 @@ from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.literal_texts import long_time_text, real_text, string_text
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol, parts
-from fieldrig_devices.iec.types import ArrayType, EnumType, Type, Value
+from fieldrig_devices.iec.types import ArrayType, EnumType, PointerType, Type, Value
 from fieldrig_devices.iec.values import NoTargetError, checked
 
 _EPOCH: Final = datetime(1970, 1, 1)  # noqa: DTZ001  dates of the language have no zone
@@ -65,6 +67,8 @@ def single(kind: Type, value: Value) -> Any:
     stored = storage(kind)
     if stored is Elementary.BOOL:
         return bool(value)
+    if isinstance(stored, Elementary) and stored.family is Family.CHARACTER:
+        return chr(int(value))
     if not isinstance(stored, Elementary) or not stored.is_time or isinstance(value, str):
         return value
     ns = int(value) * UNITS_NS[stored]
@@ -128,8 +132,16 @@ def _plain(kind: Type, stored: object, value: Any) -> Value:
         if value.casefold() not in numbers:
             raise ValueError(f"expected one of {', '.join(kind.values)}")
         return numbers[value.casefold()]
+    if isinstance(kind, PointerType) and value is None:
+        return 0
+    if isinstance(kind, PointerType) and type(value) is not int:
+        raise ValueError("expected None; only the program itself, or a TEST block, can give one of its variables")
     if stored is Elementary.BOOL and type(value) is not bool:
         raise ValueError("expected True or False")
+    if isinstance(stored, Elementary) and stored.family is Family.CHARACTER:
+        if not isinstance(value, str) or len(value) != 1 or ord(value) > stored.high:
+            raise ValueError(f"expected a text of one character up to {chr(int(stored.high))!a}")
+        return ord(value)
     if isinstance(stored, Elementary) and stored.is_time:
         return _counts(stored, value)
     if isinstance(stored, Elementary) and not stored.is_real and isinstance(value, float):

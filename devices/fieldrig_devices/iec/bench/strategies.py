@@ -48,6 +48,8 @@ def _elementary(of: Any, kind: Elementary) -> Any:
         return of.floats(width=8 * kind.size, allow_nan=False, allow_infinity=False)
     if kind.family is Family.TIME:
         return _times(of, kind)
+    if kind.family is Family.CHARACTER:
+        return of.integers(0, int(kind.high)).map(chr)
     if kind is Elementary.TOD:
         return of.times().map(lambda one: one.replace(microsecond=one.microsecond // 1000 * 1000))
     if kind is Elementary.DATE or kind is Elementary.LDATE:

@@ -65,7 +65,8 @@ def check(
         extension.begin(project)
     done = 0
     while done < len(project.sources):  # a body may need a further function that starts its variables
-        for source in list(project.sources.values())[done:]:
+        # charts first: other bodies may look at their steps, which are variables from then on
+        for source in sorted(list(project.sources.values())[done:], key=bodies.has_no_chart):
             bodies.check_pou(project, source, startup)
             done += 1
             on_progress(done, len(project.sources))

@@ -10,6 +10,10 @@ from fieldrig_devices.iec.check.statements import Statements
 from fieldrig_devices.iec.program import AnyStatement, Pou
 
 
+def has_no_chart(source: PouSource) -> bool:
+    return not isinstance(source.tree.body, tree.SfcBody)
+
+
 def check_pou(project: Project, source: PouSource, startup: Startup) -> None:
     source.pou.body = _body(project, source, source.pou, source.tree.body)
     source.pou.body[:0] = project.preludes.get(source.pou, [])

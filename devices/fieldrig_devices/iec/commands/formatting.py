@@ -1,25 +1,21 @@
 """The command `fieldrig iec fmt`."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from fieldrig.cli.common import writing
-from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands.sources import DialectOption, Files, dialect_named, read_sources
-from fieldrig_devices.languages.standard_streams import is_standard, read_standard, write_standard
+from fieldrig_devices.languages.formatting import IsCheck, format_files
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
     from fieldrig_devices.iec.dialect import Dialect
+    from fieldrig_devices.languages.source_file import SourceFile
 
 
-def fmt(
-    files: Files,
-    dialect: DialectOption = "epas-4",
-    is_check: Annotated[
-        bool, typer.Option("--check", help="Change nothing; the exit code is 2 if a file is not formatted.")
-    ] = False,
-) -> None:
+def fmt(files: Files, dialect: DialectOption = "epas-4", is_check: IsCheck = False) -> None:
     """Write source files in one layout, with their comments.
 
     \b
@@ -30,33 +26,13 @@ def fmt(
     Only text files are formatted; a file with mistakes stays as it is, and its mistakes are listed. With -, the
     standard input is formatted and written to the standard output.
     """
-    from pathlib import Path
-
-    from fieldrig.storage.store import replace_file
-
     rules = dialect_named(dialect)
-    if is_standard(files):
-        printed = _printed(read_standard(), "-", rules)
-        if printed is None:
-            raise typer.Exit(Exit.WRONG)
-        write_standard(printed)
-        return
-    is_wrong = False
-    for source in read_sources(files):
-        if source.text.lstrip().startswith("<"):
-            continue
-        printed = _printed(source.text, source.name, rules)
-        is_wrong = is_wrong or printed is None
-        if printed is None or printed == source.text:
-            continue
-        typer.echo(f"{source.name}: {'not formatted' if is_check else 'formatted'}")
-        if is_check:
-            is_wrong = True
-        else:
-            with writing(Path(source.name).parent):
-                replace_file(Path(source.name), printed.encode())
-    if is_wrong:
-        raise typer.Exit(Exit.WRONG)
+    format_files(files, _texts, lambda text, name: _printed(text, name, rules), is_check=is_check)
+
+
+def _texts(files: "Sequence[Path]") -> "Iterator[SourceFile]":
+    """Yield the sources that are text."""
+    return (source for source in read_sources(files) if not source.text.lstrip().startswith("<"))
 
 
 def _printed(text: str, name: str, rules: "Dialect") -> str | None:

@@ -1,24 +1,20 @@
 """The command `fieldrig pam fmt`."""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from fieldrig.cli.common import argument, writing
-from fieldrig.system.exits import Exit
-from fieldrig_devices.languages.standard_streams import is_standard, read_standard, write_standard
+from fieldrig.cli.common import argument
+from fieldrig_devices.languages.formatting import IsCheck, format_files
+from fieldrig_devices.languages.source_file import SourceFile
 from fieldrig_devices.pam.commands.checking import read_text
 
 Files = Annotated[list[Path], argument("FILE...", "The source files.")]
 
 
-def fmt(
-    files: Files,
-    is_check: Annotated[
-        bool, typer.Option("--check", help="Change nothing; the exit code is 2 if a file is not formatted.")
-    ] = False,
-) -> None:
+def fmt(files: Files, is_check: IsCheck = False) -> None:
     """Write source files in one layout, with their comments and directives.
 
     A file with signs that have no meaning in a program, or with none of the words of a PAM, stays as it is.
@@ -30,28 +26,11 @@ def fmt(
 
     With -, the standard input is formatted and written to the standard output.
     """
-    from fieldrig.storage.store import replace_file
+    format_files(files, _read, _printed, is_check=is_check)
 
-    if is_standard(files):
-        printed = _printed(read_standard(), "-")
-        if printed is None:
-            raise typer.Exit(Exit.WRONG)
-        write_standard(printed)
-        return
-    is_wrong = False
-    for file in files:
-        text = read_text(file)
-        printed = _printed(text, str(file))
-        is_wrong = is_wrong or printed is None
-        if printed is None or printed == text:
-            continue
-        typer.echo(f"{file}: {'not formatted' if is_check else 'formatted'}")
-        is_wrong = is_wrong or is_check
-        if not is_check:
-            with writing(file.parent):
-                replace_file(file, printed.encode())
-    if is_wrong:
-        raise typer.Exit(Exit.WRONG)
+
+def _read(files: Sequence[Path]) -> Iterator[SourceFile]:
+    return (SourceFile(str(file), read_text(file)) for file in files)
 
 
 def _printed(text: str, name: str) -> str | None:

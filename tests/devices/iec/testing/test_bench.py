@@ -45,6 +45,7 @@ WHILE TRUE DO ; END_WHILE
 END_FUNCTION_BLOCK
 VAR_GLOBAL
     b : BOOL; i : LINT; u : USINT; w : WORD; r : REAL; lr : LREAL; s : STRING(5); ws : WSTRING; t : TIME; lt : LTIME;
+    ch : CHAR; wch : WCHAR; ld : LDATE; lclock : LTOD; lstamp : LDT; link : REF_TO INT;
     d : DATE; clock : TOD; stamp : DT; m : Mode; p : Percent; q : Pair; grid : ARRAY[0..1, 5..6] OF DINT;
 END_VAR
 PROGRAM Main
@@ -117,6 +118,12 @@ VALUES = [
     ("d", date(2026, 11, 29)),
     ("clock", time(12, 30, 15, 1000)),
     ("stamp", datetime(2026, 11, 29, 1, 2, 3)),  # noqa: DTZ001  the language knows no zones
+    ("ch", "x"),
+    ("wch", "€"),
+    ("ld", date(2026, 11, 29)),
+    ("lclock", 123_456_789),
+    ("lstamp", 1_700_000_000_123_456_789),
+    ("link", 0),
     ("m", "RUNNING"),
     ("p", 100),
     ("q", {"a": 1, "b": [1.0, 2.0, 3.0]}),
@@ -142,6 +149,10 @@ WRONG = [
     ("s", 5, "at most 5 characters"),
     ("t", 1, "expected a multiple of 1000000 ns"),
     ("t", "1s", "expected a time in nanoseconds"),
+    ("ch", "xy", "expected a text of one character"),
+    ("ch", "€", "up to '\\xff'"),
+    ("wch", 65, "expected a text of one character"),
+    ("link", "b", "expected None; only the program itself"),
     ("m", "STOPPED", "expected one of IDLE, RUNNING"),
     ("p", 101, "expected 0 to 100"),
     ("q", 5, "expected a dict"),
@@ -214,7 +225,7 @@ def test_an_expectation_over_time_ends_at_the_instant_at_which_it_fails(plc: Pro
 def test_a_fault_of_a_task_is_an_error(plc: ProgramBench) -> None:
     plc["Main.fault"] = True
     plc.start()
-    with pytest.raises(RigError, match=r"a division by zero in Main .*motor.st:42"):
+    with pytest.raises(RigError, match=r"a division by zero in Main .*motor.st:43"):
         plc.advance(1 * S)
 
 
@@ -245,6 +256,24 @@ def test_a_python_function_takes_the_place_of_a_block(plc: ProgramBench) -> None
     plc.mock("TON", timer)
     motor(start=True)
     assert not motor.run
+
+
+def test_a_mock_that_does_not_take_the_inputs_is_told_what_it_gets(plc: ProgramBench) -> None:
+    plc.mock("Divide", lambda a: a)
+    with pytest.raises(ArgumentError, match=r"the mock of Divide cannot be called: .*\n.*its inputs: a, b"):
+        plc.function("Divide")(7, 2)
+
+
+@pytest.mark.parametrize("expectation", ["until", "stays", "never"])
+def test_a_condition_is_a_function(plc: ProgramBench, expectation: str) -> None:
+    with pytest.raises(ArgumentError, match="a condition cannot be True"):
+        getattr(plc, expectation)(True, 5 * MS)
+
+
+def test_inputs_of_a_block_have_names(plc: ProgramBench) -> None:
+    motor = plc.block("Motor")
+    with pytest.raises(ArgumentError, match=r"Motor is given True without a name\n.*expected start="):
+        motor(True)
 
 
 def test_what_a_mock_raises_is_raised_in_the_test(plc: ProgramBench) -> None:

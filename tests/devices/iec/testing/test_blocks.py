@@ -362,3 +362,30 @@ END_RESOURCE END_CONFIGURATION"""
 def test_an_expression_may_be_long(tmp_path: Path) -> None:
     """The words of a test are looked for in the code beside it, however deep its tree is."""
     assert one(tmp_path, f"ASSERT_EQ({' + '.join(['1'] * 2_000)}, 2000);").verdict is Verdict.PASSED
+
+
+CHART = """\
+FUNCTION_BLOCK ZFiller
+VAR_INPUT full : BOOL; END_VAR
+VAR pump : BOOL; END_VAR
+INITIAL_STEP Waits:
+END_STEP
+TRANSITION FROM Waits TO Fills := NOT full; END_TRANSITION
+STEP Fills:
+    pump(N);
+END_STEP
+TRANSITION FROM Fills TO Waits := full AND Fills.t > T#100ms; END_TRANSITION
+END_FUNCTION_BLOCK
+"""
+
+
+def test_the_steps_of_a_chart_are_seen_in_whatever_order_the_files_are(tmp_path: Path) -> None:
+    body = """VAR f : ZFiller; END_VAR
+ASSERT_TRUE(f.Waits.X);
+f(); f();
+ASSERT_TRUE(f.Fills.x AND NOT f.Waits.x AND f.pump);
+ADVANCE_TIME(T#50ms); f();
+ASSERT_EQ(f.Fills.T, T#50ms);
+ASSERT_EQ(f.Fills.x, FALSE, 'to see the step');"""
+    outcome = one(tmp_path, body, CHART)
+    assert [(failure.message, failure.actual) for failure in outcome.failures] == [("to see the step", "TRUE")]
