@@ -15,6 +15,8 @@ pytestmark = pytest.mark.real
 
 CLIENT = Path(__file__).parent / "node" / "debugger.js"
 TRAVELLER = CLIENT.parent / "back.js"
+STEPPER = CLIENT.parent / "steps.js"
+CONFIGS = Path(__file__).parents[2] / "configs"
 PAGE = Path(__file__).parents[2] / "docs/programs/editor.md"
 COUNT = """\
 FUNCTION Twice : INT
@@ -73,6 +75,38 @@ def test_visual_studio_codes_own_client_goes_back_in_time_as_recorded_in_the_doc
     with Controller("virtual") as rig:
         rig.until_ready()
         assert said(node, TRAVELLER, rig) == f"-> initialize{recorded}"
+
+
+# The sessions of the page by their first words: the rig, the device, its program, a value, and what is set before.
+SHIPPED = {
+    "setBreakpoints 331": ("pam-machine", "pam", "labeller.pam", "SBO_AliveBelt", ()),
+    "setBreakpoints 67": ("arp-cell", "line", "line.I01", "V20", ("panel/6200:01=1",)),
+}
+
+
+@pytest.mark.parametrize(("first", "shipped"), SHIPPED.items(), ids=["PAM", "ARP"])
+def test_programs_of_a_pam_and_of_a_card_are_stepped_both_ways_as_recorded_in_the_docs(
+    node: str, first: str, shipped: tuple[str, str, str, str, tuple[str, ...]]
+) -> None:
+    name, device, program, expression, values = shipped
+    recorded = PAGE.read_text(encoding="utf-8").partition(f"{first} -> ")[2].partition("```")[0].partition("\n\n")[0]
+    with RunningRig(CONFIGS / f"{name}.yaml", None, "--set", "time=virtual") as rig:
+        rig.until_ready()
+        for value in values:
+            assert rig.tool("set", value).returncode == 0
+        adapter = rig.folder / "adapter.sh"
+        adapter.write_text(f"exec {shlex.join(FIELDRIG)} debug-adapter {device}\n")
+        line = first.rpartition(" ")[2]
+        done = subprocess.run(
+            [node, STEPPER, adapter, CONFIGS / "programs" / program, line, expression],
+            env=rig.environment,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+    assert done.stdout.rstrip() == f"{first} -> {recorded.rstrip()}"
 
 
 def test_visual_studio_codes_own_client_debugs_a_program(node: str) -> None:

@@ -1,5 +1,5 @@
 // Visual Studio Code's own test support steps in a program and back: node steps.js ADAPTER SOURCE LINE EXPRESSION
-// ADAPTER is a shell script that starts the debug adapter; prints the session, a line for each request and each stop.
+// ADAPTER is a shell script that starts the debug adapter; prints the session, a line for each request and its stop.
 
 const { DebugClient } = require("@vscode/debugadapter-testsupport");
 
@@ -15,16 +15,15 @@ async function main([adapter, source, line, expression]) {
 
   // Send requests after which the program stops, and note where it does, and the value of the expression there.
   const stops = async (asked, send) => {
-    lines.push(`-> ${asked}`);
     const stopped = client.waitForEvent("stopped");
     await send();
     const { reason, threadId } = (await stopped).body;
     const [top] = (await client.stackTraceRequest({ threadId })).body.stackFrames;
     const { body } = await client.evaluateRequest({ expression, frameId: top.id });
-    lines.push(`<- ${reason}: ${top.name} at ${top.source.name}:${top.line}, ${expression} = ${body.result}`);
+    lines.push(`${asked} -> ${reason}: ${top.name} at ${top.source.name}:${top.line}, ${expression} = ${body.result}`);
     return threadId;
   };
-  const threadId = await stops(`setBreakpoints: ${line}`, async () => {
+  const threadId = await stops(`setBreakpoints ${line}`, async () => {
     await client.setBreakpointsRequest({ source: { path: source }, breakpoints: [{ line: Number(line) }] });
     await client.configurationDoneRequest();
   });
