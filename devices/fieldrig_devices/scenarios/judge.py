@@ -64,6 +64,11 @@ class Judge:
         dues = (watch.due_ns for watch in self._open if isinstance(watch, Recovery))
         return max((due for due in dues if due is not None), default=None)
 
+    @property
+    def unjudged(self) -> tuple[str, ...]:
+        """The properties for whose judgement the faults have not ended."""
+        return tuple(one.rule.name for one in self._open if isinstance(one, Recovery) and not one.is_judged)
+
     def end(self, at_ns: int) -> None:
         """Judge what had to happen until now."""
         self.look(at_ns)

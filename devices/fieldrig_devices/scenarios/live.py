@@ -89,7 +89,7 @@ class LiveStage(ExitStack):
             self._take()
         self._seen.end(end_ns)
         played = self._seen.outcome(end_ns, "", self._notes(end_ns))
-        return played._replace(unreached=self._milestones.waiting)
+        return played._replace(unreached=(*self._milestones.waiting, *self._acts))
 
     # ---- what happens
 

@@ -133,7 +133,8 @@ class Stage(ExitStack):
             self._come_back()
         if not self.is_over:
             self._seen.end(self.now_ns)
-        return self._seen.outcome(self.now_ns, self._hash())
+        left = () if self.is_over else (*self._seen.milestones.waiting, *self._acts)
+        return self._seen.outcome(self.now_ns, self._hash())._replace(unreached=left)
 
     def _come_back(self) -> None:
         """Go on to the end of all faults that have one, let the operator do the rest, and wait for what has to come."""

@@ -8,12 +8,14 @@ from fieldrig.clock import MS, S
 from fieldrig.errors import UsageError
 from fieldrig.text import junit as form
 from fieldrig.virtual.readings import seconds
+from fieldrig_devices.scenarios.act import Act
 from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.scenarios.scenario_file import Scenario
 from fieldrig_devices.scenarios.watching import Played, Track
 
 BEFORE_NS: Final = 50 * MS
 """The time in front of a violation whose changes are shown."""
+NOT_JUDGED: Final = "it could not be judged, because a fault or a step was left in the end"
 MOST_TOLD: Final = 12
 MOST_OF_PLACE: Final = 3
 """Changes of one place that are shown: a level changes all the time."""
@@ -31,7 +33,7 @@ class Outcome(NamedTuple):
     @property
     def is_good(self) -> bool:
         """True if all properties hold, and every step has come."""
-        return not self.played.violations and not self.played.unreached
+        return not failures(self)
 
     @property
     def judged(self) -> list[str]:
@@ -74,7 +76,14 @@ class Outcome(NamedTuple):
 def failures(outcome: Outcome) -> list[tuple[str, str]]:
     """Return the name of each property that does not hold, and of each step that has not come, with the reason."""
     broken = [(one.property, "\n".join(told(outcome.played, one))) for one in outcome.played.violations]
-    return broken + [(f"step: {act}", f"`{act.milestone}` was not true") for act in outcome.played.unreached]
+    steps = [(f"step: {act}", _left(act)) for act in outcome.played.unreached]
+    unjudged = [] if broken else [(name, NOT_JUDGED) for name in outcome.played.unjudged]
+    return [*broken, *steps, *unjudged]
+
+
+def _left(act: Act) -> str:
+    """Return why an action was not done."""
+    return f"`{act.milestone}` was not true" if act.when else f"the scenario was over before {seconds(act.at_ns)}"
 
 
 def lines_of(outcome: Outcome) -> Iterator[str]:
@@ -118,7 +127,8 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
             {**one._asdict(), "at_s": one.at_ns / S, "values": dict(one.values)} for one in outcome.played.violations
         ],
         "steps": [{"at_s": act.at_ns / S, "step": str(act)} for act in outcome.played.done],
-        "unreached": [{"step": str(act), "when": act.milestone} for act in outcome.played.unreached],
+        "unreached": [{"step": str(act), "why": _left(act)} for act in outcome.played.unreached],
+        "unjudged": list(outcome.played.unjudged),
         "notes": list(outcome.played.notes),
     }
 

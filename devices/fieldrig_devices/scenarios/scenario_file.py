@@ -188,6 +188,7 @@ def scenario_of(given: ScenarioSettings) -> Scenario:
 
 def length_of(schedule: Schedule, properties: Sequence[Property]) -> int:
     """Return a length that is enough for the last action and the longest wait of a property, in nanoseconds."""
-    last_ns = max((act.end_ns for act in schedule), default=0)
+    last_ns = max((act.end_ns for act in schedule if not act.when), default=0)
+    last_ns += sum(act.end_ns for act in schedule if act.when)  # each may come after the one before it
     longest_ns = max((one.within_ns or 0 for one in properties), default=0)
     return last_ns + longest_ns + LEAST_LENGTH_NS

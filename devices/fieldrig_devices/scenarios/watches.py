@@ -151,6 +151,11 @@ class Recovery(Watch):
     def hurt(self) -> None:
         self._is_met, self.due_ns = False, None
 
+    @property
+    def is_judged(self) -> bool:
+        """True once all faults were over, so that the machine could come back."""
+        return self._is_met or self.due_ns is not None
+
     def missed(self, at_ns: int) -> Found:
         if self.due_ns is None:
             return None

@@ -33,7 +33,9 @@ class Played(NamedTuple):
     done: tuple[Act, ...] = ()
     """The actions that were done, at their instants."""
     unreached: tuple[Act, ...] = ()
-    """The actions whose milestones were not reached."""
+    """The actions that were not done, as their milestones were not reached, or the scenario was over before."""
+    unjudged: tuple[str, ...] = ()
+    """The properties that could not be judged, because there was a fault or an action left."""
     notes: tuple[str, ...] = ()
     """Remarks on what real time could not judge, as sentences."""
 
@@ -118,8 +120,8 @@ class Watching:
     def outcome(self, at_ns: int, trace_hash: str = "", notes: Iterable[str] = ()) -> Played:
         """Return the outcome so far."""
         tracks = {name: tuple(track) for name, track in self._tracks.items()}
-        unreached = self.milestones.waiting
-        return Played(self.violations, at_ns, tracks, trace_hash, tuple(self.done), unreached, tuple(notes))
+        unjudged = self._judge.unjudged
+        return Played(self.violations, at_ns, tracks, trace_hash, tuple(self.done), (), unjudged, tuple(notes))
 
     def _note(self, at_ns: int, name: str, value: Value) -> None:
         track = self._tracks[name]

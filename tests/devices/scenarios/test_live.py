@@ -79,7 +79,7 @@ def test_a_scenario_starts_its_rig_and_judges_what_its_processes_record(tmp_path
     steps = [one["step"] for one in found["steps"]]
     assert steps[:3] == ["tank/level = 1.0", "send can0 000#0105", "fault io power_off duration_ms=300"]
     assert "tank/level = 1.5" in steps
-    assert [one["when"] for one in found["unreached"]] == ["tank/level == 7"]
+    assert [one["why"] for one in found["unreached"]] == ["`tank/level == 7` was not true"]
     assert found["notes"][0].startswith("real time: actions were done up to")
     assert found["hash"] == ""
 

@@ -76,6 +76,18 @@ def test_a_milestone_that_is_never_reached_is_told(tmp_path: Path) -> None:
     assert [act.milestone for act in found.unreached] == ["tank/level > 9"]
 
 
+def test_one_that_comes_after_the_end_is_told(tmp_path: Path) -> None:
+    found = played(tmp_path, "- {when: 'message(can0 node=sensor)', at: 9s, clear: io}\n")
+    assert [(str(act), act.when, act.at_ns // S) for act in found.unreached] == [("clear io", "", 9)]
+
+
+def test_a_recovery_that_could_not_be_judged_is_told(tmp_path: Path) -> None:
+    rules = "properties: {back: {eventually: io/nmt.state == pre_operational, within: 1s}}\nfor: 3s\n"
+    found = played(tmp_path, "- {at: 0s, fault: can0 drop}\n", rules)
+    assert (found.violations, found.unjudged) == ((), ("back",))
+    assert played(tmp_path, "- {at: 0s, fault: can0 drop duration_ms=9}\n", rules).unjudged == ()
+
+
 @pytest.mark.parametrize(
     ("step", "mistake"),
     [

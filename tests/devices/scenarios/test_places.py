@@ -6,9 +6,11 @@ import pytest
 
 from fieldrig.clock import MS, S
 from fieldrig.config.rig_file import load
+from fieldrig.device import Value
 from fieldrig.errors import RigError
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.scenarios.act import Act
+from fieldrig_devices.scenarios.diagnoses import diagnosis_keys, shows
 from fieldrig_devices.scenarios.expression import expression_of
 from fieldrig_devices.scenarios.play import Played, play
 from fieldrig_devices.scenarios.property import Kind, Property
@@ -82,35 +84,37 @@ def test_an_emergency_has_its_code() -> None:
     [
         ("drive.yaml", 2, Act(0, "fault", "axis", {"what": "overtemperature"}), "diagnosis(axis, 0x4310)"),
         ("arp-cell.yaml", 5, Act(0, "restart", "line"), "diagnosis(line, 105)"),
-        (
-            "pam-machine.yaml",
-            5,
-            Act(0, "fault", "pamring", {"what": "break", "after": "cutter"}),
-            "diagnosis(pam, 0680F010)",
-        ),
     ],
 )
 def test_diagnoses_of_each_family(file: str, boot_s: int, act: Act, condition: str) -> None:
     assert played(file, act, condition=condition, length_ns=2 * S, boot_ns=boot_s * S).violations
 
 
-@pytest.mark.long
-def test_a_diagnosis_of_a_controller_and_of_its_axis() -> None:
-    hot = Act(0, "fault", "belt", {"what": "overtemperature"})
-    rules = [
-        Property(name, Kind.NEVER, expression_of(condition))
-        for name, condition in {
-            "controller": "diagnosis(max4, 3117)",
-            "axis": "diagnosis(belt, 3117)",
-            "logger": "contains(max4/log.last, '\t3117\t')",
-            "variable": "max4/ConveyerBelt.DiagCode == 3117",
-            "other": "diagnosis(max4, 311)",
-        }.items()
-    ]
-    with Rig(load(CONFIGS / "conveyor.yaml", ("time=virtual",))) as rig:
-        rig.run_until(60 * S)
-        found = play(rig, (hot,), rules, 200 * MS)
-    assert {one.property for one in found.violations} == {"axis", "controller", "logger", "variable"}
+@pytest.mark.parametrize(
+    ("number", "value", "is_shown"),
+    [
+        ("3117", 3117, True),
+        ("0xC2D", 3117, True),
+        ("3117", 3118, False),
+        ("311", "3117\n8003", False),
+        ("8003", "3117\n8003", True),
+        ("0680F010", "0680F010\n0780E013", True),
+        ("0680f010", "0680F010", True),
+        ("680", "0680F010", False),
+        ("following_error", "over_voltage following_error", True),
+        ("1", True, False),
+        ("0", "", False),
+    ],
+)
+def test_a_diagnosis_is_a_number_or_a_word_of_a_list(number: str, value: Value, is_shown: bool) -> None:
+    assert shows(number)(value) is is_shown
+
+
+def test_a_controller_shows_its_own_diagnoses_and_those_of_its_axes() -> None:
+    config = load(CONFIGS / "conveyor.yaml", ("time=virtual",))
+    known = ["DiagCode", "DiagMsg", "Infeed.DiagCode", "Cutter.DiagCode", "Cutter.AxisState", "plc/fault"]
+    expected = ["DiagCode", "Infeed.DiagCode", "Cutter.DiagCode", "plc/fault"]
+    assert diagnosis_keys(config, "max4", known) == expected
 
 
 @pytest.mark.parametrize(
