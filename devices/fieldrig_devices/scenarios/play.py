@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from fieldrig.clock import MS
 from fieldrig.device import Value
+from fieldrig.errors import ControlError
 from fieldrig.points.names import split_point
 from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.expression import expression_of
@@ -72,6 +73,9 @@ class Stage(ExitStack):
         self._seen = Watching(properties, self._places.add_all(place for one in properties for place in one.places))
         self._hands = Hands(rig, self._read, self._write, self._places.send, partial(has_power, rig))
         self._healed = False
+        self.forgives = False
+        """True if a value that a device refuses is not an error, but a consequence of what has happened: after a fault
+        or a restart, when a program is not there yet, and in a search."""
         for name in _written(recovery):
             self.follow(name)
         self.add(*schedule)
@@ -195,10 +199,21 @@ class Stage(ExitStack):
         while self._acts and self._acts[0].at_ns <= self.now_ns:
             act = self._acts.pop(0)
             self._seen.done.append(act._replace(at_ns=self.now_ns))
-            after = self._hands.do(act)
+            after = self._done(act)
             if after is not None:
                 insort(self._acts, after, key=_instant)
             self._takes_reached()
+
+    def _done(self, act: Act) -> Act | None:
+        """Do an action, and return the one that ends it.  RigError if the rig refuses it, unless it is forgiven."""
+        try:
+            return self._hands.do(act)
+        except ControlError:
+            if act.verb not in ("set", "press") or not self.forgives:
+                raise
+            return None
+        finally:
+            self.forgives = self.forgives or act.verb in ("fault", "restart")
 
     def _read(self, name: str) -> Value:
         self.follow(name)

@@ -156,6 +156,7 @@ def edges(rig: "Rig", places: Sequence[str], length_ns: int) -> Edges:
 def _go_to(piece: Piece) -> None:
     """Play on to the begin of a piece, with what has not been done yet."""
     stage = _present[0].stage
+    stage.forgives = stage.forgives or bool(piece.acts)
     if stage.now_ns < piece.until_ns:
         stage.add(*(act for act in piece.acts if act.at_ns >= stage.now_ns))
     stage.run_until(piece.from_ns)

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from fieldrig.errors import ControlError
 from fieldrig_devices.scenarios.command import app
 from fieldrig_devices.scenarios.play import NOTHING_RAISES
 from fieldrig_devices.scenarios.running import played
@@ -88,3 +89,15 @@ def test_a_key_of_a_device_without_power_does_nothing(tmp_path: Path) -> None:
     outcome = played(file).played
     assert outcome.violations == ()
     assert [value for _, value in outcome.tracks["one/pressed"]] == [False]
+
+
+def test_a_value_that_is_refused_after_a_restart_is_a_consequence_and_no_mistake(tmp_path: Path) -> None:
+    text = SCENARIO.replace("steps: []\n", "steps:\n  - {at: 200ms, set: {one/pressed: true}}\n")
+    file = written(tmp_path, text)
+    module = next(tmp_path.glob("fragile_*.py"))
+    module.write_text(module.read_text().replace("self._presses += value", "raise ValueError('not now')"))
+    with pytest.raises(ControlError, match="not now"):
+        played(file)
+    disturbed = "  - {at: 100ms, restart: one}\n  - {at: 200ms"
+    file.write_text(file.read_text().replace("  - {at: 200ms", disturbed))
+    assert played(file).played.violations == ()
