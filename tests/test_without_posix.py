@@ -40,8 +40,8 @@ def test_everything_but_real_time_works_without_posix(tmp_path: Path, on_linux: 
     refused = {"check nothing.yaml", "search run searches/feeder.yaml"}
     assert {line for line, code in codes.items() if code != 0} == refused, results["commands"]
     code, text = results["commands"]["search run searches/feeder.yaml"]
-    assert (code, text.splitlines()) == (3, [
-        "error: this system cannot branch a rig", "  branches need fork, which Linux has and Windows has not"])  # fmt: skip
+    remedy = ["error: this system cannot branch a rig", "  branches need fork, which Linux has and Windows has not"]
+    assert (code, text.splitlines()) == (3, remedy)
     assert results["masters"] == on_linux
     assert results["plugin"] == 0
     assert set(results["imported"]) == portable_work.POSIX_MODULES
