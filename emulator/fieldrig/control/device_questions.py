@@ -16,7 +16,7 @@ from fieldrig.device import Device, Value
 from fieldrig.errors import ControlError, refusals
 from fieldrig.loop.real_clock import RealClock
 from fieldrig.outside.untrusted import items, shown
-from fieldrig.points.access import read_points, write_point
+from fieldrig.points.access import points_for, read_points, write_point
 from fieldrig.points.facts import facts_of
 from fieldrig.points.values import fitting
 
@@ -59,7 +59,7 @@ class RealPoints:
         return self._troubles.words()
 
     def values(self, keys: Iterable[str] | None = None) -> Mapping[str, Value]:
-        return self._clock.look(lambda: read_points(self._name, self._device.points(), keys))
+        return self._clock.look(lambda: read_points(self._name, points_for(self._device, keys or ()), keys))
 
     def set(self, key: str, value: Value) -> None:
         self._clock.handle(write_point, self._name, self._device.points(), key, value)

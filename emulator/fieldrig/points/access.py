@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from fieldrig.device import Point, Value
+from fieldrig.device import Device, Point, Value
 from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import shown
 from fieldrig.text.nearest import closest
@@ -20,6 +20,14 @@ def read_points(device: str, points: Mapping[str, Point], keys: Iterable[str] | 
     """
     wanted = points if keys is None else keys
     return {key: _point(device, points, key).read() for key in wanted}
+
+
+def points_for(device: Device, keys: Iterable[str]) -> Mapping[str, Point]:
+    """Return the points of a device, with those of these keys that it has besides, such as variables of a program."""
+    points = device.points()
+    further = {key: device.further_point(key) for key in keys if key not in points}
+    found = {key: point for key, point in further.items() if point is not None}
+    return {**points, **found} if found else points
 
 
 def write_point(device: str, points: Mapping[str, Point], key: str, value: Value) -> None:

@@ -1,9 +1,10 @@
 """The points of a device that are watched, and their changes: all of them, as the device looks between its steps."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import NamedTuple
 
-from fieldrig.device import Device, Point, Value
+from fieldrig.device import Device, Value
+from fieldrig.points.access import points_for
 from fieldrig.points.hooks import Hook
 from fieldrig.points.values import is_another
 
@@ -28,7 +29,7 @@ class WatchedPoints:
 
     def watch(self, key: str) -> None:
         """Watch a point from now on, beginning with its present value."""
-        self._last[key] = self._device.points()[key].read()
+        self._last[key] = points_for(self._device, (key,))[key].read()
         if self._end is None:
             self._end = self.hook.add(self._look)
 
@@ -51,7 +52,7 @@ class WatchedPoints:
         return taken
 
     def _look(self) -> None:
-        points: Mapping[str, Point] = self._device.points()
+        points = points_for(self._device, self._last)
         for key, last in self._last.items():
             if key in points:  # a point of a program may go with the program
                 value = points[key].read()

@@ -70,6 +70,10 @@ class Switched(Device):
         self._check_on()
         return self.present.points()
 
+    def further_point(self, key: str) -> Point | None:
+        self._check_on()
+        return self.present.further_point(key)
+
     def front_words(self) -> dict[str, Any]:
         """Return the front, which is there without power too."""
         return self.present.front_words()

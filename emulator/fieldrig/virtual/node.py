@@ -18,7 +18,7 @@ from fieldrig.faults.note import FaultNote
 from fieldrig.faults.noted import Noted
 from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.link import Link
-from fieldrig.points.access import read_point, read_points, write_point
+from fieldrig.points.access import points_for, read_point, read_points, write_point
 from fieldrig.points.facts import facts_of
 from fieldrig.points.hooks import Hook
 from fieldrig.points.watched_points import Change, WatchedPoints
@@ -262,7 +262,8 @@ class LocalNode(EventNode):
         return facts_of(self.device.points())
 
     def values(self, now_ns: int, keys: Iterable[str] | None = None) -> dict[str, Value]:
-        return self.look(now_ns, lambda device: read_points(self.name, device.points(), keys))
+        chosen = None if keys is None else list(keys)
+        return self.look(now_ns, lambda device: read_points(self.name, points_for(device, chosen or ()), chosen))
 
     def front(self, now_ns: int) -> dict[str, Any]:
         self.look_at(now_ns)
@@ -270,7 +271,7 @@ class LocalNode(EventNode):
             return self.device.front_words()
 
     def get(self, now_ns: int, key: str) -> Value:
-        return self.look(now_ns, lambda device: read_point(self.name, device.points(), key))
+        return self.look(now_ns, lambda device: read_point(self.name, points_for(device, (key,)), key))
 
     def set(self, key: str, value: Value) -> None:
         self._check_on()

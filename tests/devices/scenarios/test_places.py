@@ -138,3 +138,14 @@ def test_a_controller_shows_its_own_diagnoses_and_those_of_its_axes() -> None:
 def test_what_the_rig_does_not_have_is_refused(condition: str, what: str) -> None:
     with pytest.raises(RigError, match=what.replace("(", "\\(")):
         played("lab.yaml", condition=condition, length_ns=1 * MS)
+
+
+@pytest.mark.long
+def test_a_variable_that_no_point_shows_is_named_as_in_recordings() -> None:
+    """A local variable of PLC_PRG is no point: the reset of the axis, which is over before the machine is hot."""
+    name = "feeder/program:PLC_PRG.bResetting"
+    found = played("feeder.yaml", condition=f"{name} and feeder/g_bHot", length_ns=2 * S)
+    values = [value for _, value in found.tracks[name]]
+    assert values[:2] == [True, False]
+    with pytest.raises(RigError, match=r"has no value 'program:PLC_PRG\.bReseting'"):
+        played("feeder.yaml", condition="feeder/program:PLC_PRG.bReseting", length_ns=1)
