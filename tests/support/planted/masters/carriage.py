@@ -21,6 +21,8 @@ FAST, SLOW = 0.3, 0.1
 TOLERANCE = 0.02
 WIDEST = 0.35
 """rad that the switch may be wide."""
+BOUNCE_S = 0.5
+"""A switch that is still on after this time was no bounce."""
 PARK, STATIONS = -0.9, (1.0, 2.0, 3.0)
 """rad from home."""
 
@@ -116,7 +118,8 @@ class Carriage:
                 return False
             time.sleep(0.01)
         self.home = self.approach(SLOW)
-        return abs(self.home - first) < TOLERANCE
+        time.sleep(BOUNCE_S)
+        return self.is_at_switch() and abs(self.home - first) < TOLERANCE
 
     def run(self) -> None:
         self.enable()
