@@ -14,6 +14,8 @@ from fieldrig_devices.search.choices import Choice
 
 GRIDS_NS: Final = (1 * S, 500 * MS, 100 * MS, 50 * MS, 10 * MS, 1 * MS)
 """Times that are easy to read, the roundest first."""
+MOST_LATER_NS: Final = 100 * MS
+"""The time by which an action may become later so that its instant is round."""
 SHORTEST_MS: Final = 1
 DURATION: Final = "duration_ms"
 
@@ -54,7 +56,7 @@ def _earlier(act: Act) -> Iterator[Act]:
 def _rounder(act: Act) -> Iterator[Act]:
     """Yield the action at round instants near its own."""
     near = [(act.at_ns + grid_ns * offset) // grid_ns * grid_ns for grid_ns in GRIDS_NS for offset in (0, 1)]
-    return (act._replace(at_ns=at_ns) for at_ns in dict.fromkeys(near))
+    return (act._replace(at_ns=at_ns) for at_ns in dict.fromkeys(near) if at_ns <= act.at_ns + MOST_LATER_NS)
 
 
 def _plainer(acts: Schedule, number: int, fails: Fails, choices: Sequence[Choice]) -> Schedule:

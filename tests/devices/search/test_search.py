@@ -277,6 +277,11 @@ def test_corpora_of_several_machines_are_merged(tmp_path: Path) -> None:
     assert run("show", tmp_path / "no.sqlite").exit_code != 0
 
 
+def test_what_is_found_is_early_before_it_is_round() -> None:
+    acts = (Act(1200 * MS, "restart", "io"),)
+    assert minimal(acts, lambda some: any(act.at_ns >= 110 * MS for act in some)) == (Act(200 * MS, "restart", "io"),)
+
+
 def test_what_is_found_is_made_few_round_and_short() -> None:
     def fails(acts: Schedule) -> bool:
         return any(act.verb == "fault" and 900 * MS <= act.at_ns <= 1100 * MS for act in acts)
