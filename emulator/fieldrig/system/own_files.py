@@ -29,7 +29,7 @@ def own_folder(folder: Path) -> Path:
     RigError if it is another user's, if another user's link leads to it, or if others may write to it.  OSError if it
     cannot be made.
     """
-    if HAS_OWNERS and folder.is_symlink() and (owner := folder.lstat().st_uid) not in (0, os.geteuid()):
+    if hasattr(os, "geteuid") and folder.is_symlink() and (owner := folder.lstat().st_uid) not in (0, os.geteuid()):
         raise RigError(
             f"{folder} is a link of another user (id {owner})", "name a folder of your own: --set run=FOLDER"
         )
