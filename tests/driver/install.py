@@ -30,7 +30,8 @@ class Progress:
             if sys.stdout.isatty() or self._seen % STEP == 0:
                 self._say(f"fetching package {self._seen} of {self._count}")
         elif line.startswith("Installing collected packages"):
-            self._say(f"unpacking {line.count(',') + 1} packages")
+            names = line.partition(":")[2].split(",")
+            self._say(f"unpacking {f'{len(names)} packages' if len(names) > 1 else names[0].strip()}")
 
     def _say(self, text: str) -> None:
         sys.stdout.write(f"\r\x1b[K  {text}" if sys.stdout.isatty() else f"  {text}\n")
