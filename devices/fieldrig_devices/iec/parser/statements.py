@@ -188,7 +188,9 @@ class Statements(Blocks):
             return tree.Assign(target, referred, tree.AssignKind.REFER, position=position)
         hint = ""
         if isinstance(target, tree.Name):
-            hint = f"A name has no blank in it: {target.text}_{self.texts[self.i]}."
+            name, after = target.text, self.texts[self.i]
+            is_test = name.upper().startswith("ASSERT")
+            hint = f"Write {name}({after}...);" if is_test else f"A name has no blank in it: {name}_{after}."
         raise self.unexpected(":= or a call", hint)
 
     def _mock(self, word: tree.Name) -> tree.CallStatement:
