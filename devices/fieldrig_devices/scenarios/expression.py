@@ -13,6 +13,7 @@ from typing import Any, Final, NamedTuple
 from fieldrig.device import Value
 from fieldrig_devices.scenarios.calls import KINDS, call_of
 from fieldrig_devices.scenarios.operators import CONSTANTS, FUNCTIONS, LEVELS, check_count
+from fieldrig_devices.scenarios.tokens import words_of
 
 LONGEST: Final = 2_000
 """Characters of an expression."""
@@ -21,7 +22,6 @@ DEEPEST: Final = 50
 
 Evaluate = Callable[[Mapping[str, Value]], Any]
 
-_WORD: Final = re.compile(r"""\s*("[^"]*"|'[^']*'|[(),]|[^\s(),'"]+)""")
 _TEXT: Final = re.compile(r"[A-Za-z_][\w.-]*")
 """A text without quotes, such as the state `pre_operational`."""
 _NUMBER: Final = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|0[bB][01]+|\d+(\.\d+)?([eE][+-]?\d+)?)")
@@ -52,23 +52,10 @@ def expression_of(text: str) -> Expression:
     """Return the expression of a text.  ValueError, saying what was expected and where, for any other text."""
     if len(text) > LONGEST:
         raise ValueError(f"it has {len(text)} characters\nexpected at most {LONGEST}")
-    parser = _Parser(_words(text))
+    parser = _Parser(words_of(text))
     evaluate = parser.disjunction()
     parser.expect_end()
     return Expression(text, tuple(dict.fromkeys(parser.places)), evaluate)
-
-
-def _words(text: str) -> list[str]:
-    words, at = list[str](), 0
-    while text[at:].strip():
-        found = _WORD.match(text, at)
-        if found is None:
-            raise ValueError(
-                f"the quote at {text[at:].strip()[:20]!r} has no end\nexpected another one behind the text"
-            )
-        words.append(found[1])
-        at = found.end()
-    return words
 
 
 class _Parser:

@@ -6,7 +6,7 @@ when the rig has taken them, and what was lost was not judged.  Numbers without 
 """
 
 from bisect import insort
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
@@ -14,7 +14,6 @@ from typing import Final
 from fieldrig.clock import MS, S
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
-from fieldrig.errors import ControlError
 from fieldrig.hub.thread_member import ThreadMember
 from fieldrig.real.running_rig import RunningRig
 from fieldrig_bus.wires import Signal
@@ -67,7 +66,7 @@ class LiveStage(ExitStack):
             if name not in self._seen.values:
                 self._seen.follow(0, name, values[name])
         self._milestones, self._latest = Milestones(), dict(values)
-        self._hands = Hands(rig, self._latest.__getitem__, self._write, self._send, self._has_power)
+        self._hands = Hands(rig, self._latest.__getitem__, self._write, self._send, rig.has_power)
         self._acts: list[Act] = []
         self._late_ns = self._asked_ns = 0
         self._healed_ns, self._is_healed = -1, False
@@ -88,7 +87,14 @@ class LiveStage(ExitStack):
             self._rig.wait(STEP_NS)
             self._take()
         self._seen.end(end_ns)
-        played = self._seen.outcome(end_ns, "", self._notes(end_ns))
+        played = self._seen.outcome(
+            end_ns,
+            "",
+            [
+                f"real time: actions were done up to {self._late_ns / MS:.0f} ms late",
+                *self._events.notes(self._begin_ns + end_ns),
+            ],
+        )
         return played._replace(unreached=(*self._milestones.waiting, *self._acts))
 
     # ---- what happens
@@ -166,15 +172,6 @@ class LiveStage(ExitStack):
         self.callback(member.close)
         return member
 
-    def _has_power(self, part: str) -> bool:
-        if part not in self._config.devices:
-            return True
-        try:
-            self._rig.ask(f"device/{part}/get", {"keys": []})
-        except ControlError:
-            return False
-        return True
-
     # ---- what is seen
 
     @property
@@ -197,15 +194,6 @@ class LiveStage(ExitStack):
             for value in values:
                 self._seen.change(max(at_ns, 0), name, value)
         self._seen.look(max(at_ns, 0), {})
-
-    def _notes(self, end_ns: int) -> Iterator[str]:
-        yield f"real time: actions were done up to {self._late_ns / MS:.0f} ms late"
-        if self._events.lost:
-            yield f"{self._events.lost} changes or messages were lost, and not judged: this host is too slow"
-        if self._events.late:
-            yield f"{self._events.late} changes came too late to be judged in their order"
-        if self._judged_ns < end_ns:
-            yield f"nothing is known of the last {(end_ns - self._judged_ns) / MS:.0f} ms"
 
 
 def _instant(act: Act) -> int:

@@ -65,6 +65,15 @@ class LiveEvents(ExitStack):
         """The number of changes and messages that have not come."""
         return self._traffic.lost + sum(one.lost for one in self._recordings)
 
+    def notes(self, end_ns: int) -> Iterator[str]:
+        """Yield sentences on what was not judged up to an instant."""
+        if self.lost:
+            yield f"{self.lost} changes or messages were lost, and not judged: this host is too slow"
+        if self.late:
+            yield f"{self.late} changes came too late to be judged in their order"
+        if self.judged_ns < end_ns:
+            yield f"nothing is known of the last {(end_ns - self.judged_ns) / MS:.0f} ms"
+
     def instants(self) -> Iterator[tuple[int, Mapping[str, Sequence[Value]]]]:
         """Yield each instant that is known completely, with the changes of places in their order."""
         horizon_ns = self._horizon_ns()  # first, as what is complete by then is there to be collected

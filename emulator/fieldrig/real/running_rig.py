@@ -9,7 +9,7 @@ from fieldrig.clock import S
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.endpoint import NoRigError
 from fieldrig.control.messages import Client
-from fieldrig.errors import UsageError
+from fieldrig.errors import ControlError, UsageError
 from fieldrig.real.live_rig import LiveRig
 
 OWN: Final = ("control=", "run=")
@@ -26,6 +26,16 @@ class RunningRig(LiveRig):
 
     def ask(self, path: str, message: Any = None) -> Any:
         return self._client.ask(path, message)
+
+    def has_power(self, part: str) -> bool:
+        """Return whether it is a bus, or a device that answers."""
+        if part in self.status()["buses"]:
+            return True
+        try:
+            self.ask(f"device/{part}/get", {"keys": []})
+        except ControlError:
+            return False
+        return True
 
     def now_ns(self) -> int:
         """Return the instant on the clock of the host, which all processes of a rig on it have."""
