@@ -143,4 +143,13 @@ def open_there(
 
 
 def _found(files: "Sequence[Path]") -> list[Path]:
-    return [one for file in files for one in (sorted(file.glob("*.yaml")) if file.is_dir() else [file])]
+    """Return the files, and those in folders.  UsageError for a folder without one."""
+    from fieldrig.errors import UsageError
+
+    found = list[Path]()
+    for file in files:
+        inside = sorted(file.glob("*.yaml")) if file.is_dir() else [file]
+        if not inside:
+            raise UsageError(f"{file} has no scenario files", "expected files that end in .yaml")
+        found += inside
+    return found

@@ -13,6 +13,7 @@ from typing import Final
 from fieldrig.clock import MS, S
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
+from fieldrig.points.values import counted
 from fieldrig.real.bus_inbox import BusInbox
 from fieldrig.real.running_rig import RunningRig
 from fieldrig.recording.recording import LiveRecording
@@ -43,7 +44,7 @@ class LiveEvents(ExitStack):
         self._pending: list[tuple[int, int, str, Value]] = []
         """Changes that are not judged, with the number of their arrival."""
         self._news: list[Change] = []
-        self._number = self.late = 0
+        self._number = self.late = self._begin_ns = 0
         self.values: dict[str, Value] = {**places.values(), **self._traffic.first()}
         """The values of all places at the begin; of the last instant that was handed out later."""
         self._points = dict(places.points)
@@ -56,7 +57,7 @@ class LiveEvents(ExitStack):
         self._collect()
         self._pending.clear()
         self._news.clear()
-        self.judged_ns = self._rig.now_ns()
+        self.judged_ns = self._begin_ns = self._rig.now_ns()
         self._ages = {str(call): self.judged_ns for call in self._places.calls if call.kind == "since"}
         return self.judged_ns
 
@@ -68,9 +69,9 @@ class LiveEvents(ExitStack):
     def notes(self, end_ns: int) -> Iterator[str]:
         """Yield sentences on what was not judged up to an instant."""
         if self.lost:
-            yield f"{self.lost} changes or messages were lost, and not judged: this host is too slow"
+            yield f"{counted(self.lost, 'change')} or messages were lost, and not judged: this host is too slow"
         if self.late:
-            yield f"{self.late} changes came too late to be judged in their order"
+            yield f"{counted(self.late, 'change')} came too late to be judged in order"
         if self.judged_ns < end_ns:
             yield f"nothing is known of the last {(end_ns - self.judged_ns) / MS:.0f} ms"
 
@@ -149,7 +150,7 @@ class LiveEvents(ExitStack):
                     )
 
     def _add(self, at_ns: int, name: str, value: Value) -> None:
-        self.late += at_ns < self.judged_ns
+        self.late += self._begin_ns <= at_ns < self.judged_ns
         self._number += 1
         insort(self._pending, (max(at_ns, self.judged_ns), self._number, name, value))
         self._news.append((at_ns, name, value))

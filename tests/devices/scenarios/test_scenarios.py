@@ -200,6 +200,14 @@ properties: {back: {eventually: io/nmt.state == 'pre_operational', within: 500ms
     assert played(tmp_path, text).violations == ()
 
 
+def test_a_folder_without_scenarios_is_refused(tmp_path: Path) -> None:
+    wrong = run(tmp_path)
+    assert isinstance(wrong.exception, UsageError)
+    assert "has no scenario files" in str(wrong.exception)
+    scenario(tmp_path, LEVEL)
+    assert run(tmp_path).exit_code == 0
+
+
 def test_a_trace_is_of_one_scenario_in_a_known_format(tmp_path: Path) -> None:
     file = scenario(tmp_path, LEVEL)
     assert run(file, file, "--trace", tmp_path / "it.log").exit_code == 2
