@@ -111,3 +111,17 @@ def test_without_heat_there_is_no_feed(fieldrig_rig: RigMaker) -> None:
     rig.set("feeder/g_bStart", True)
     rig.run_until(5 * S)
     assert (rig.get("feeder/PTO00.Position"), rig.get("feeder/g_bBusy")) == (0, False)
+
+
+def test_a_controller_that_was_off_in_the_middle_of_a_feed_comes_back(rig: Branch) -> None:
+    """Its pulses end too fast for the motor, so the drive has an alarm after the only reset at power-on; the reset
+    stayed on then, and the drive, which takes the edge, was never ready again."""
+    rig.set("feeder/g_bStart", True)
+    rig.run_for(271 * MS)
+    rig.restart("feeder")
+    rig.run_for(5 * MS)
+    assert rig.get("stepper/alarm")
+    rig.until(lambda: rig.get("stepper/ready") and not rig.get("feeder/g_bError"), within=2 * S)
+    rig.set("feeder/panel.key1", True)
+    rig.run_for(2 * S)
+    assert rig.get("feeder/g_udiFeeds") == 1
