@@ -16,7 +16,7 @@ from fieldrig.control.messages import Client
 from fieldrig.errors import ControlError
 from fieldrig.testing import free_port, return_port
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 
 PROGRAM = """\
 VAR_GLOBAL presses : INT; END_VAR
