@@ -24,6 +24,8 @@ from fieldrig_devices.conformance.verdict import Aborted, SdoFault
 
 WRITE_ONLY, READ_ONLY, NO_SUB, NO_DATA = 0x0601_0001, 0x0601_0002, 0x0609_0011, 0x0800_0024
 GENERAL, INVALID_VALUE, TOO_HIGH, TOO_LOW = 0x0800_0000, 0x0609_0030, 0x0609_0031, 0x0609_0032
+BY_ITSELF = (0x0800_0021, 0x0800_0022)
+"""Abort codes for a value that the device sets itself at present, such as by its program (CiA 301 table 22)."""
 STRUCTURE, HISTORY = 0xFF, 0x1003
 SHOWN = 5
 """Number of deviations that a verdict lists."""
@@ -149,7 +151,8 @@ def write_back(bench: Bench) -> Steps[None]:
             value = yield from bench.sdo.read(entry.index, entry.sub)
             yield from bench.sdo.write(entry.index, entry.sub, value)
         except SdoFault as fault:
-            faults.add(entry, str(fault))
+            if not (isinstance(fault, Aborted) and fault.code in BY_ITSELF):
+                faults.add(entry, str(fault))
     faults.check()
 
 
@@ -193,9 +196,22 @@ def _compare_all(bench: Bench) -> Steps[None]:
     for entry in entries:
         data = yield from bench.sdo.read(entry.index, entry.sub)
         assert entry.default is not None
-        if data != entry.default:
+        if data != entry.default and not (yield from _is_set_by_itself(bench, entry, data)):
             faults.add(entry, f"{data.hex(' ')} for {entry.default.hex(' ')}")
     faults.check()
+
+
+def _is_set_by_itself(bench: Bench, entry: Entry, present: bytes) -> Steps[bool]:
+    """Return whether the device refuses a write of the present value because it sets the value itself."""
+    if not entry.is_writable or not is_plain(entry):
+        return False
+    try:
+        yield from bench.sdo.write(entry.index, entry.sub, present)
+    except Aborted as abort:
+        return abort.code in BY_ITSELF
+    except SdoFault:
+        return False
+    return False
 
 
 def is_free(entry: Entry) -> bool:
