@@ -26,7 +26,7 @@ MOST_SHOWN = 2_000
 """Changes of a place that are shown, the last of them."""
 
 _hands: list[Hands] = []
-"""Those of this process, once it has done something: a bus knows them as members from then on."""
+"""The hands of this process, once it has done something: a bus knows them as members from then on."""
 
 
 class Standing:

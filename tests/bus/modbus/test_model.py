@@ -322,7 +322,7 @@ def test_deliveries_are_in_order_of_time_and_nothing_hangs(
 
 @pytest.mark.parametrize(("line", "state"), [(None, None), ("rtu", LineState(1, 0)), ("ascii", LineState(1, 0, True))])
 def test_a_request_of_a_member_is_one_of_its_line(line: Mode | None, state: LineState | None) -> None:
-    """So a trace of virtual time says what the bus is, and unit 0 is a broadcast."""
+    """A trace of virtual time says what the bus is, and unit 0 is a broadcast."""
     model = joined(ModbusModel(line), drive=[1], master=[])
     model.submit(0, "master", ModbusRequest(1, READ))
     (delivery,) = all_of(model)

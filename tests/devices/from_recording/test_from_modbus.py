@@ -185,7 +185,7 @@ def test_a_part_of_a_group_is_not_slower_because_the_group_is(tmp_path: Path) ->
 
 
 def test_a_function_that_was_done_too_is_not_refused(tmp_path: Path) -> None:
-    """6.8: a gateway that reaches its device at times; what the log says of it is told."""
+    """6.8: a gateway that reaches its device at times; the remarks say what the log has of it."""
     path = made(tmp_path, (0, 7, "08 0001 0000", "88 0B"), (1, 7, "08 0001 0000", "08 0001 0000"))
     assert "faults" not in keys_of(path)["devices"]["unit7"]
     assert "function 8 with 00 01 00 00 ended in exception 11" in " ".join(path.read_text().replace("#", " ").split())

@@ -1,4 +1,4 @@
-"""What a condition may name, on the shipped rigs: points, objects, wires, messages, diagnoses and variables."""
+"""A condition may name, on the shipped rigs, points, objects, wires, messages, diagnoses and variables."""
 
 from pathlib import Path
 

@@ -40,7 +40,7 @@ class Filling:
                 self.level_mm, _status = struct.unpack("<iB", frame.data)
                 self.heard_s = time.monotonic()
             elif frame.arbitration_id == BOOT_UP and frame.data == b"\x00":
-                self.level_mm = None  # until the node has said it anew
+                self.level_mm = None  # until the node has said it again
                 self.start_nodes()
 
     def control(self) -> None:
