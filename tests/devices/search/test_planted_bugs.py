@@ -67,6 +67,6 @@ def test_the_shipped_program_keeps_all_properties_in_the_same_scenario(bug: Plan
 @pytest.mark.long
 @pytest.mark.parametrize("bug", ["wrapper-lost-for-ever", "wrapper-lost-pack"], indirect=True)
 def test_what_these_plans_found_in_the_shipped_wrapper_stays_fixed(bug: PlantedBug, tmp_path: Path) -> None:
-    """The result of the last run ended the next one at once, again and again, if an axis was lost while its cam was being set."""
+    """The result of the last run ended each later one at once if an axis was lost while its cam was being set."""
     found = bug._replace(trigger=[{"at": "1228397us", "fault": "ring break after=infeed duration_ms=300"}])
     assert played(found.scenario_in(tmp_path, clean=True)).played.violations == ()
