@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fieldrig.errors import RigError
-from fieldrig_devices.scenarios.places import place_of
+from fieldrig_devices.scenarios.places import RigPlace, place_of
 from fieldrig_devices.scenarios.play import Played, Stage
 from fieldrig_devices.scenarios.property import Kind
 from fieldrig_devices.scenarios.sending import message_of
@@ -123,12 +123,15 @@ def _master(rig: "Rig") -> Iterator[None]:
 
 def try_all(rig: "Rig", choices: Sequence[Choice]) -> None:
     """Try each choice once.  RigError for a place, a fault or a device that the rig does not have."""
+    places: dict[str, RigPlace] = {}
     for choice in choices:
         for act in choice.all(0):
             match act.verb:
                 case "set" | "press":
                     assert isinstance(act.value, bool | int | float | str)
-                    place_of(rig, act.where).write(act.value)
+                    if act.where not in places:  # a wire takes one member of this name
+                        places[act.where] = place_of(rig, act.where)
+                    places[act.where].write(act.value)
                 case "fault":
                     assert isinstance(act.value, Mapping)
                     rig.clear_fault(act.where, rig.add_fault(act.where, {**act.value, "start_ms": LATER_MS}))
