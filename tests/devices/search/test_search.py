@@ -185,11 +185,11 @@ worlds: {seed: [2]}
 def test_the_outcome_does_not_depend_on_who_plays_what(tmp_path: Path, strategy: str) -> None:
     """One worker, several, and one without branches, which plays everything from the begin and the last piece first."""
     plan = planted(tmp_path, HISTORY, EVERYTHING)
-    hashes = {searched(plan, strategy, most=9, workers=workers)[0].hash() for workers in (1, 3)}
+    hashes = {searched(plan, strategy, most=12, workers=workers)[0].hash() for workers in (1, 3)}
     corpus = Corpus(None)
     with Bench(load_plan(plan)) as bench:
         crew = Forgetful(bench)
-        Search(bench.plan, bench, crew, corpus, 1).go([strategy], Limits(600.0, 9), lambda _: None)
+        Search(bench.plan, bench, crew, corpus, 1).go([strategy], Limits(600.0, 12), lambda _: None)
     assert hashes == {corpus.hash()}
     assert len({run.world for run, *_ in corpus.all_runs()}) == 2
     assert corpus.findings()
