@@ -91,7 +91,7 @@ def fault_choices(rig: "Rig", wanted: Wanted) -> Iterator[Choice]:
             forms = list(islice(_forms(rig, where, what, model, wanted.given), MOST_OF_A_KIND))
             if forms:
                 is_any = True
-                yield Choice("fault", where, tuple(_in_time(forms, model, wanted)))
+                yield Choice("fault", where, tuple(_in_time(rig, where, forms, model, wanted)))
     if not is_any:
         kinds = {what for where in matching_parts(rig, wanted.where) for what in _models(rig, where)}
         text = f"{', '.join(wanted.where)} cannot have a fault {', '.join(wanted.kinds)}"
@@ -104,11 +104,18 @@ def _models(rig: "Rig", where: str) -> Mapping[str, type[Timed]]:
     return {**MODELS, **rig.config.devices[where].cls.fault_models}
 
 
-def _in_time(forms: Sequence[Mapping[str, Any]], model: type[Timed], wanted: Wanted) -> Iterator[dict[str, Any]]:
-    """Yield forms with durations and conditions; a fault of messages also as one for a single message."""
+def _in_time(
+    rig: "Rig", where: str, forms: Sequence[Mapping[str, Any]], model: type[Timed], wanted: Wanted
+) -> Iterator[dict[str, Any]]:
+    """Yield forms with durations and conditions; a fault of messages also as one for a single message.
+
+    A fault that takes no duration, such as the break of a serial line, happens once.
+    """
     conditions = [{"when": one} for one in wanted.when] or [{}]
     times: list[dict[str, Any]] = [{"duration_ms": duration_ns / MS} for duration_ns in wanted.durations]
-    if issubclass(model, Repeated):
+    if not _is_taken(rig, where, {**forms[0], **times[0]}):
+        times = [{}]
+    elif issubclass(model, Repeated):
         times.append({**times[-1], "count": 1})
     for form, time, condition in product(forms, times, conditions):
         yield {**form, **time, **condition}
