@@ -1,5 +1,6 @@
 """The plans of configs/searches: each loads with all that it names; cheap ones hold, and a few runs find nothing."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from random import Random
 
@@ -29,6 +30,7 @@ def test_a_shipped_plan_names_what_its_rig_has(plan: Path) -> None:
     with Rig(load(given.scenario.rig, ("time=virtual", *given.scenario.overrides))) as rig:
         choices = choices_of(rig, given.vary)
         for act in (next(one.all(0)) for one in choices if one.verb == "fault"):
+            assert isinstance(act.value, Mapping)
             rig.add_fault(act.where, {**act.value, "start_ms": 1_000_000})  # it is taken, and never begins
         parts = {*rig.buses, *rig.config.devices}
         assert {place.partition("/")[0] for one in given.scenario.properties for place in one.places} <= parts
