@@ -33,7 +33,7 @@ POSIX_MODULES: Final = {
 }
 """The modules that only Linux, or POSIX, can import; others import them where they are needed."""
 
-FIRST: Final = ("serial", "can.interfaces.socketcand", "pymodbus.client", "typer", "asyncua", "canopen")
+FIRST: Final = ("serial", "can.interfaces.socketcand", "pymodbus.client", "typer", "asyncua", "canopen", "distributed")
 """Foreign packages, which choose their code for the system when they are imported."""
 
 FORMATS: Final = ("lab.pcapng", "lab.pcap", "lab.log", "lab.asc", "lab.blf", "lab.trc", "lab.csv", "lab.db", "lab.vcd")
