@@ -130,7 +130,7 @@ class Hmiscu(Device):
             self._can.start()
         self._masters.start()
         if self._settings.autostart:
-            self._plc.run()
+            self._plc.start()
 
     def stop(self) -> None:
         self._plc.end()

@@ -1,7 +1,13 @@
 """The faults of a controller: what the blocks report, and how the controller goes on."""
 
+from pathlib import Path
+
 import pytest
 from hmiscu_device_bench import PTO, DeviceBench
+
+from fieldrig.clock import MS
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 
 INTERNAL_ERROR = 1 << 4
 
@@ -81,6 +87,27 @@ def test_a_panel_that_leaves_its_runtime_stops_the_axis_fast(what: str) -> None:
     assert bench.get("PTO00.State") == 4
     reset(bench)
     assert moves_again(bench)
+
+
+@pytest.mark.parametrize("what", ["offline", "exit_runtime"])
+@pytest.mark.parametrize("is_restarted", [False, True])
+def test_a_controller_that_starts_during_the_fault_runs_at_its_end(what: str, is_restarted: bool) -> None:
+    rig = {
+        "time": "virtual",
+        "buses": {"modbus": {"kind": "modbus.virtual"}, "wires": {"kind": "wires.virtual"}},
+        "devices": {"plc": {"kind": "hmiscu", "model": "HMISCU6A5", "links": {"modbus": "modbus", "wires": "wires"}}},
+    }
+    fault = {"what": what, "duration_ms": 100}
+    if not is_restarted:
+        rig["devices"]["plc"]["faults"] = [fault]  # type: ignore[index]  # a mapping of mappings
+    with Rig(from_dict(rig, Path.cwd())) as running_rig:
+        if is_restarted:
+            running_rig.run_until(50 * MS)
+            running_rig.add_fault("plc", fault)
+            running_rig.restart("plc")
+        assert running_rig.get("plc/plc/state") == "stop"
+        running_rig.run_for(200 * MS)
+        assert running_rig.get("plc/plc/state") == "run"
 
 
 def test_a_stopped_controller_stays_stopped_after_the_fault() -> None:

@@ -166,6 +166,13 @@ class Plc:
         else:
             self._mast.start()
 
+    def start(self) -> None:
+        """Go to RUN as the controller starts by itself, or at the end of what holds it."""
+        if self._held:
+            self._goes_on = True
+        else:
+            self.run()
+
     def stop(self) -> None:
         """Go to STOP, which stops all moves and switches the outputs off."""
         if self.state is PlcState.RUN:
