@@ -33,7 +33,7 @@ class Power:
         """`set_delay` is called with `delay_us` when the faults have changed."""
         self._memory, self._supplied, self._set_delay = memory, supplied, set_delay
         self.injected = InjectedFaults[Fault[Any]](clock, MODELS, Faults(Fault), on_change=self._on_faults)
-        self.is_on = self._was_lost = False
+        self.is_on = self._was_lost = self._has_started = False
         self._off_days = 0.0
 
     @property
@@ -44,6 +44,7 @@ class Power:
 
     def start(self, off_days: float) -> None:
         """Switch the power on, after `off_days` without it, unless a fault keeps it off."""
+        self._has_started = True
         if self.injected.first(PowerOff) is None:
             self._on(off_days)
 
@@ -66,7 +67,7 @@ class Power:
             self._off_days = off.days
             if self.is_on:
                 self._off()
-        elif not self.is_on:
+        elif self._has_started and not self.is_on:
             self._on(self._off_days)
         # This is called for each change of any fault: only the begin of this one takes the content.
         is_lost = self.injected.first(MemoryLost) is not None
