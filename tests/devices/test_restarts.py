@@ -30,7 +30,7 @@ BOOTED_S = {
 
 
 class AllFaults(NamedTuple):
-    """A wish for each fault of all devices, for a second."""
+    """A plan of each fault of all devices, for a second."""
 
     where: Sequence[str] = ("devices",)
     kinds: Sequence[str] = ("*",)
