@@ -78,6 +78,8 @@ class Operation:
     """The meaning of each parameter of the path."""
     queries: Mapping[str, str] = field(default_factory=dict)
     """The meaning of each optional parameter of the query."""
+    is_absent_if: str = ""
+    """The reason of a 404, beside those of the parameters of the path."""
 
     def route(self) -> Route:
         async def answer(request: Request) -> Response:
@@ -169,6 +171,7 @@ def _plain(path: str) -> str:
 
 
 def _described(operation: Operation, definitions: dict[str, Any]) -> dict[str, Any]:
+    absent = operation.is_absent_if or ("there is no such part" if operation.parameters else "")
     description: dict[str, Any] = {
         "operationId": f"{operation.method.lower()}_{_identifier(operation.path)}",
         "summary": operation.about,
@@ -183,9 +186,7 @@ def _described(operation: Operation, definitions: dict[str, Any]) -> dict[str, A
                     "description": about,
                     "content": {"application/json": {"schema": {"$ref": "#/components/schemas/Refusal"}}},
                 }
-                for status, about in (
-                    REFUSALS | ({"404": "there is no such part"} if operation.parameters else {})
-                ).items()
+                for status, about in (REFUSALS | ({"404": absent} if absent else {})).items()
             },
         },
     }

@@ -89,7 +89,13 @@ def operations(link: RigLink) -> Iterator[Operation]:
     yield Operation("POST", "rig/run", "Let virtual time run, at a speed if one is given.", run, Speed, Time)
     yield Operation("POST", "rig/step", "Let virtual time run for a duration, then pause.", step, Step, Time)
     yield Operation("POST", "rig/back", "Make an instant of the past the present, and pause.", back, Back, Time)
-    yield Operation("GET", "timeline", "Return what a scenario did to the rig, its signals and violations.", timeline)
+    yield Operation(
+        "GET",
+        "timeline",
+        "Return what a scenario did to the rig, its signals and violations.",
+        timeline,
+        is_absent_if="the rig has not been played a scenario",
+    )
     yield Operation("POST", "rig/stop", "Stop the rig, and with it this page.", stop)
     yield Operation(
         "POST",

@@ -13,11 +13,11 @@ from fieldrig_page.faults import Faults
 STATUS = {
     "rig": "r", "processes": {}, "buses": {"air": {"kind": "wires.zenoh"}}, "devices": {"a": {}, "b": {}},
 }  # fmt: skip
-NOT_HERE = "the point is of another process"
+NOT_HERE = "1000 faults wait for points of b"
 
 
 class Ends:
-    """A rig whose bus `air` has an end at `a`, which takes the fault, and one at `b`, which does not know its point."""
+    """A rig whose bus `air` has an end at `a`, which takes the fault, and one at `b`, which has too many."""
 
     def __init__(self) -> None:
         self.cleared: list[str] = []
@@ -26,6 +26,8 @@ class Ends:
         match path.split("/"):
             case ["rig", "status"]:
                 return STATUS
+            case ["device", "b", "get"]:
+                return {"x": 0}
             case ["end", "air", "a", "add_fault"]:
                 return {"number": 1}
             case ["end", "air", "b", "add_fault"]:
@@ -49,7 +51,7 @@ class LaterEnds(Ends):
         return super().ask_all(path)
 
 
-FAULT = {"what": "drop_out", "when": "c/x > 1"}
+FAULT = {"what": "drop_out", "when": "b/x > 1"}
 
 
 def test_a_command_takes_a_fault_back() -> None:

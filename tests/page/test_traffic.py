@@ -89,7 +89,8 @@ async def test_who_looks_later_begins_with_the_last_messages_and_nothing_is_said
 @in_loop
 async def test_what_was_configured_before_a_page_looked_has_its_names_too() -> None:
     async with page_of(LAB) as page:
-        await page.call("PUT", "devices/io/points/1800:01", {"value": 0x195})  # another COB-ID of TPDO 1
+        for cob_id in (0x80000195, 0x195):  # another COB-ID of TPDO 1, which is switched off for it
+            await page.call("PUT", "devices/io/points/1800:01", {"value": cob_id})
         socket = await looking(page)
         (traffic,) = (topic for topic in page.site.topics if isinstance(topic, Traffic))
         name = traffic._records["can0"]._namer

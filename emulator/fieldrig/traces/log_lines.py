@@ -38,7 +38,7 @@ class LogLines:
                 odd.number += 1
                 yield line if odd.number > 1 else line.removeprefix(BYTE_ORDER_MARK)
             if len(rest) > self._longest:
-                if not rest.strip("\0"):  # room on the disk that was never written, as after a power failure
+                if odd.number and not rest.strip("\0"):  # room on a disk that was never written: its power failed
                     odd.number += 1
                     odd.report("the rest of the file is zeros")
                     return

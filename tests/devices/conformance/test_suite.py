@@ -124,7 +124,10 @@ def test_node_is_as_it_was() -> None:
 @pytest.mark.long
 def test_what_was_changed_since_power_on_is_put_back_too() -> None:
     with Rig(from_dict(rig_of(), HERE)) as rig:
-        for key, value in (("1017:00", 350), ("1800:03", 70), ("6200:02", 0xA5)):
+        cob_id = int(rig.get("node", "1800:01"))
+        changes = (("1017:00", 350), ("6200:02", 0xA5))
+        # the inhibit time of a PDO is written while it does not exist
+        for key, value in (*changes, ("1800:01", cob_id | 1 << 31), ("1800:03", 70), ("1800:01", cob_id)):
             rig.set("node", key, value)
         before = values(rig)
         report = conform_virtual(rig, "can0", Description(IO32, NODE_ID), choose(["State", "Testing other"]))

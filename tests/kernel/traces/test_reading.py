@@ -62,7 +62,7 @@ def test_a_mistake_is_named_with_its_file_and_line(log: Path) -> None:
 
 def test_a_line_without_an_end_takes_no_memory(tmp_path: Path) -> None:
     path = tmp_path / "x.log"
-    path.write_bytes(LINES[0].encode() + bytes(3_000_000))
+    path.write_bytes(LINES[0].encode() + b"x" * 3_000_000)
     with pytest.raises(UsageError, match=r"x\.log: line 2 has more than 65536 bytes"):
         list(read(path))
 
