@@ -5,10 +5,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fieldrig.cli.common import AsJson, Overrides, argument, command_group, echo_json, writing
+from fieldrig.cli.common import (
+    AsJson,
+    ListenAt,
+    Overrides,
+    WithoutPage,
+    argument,
+    command_group,
+    echo_json,
+    writing,
+)
 from fieldrig.errors import UsageError
-from fieldrig.outside.addresses import ENDPOINT_VARIABLE
-from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.system.exits import Exit
 
 if TYPE_CHECKING:
@@ -108,19 +115,8 @@ def run(
 def open_there(
     file: Annotated[Path, argument("FILE", "A scenario file, such as a finding of a search.")],
     overrides: Overrides = None,
-    control: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ENDPOINT",
-            envvar=ENDPOINT_VARIABLE,
-            help="Listen for control connections here, instead of the rig file's `control`.",
-            show_default=False,
-        ),
-    ] = None,
-    no_ui: Annotated[
-        bool,
-        typer.Option("--no-ui", envvar=NO_PAGE_VARIABLE, help="Run without the page of the rig in a browser."),
-    ] = False,
+    control: ListenAt = None,
+    no_ui: WithoutPage = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only problems.")] = False,
 ) -> None:
     """Play a scenario up to where a property does not hold, and keep its rig there, paused, until Ctrl-C.

@@ -18,6 +18,7 @@ from typer.core import TyperGroup
 from fieldrig.cli import completion
 from fieldrig.errors import UsageError
 from fieldrig.outside.addresses import ENDPOINT_VARIABLE
+from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.text import durations
 from fieldrig.text.nearest import nearest_file
 
@@ -37,6 +38,19 @@ Endpoint = Annotated[
     typer.Option(
         "--control", metavar="ENDPOINT", envvar=ENDPOINT_VARIABLE, help="Connect to the rig at this control endpoint."
     ),
+]
+ListenAt = Annotated[
+    str | None,
+    typer.Option(
+        "--control",
+        metavar="ENDPOINT",
+        envvar=ENDPOINT_VARIABLE,
+        help="Listen for control connections here, instead of the rig file's `control`.",
+        show_default=False,
+    ),
+]
+WithoutPage = Annotated[
+    bool, typer.Option("--no-ui", envvar=NO_PAGE_VARIABLE, help="Run without the page of the rig in a browser.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, for scripts.")]
 For = Annotated[

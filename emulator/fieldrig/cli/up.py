@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli import covering
-from fieldrig.cli.common import Overrides, RigFile
-from fieldrig.outside.addresses import ENDPOINT_VARIABLE
-from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
+from fieldrig.cli.common import ListenAt, Overrides, RigFile, WithoutPage
 from fieldrig.system.exits import Exit
 from fieldrig.system.own_files import OUTSIDE_VARIABLE
 
@@ -42,15 +40,7 @@ def up(
             metavar="FILE", help="Record every message in a file, as `fieldrig trace record` does.", show_default=False
         ),
     ] = None,
-    control: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ENDPOINT",
-            envvar=ENDPOINT_VARIABLE,
-            help="Listen for control connections here, instead of the rig file's `control`.",
-            show_default=False,
-        ),
-    ] = None,
+    control: ListenAt = None,
     realtime: Annotated[
         bool,
         typer.Option("--realtime", help="Request SCHED_FIFO scheduling for every process. Needs root or CAP_SYS_NICE."),
@@ -63,10 +53,7 @@ def up(
             help="Allow paths of the rig file that leave its run folder, such as the pty of a serial line in /dev.",
         ),
     ] = False,
-    no_ui: Annotated[
-        bool,
-        typer.Option("--no-ui", envvar=NO_PAGE_VARIABLE, help="Run without the page of the rig in a browser."),
-    ] = False,
+    no_ui: WithoutPage = False,
     is_covered: covering.Shown = False,
     is_detailed: covering.Detail = False,
     data: covering.Data = None,

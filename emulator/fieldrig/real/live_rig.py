@@ -9,7 +9,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self, overload
@@ -73,8 +74,14 @@ class UpProcess:
 
     def ask(self, path: str, message: Any = None) -> Any:
         """Return the answer of the control service.  ControlError if nothing answers, or it refuses."""
-        with Client(self.endpoint) as client:
+        with self._connected() as client:
             return client.ask(path, message)
+
+    @contextmanager
+    def _connected(self) -> Iterator[Client]:
+        """Yield a connection to the control service."""
+        with Client(self.endpoint) as client:
+            yield client
 
     def status(self) -> dict[str, Any]:
         """Return what `fieldrig status --json` shows of the rig and its processes."""
@@ -181,7 +188,7 @@ class LiveRig(UpProcess):
         return {int(number): fault for number, fault in found.items()}
 
     def _about_faults(self, where: str, verb: str, message: Any = None) -> Any:
-        with Client(self.endpoint) as client:
+        with self._connected() as client:
             return ask(client, about_faults(where, verb, message))
 
     def _wait_until_ready(self) -> None:

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, Final
+from typing import Final
 
 from fieldrig.clock import S
 from fieldrig.config.rig_file import RigConfig
@@ -24,8 +24,10 @@ class RunningRig(LiveRig):
         self.endpoint = endpoint
         self._client = Client(endpoint)
 
-    def ask(self, path: str, message: Any = None) -> Any:
-        return self._client.ask(path, message)
+    @contextmanager
+    def _connected(self) -> Iterator[Client]:
+        """Yield the one connection, which is the same for all questions."""
+        yield self._client
 
     def has_power(self, part: str) -> bool:
         """Return whether it is a bus, or a device that answers."""
