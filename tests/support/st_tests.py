@@ -40,6 +40,20 @@ devices:
     program: lamp.st
 """
 """A controller with an input `switch.on` and an output `lamp.on`, whose program is lamp.st."""
+STUCK_LAMP = """\
+VAR_GLOBAL presses : INT; END_VAR
+PROGRAM PLC_PRG
+VAR
+  switch AT %IX0.0 : BOOL;
+  lamp AT %QX0.0 : BOOL;
+  edge : R_TRIG;
+END_VAR
+edge(CLK := switch);
+IF edge.Q THEN presses := presses + 1; END_IF
+lamp := switch OR presses >= 3;
+END_PROGRAM
+"""
+"""A program for it, with a mistake: the third press leaves the lamp on."""
 
 
 def written(folder: Path, **files: str) -> Path:

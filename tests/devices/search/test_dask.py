@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from dask_cluster import Cluster, cluster
 from running_rig import until
-from st_tests import LAMP_RIG
+from st_tests import LAMP_RIG, STUCK_LAMP
 
 from fieldrig.testing import free_port
 from fieldrig_devices.search.corpus import Corpus
@@ -17,19 +17,6 @@ from fieldrig_devices.search.corpus import Corpus
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 pytest.importorskip("distributed", reason="pip install distributed")
 
-PROGRAM = """\
-VAR_GLOBAL presses : INT; END_VAR
-PROGRAM PLC_PRG
-VAR
-  switch AT %IX0.0 : BOOL;
-  lamp AT %QX0.0 : BOOL;
-  edge : R_TRIG;
-END_VAR
-edge(CLK := switch);
-IF edge.Q THEN presses := presses + 1; END_IF
-lamp := switch OR presses >= 3;
-END_PROGRAM
-"""
 PLAN = """\
 rig: rigs/rig.yaml
 after: 500ms
@@ -81,7 +68,7 @@ def runs_in(file: Path) -> int:
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "rigs").mkdir()
     (tmp_path / "rigs/rig.yaml").write_text(LAMP_RIG)
-    (tmp_path / "rigs/lamp.st").write_text(PROGRAM)
+    (tmp_path / "rigs/lamp.st").write_text(STUCK_LAMP)
     (tmp_path / "plan.yaml").write_text(PLAN)
     return tmp_path
 

@@ -10,23 +10,10 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from browser_page import ServedRig, opened
 from playwright.sync_api import Browser, expect
-from st_tests import LAMP_RIG
+from st_tests import LAMP_RIG, STUCK_LAMP
 
 pytestmark = pytest.mark.real
 
-PROGRAM = """\
-VAR_GLOBAL presses : INT; END_VAR
-PROGRAM PLC_PRG
-VAR
-  switch AT %IX0.0 : BOOL;
-  lamp AT %QX0.0 : BOOL;
-  edge : R_TRIG;
-END_VAR
-edge(CLK := switch);
-IF edge.Q THEN presses := presses + 1; END_IF
-lamp := switch OR presses >= 3;
-END_PROGRAM
-"""
 FINDING = """\
 rig: rig.yaml
 after: 500ms
@@ -46,7 +33,7 @@ class OpenedFinding(ServedRig):
 
     def start_up(self, file: Path, *options: str, folder: Path | None = None) -> "subprocess.Popen[bytes]":
         (self.folder / "rig.yaml").write_text(LAMP_RIG)
-        (self.folder / "lamp.st").write_text(PROGRAM)
+        (self.folder / "lamp.st").write_text(STUCK_LAMP)
         (self.folder / "finding-1.yaml").write_text(FINDING)
         command = [sys.executable, "-m", "fieldrig", "scenario", "open", "finding-1.yaml", *options]
         with self._output.open("ab") as output:
