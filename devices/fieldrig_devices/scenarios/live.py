@@ -95,7 +95,7 @@ class LiveStage(ExitStack):
                 *self._events.notes(self._begin_ns + end_ns),
             ],
         )
-        return played._replace(unreached=(*self._milestones.waiting, *self._acts))
+        return played._replace(unreached=(*self._milestones.waiting, *self._acts), missed=self._events.missed)
 
     # ---- what happens
 

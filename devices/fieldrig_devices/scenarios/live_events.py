@@ -28,6 +28,8 @@ PERIOD_NS: Final = 10 * MS
 """The time between two looks at numbers, which may change without an event."""
 LOOK_NS: Final = 1 * MS
 """The time between two looks at the age of a message."""
+MOST_PENDING: Final = 200_000
+"""Changes that wait to be judged."""
 
 
 class LiveEvents(ExitStack):
@@ -44,7 +46,7 @@ class LiveEvents(ExitStack):
         self._pending: list[tuple[int, int, str, Value]] = []
         """Changes that are not judged, with the number of their arrival."""
         self._news: list[Change] = []
-        self._number = self.late = self._begin_ns = 0
+        self._number = self.late = self._begin_ns = self._dropped = 0
         self.values: dict[str, Value] = {**places.values(), **self._traffic.first()}
         """The values of all places at the begin; of the last instant that was handed out later."""
         self._points = dict(places.points)
@@ -62,14 +64,15 @@ class LiveEvents(ExitStack):
         return self.judged_ns
 
     @property
-    def lost(self) -> int:
-        """The number of changes and messages that have not come."""
-        return self._traffic.lost + sum(one.lost for one in self._recordings)
+    def missed(self) -> int:
+        """The number of messages and changes that were lost on the way, so that nothing was judged by them."""
+        return self._dropped + (0 if self._inbox is None else self._inbox.missed(self._traffic.buses))
 
     def notes(self, end_ns: int) -> Iterator[str]:
         """Yield sentences on what was not judged up to an instant."""
-        if self.lost:
-            yield f"{counted(self.lost, 'change')} or messages were lost, and not judged: this host is too slow"
+        unsampled = sum(one.lost for one in self._recordings)
+        if unsampled:
+            yield f"{counted(unsampled, 'sample')} of points were lost, and not judged: this host is too slow"
         if self.late:
             yield f"{counted(self.late, 'change')} came too late to be judged in order"
         if self.judged_ns < end_ns:
@@ -151,9 +154,12 @@ class LiveEvents(ExitStack):
 
     def _add(self, at_ns: int, name: str, value: Value) -> None:
         self.late += self._begin_ns <= at_ns < self.judged_ns
+        self._news.append((at_ns, name, value))
+        if len(self._pending) >= MOST_PENDING:  # a process says no more up to when its changes are complete
+            self._dropped += 1
+            return
         self._number += 1
         insort(self._pending, (max(at_ns, self.judged_ns), self._number, name, value))
-        self._news.append((at_ns, name, value))
 
     def _opened(self, rig: RunningRig, buses: list[str]) -> BusInbox | None:
         if not buses:

@@ -24,9 +24,6 @@ class Traffic:
         self._calls = [(call, Messages(config, call.target, call.words)) for call in calls]
         self._signals = set(signals)
         self._counts = dict.fromkeys((str(call) for call, _ in self._calls), 0)
-        self._expected: dict[tuple[str, str], int] = {}
-        self.lost = 0
-        """The messages that have not come."""
 
     @property
     def buses(self) -> list[str]:
@@ -39,10 +36,6 @@ class Traffic:
 
     def changes(self, batch: Batch) -> Iterator[Change]:
         """Yield the changes that the messages of a batch make, in their order."""
-        source = (batch.bus, batch.content["process"])
-        first = batch.content["first"]
-        self.lost += max(first - self._expected.get(source, first), 0)
-        self._expected[source] = first + len(batch.content["entries"])
         bus = self._buses[batch.bus]
         for at_ns, sender, data in batch.content["entries"]:
             try:

@@ -6,6 +6,7 @@ from typing import Any, Final, NamedTuple
 
 from fieldrig.clock import MS, S
 from fieldrig.errors import UsageError
+from fieldrig.points.values import counted
 from fieldrig.text import junit as form
 from fieldrig.virtual.readings import seconds
 from fieldrig_devices.scenarios.act import Act
@@ -16,6 +17,8 @@ from fieldrig_devices.scenarios.watching import Played, Track
 BEFORE_NS: Final = 50 * MS
 """The time in front of a violation whose changes are shown."""
 NOT_JUDGED: Final = "it could not be judged, because a fault or a step was left in the end"
+SEES_ALL: Final = "the scenario sees all messages"
+"""The property of every scenario in real time."""
 MOST_TOLD: Final = 12
 MOST_OF_PLACE: Final = 3
 """Changes of one place that are shown: a level changes all the time."""
@@ -78,7 +81,15 @@ def failures(outcome: Outcome) -> list[tuple[str, str]]:
     broken = [(one.property, "\n".join(told(outcome.played, one))) for one in outcome.played.violations]
     steps = [(f"step: {act}", _left(act)) for act in outcome.played.unreached]
     unjudged = [] if broken else [(name, NOT_JUDGED) for name in outcome.played.unjudged]
-    return [*broken, *steps, *unjudged]
+    return [*broken, *steps, *unjudged, *_missed(outcome.played)]
+
+
+def _missed(played: Played) -> list[tuple[str, str]]:
+    """Return what was not judged, as it was lost on its way: a pass could be one of a machine that did wrong."""
+    if not played.missed:
+        return []
+    count = counted(played.missed, "message")
+    return [(SEES_ALL, f"the scenario missed {count} or changes of the rig, so no property was judged by them")]
 
 
 def _left(act: Act) -> str:
@@ -129,6 +140,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "steps": [{"at_s": act.at_ns / S, "step": str(act)} for act in outcome.played.done],
         "unreached": [{"step": str(act), "why": _left(act)} for act in outcome.played.unreached],
         "unjudged": list(outcome.played.unjudged),
+        "missed": outcome.played.missed,
         "notes": list(outcome.played.notes),
     }
 

@@ -38,6 +38,8 @@ class Played(NamedTuple):
     """The properties that could not be judged, because there was a fault or an action left."""
     notes: tuple[str, ...] = ()
     """Remarks on what real time could not judge, as sentences."""
+    missed: int = 0
+    """Messages and changes that were lost on their way to the judge, in real time."""
 
 
 class Watching:

@@ -312,6 +312,9 @@ def _refuse(query: zenoh.Query, what: str, remedy: str = "") -> None:
     query.reply_err(json.dumps({"what": what[:LONGEST_REFUSAL], "remedy": remedy[:LONGEST_REFUSAL]}))
 
 
+def _nothing() -> None: ...
+
+
 class Client:
     """A tool's connection to the rig at an endpoint, without an event loop."""
 
@@ -335,13 +338,18 @@ class Client:
         replies = self.session.get(key("*", path), payload=json.dumps(message), timeout=timeout_s)
         return _by_star(path, replies)
 
-    def inbox(self, paths: Sequence[str]) -> "Iterator[tuple[str, Any] | None]":
-        """Yield what is published at the paths, as last key part and message; None when nothing came for a moment."""
+    def inbox(self, paths: Sequence[str], on_full: Callable[[], None] = _nothing) -> "Iterator[tuple[str, Any] | None]":
+        """Yield what is published at the paths, as last key part and message; None when nothing came for a moment.
+
+        `MOST_WAITING` messages wait at most: a further one is dropped, and `on_full` is called, in another thread.
+        """
         waiting: Queue[tuple[str, bytes]] = Queue(MOST_WAITING)
 
         def on_sample(sample: zenoh.Sample) -> None:
-            with suppress(Full):  # a slow reader misses some, and sees how many by the numbers of the batches
+            try:
                 waiting.put_nowait((_last_part(sample.key_expr), sample.payload.to_bytes()))
+            except Full:  # a slow reader misses some, and sees how many by the numbers of the batches
+                on_full()
 
         subscribers = [self.session.declare_subscriber(key("*", path), _directly(on_sample)) for path in paths]
         while subscribers:

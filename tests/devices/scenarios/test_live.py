@@ -9,9 +9,11 @@ from typer.testing import CliRunner
 
 from fieldrig.clock import MS, S
 from fieldrig.errors import ConfigError, UsageError
+from fieldrig.real import bus_inbox
 from fieldrig.real.live_rig import LiveRig
 from fieldrig_devices.scenarios import Scenario
 from fieldrig_devices.scenarios.command import app
+from fieldrig_devices.scenarios.report import SEES_ALL, failures
 from fieldrig_devices.scenarios.running import played
 
 pytestmark = pytest.mark.system
@@ -110,6 +112,19 @@ def test_a_scenario_is_played_to_the_rig_that_runs_and_leaves_it_running(tmp_pat
         file.write_text(file.read_text().replace("rig.yaml", "other.yaml"))
         with pytest.raises(UsageError, match="is rig in real time, not other"):
             played(file, ("time=real", f"control={rig.endpoint}"))
+
+
+def test_a_scenario_that_missed_messages_does_not_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bus_inbox, "MOST_MESSAGES", 0)
+    text = "rig: rig.yaml\nsteps: [{at: 0s, send: {can0: '000#0105'}}]\nfor: 300ms\n"
+    file = written(tmp_path, f"{text}properties: {{quiet: {{never: 'count(can0) > 99'}}}}\n")
+    outcome = played(file, ("time=real",))
+    assert outcome.violations == ()
+    assert outcome.played.missed >= 1
+    assert not outcome.is_good
+    [(name, reason)] = failures(outcome)
+    assert name == SEES_ALL
+    assert reason.startswith(f"the scenario missed {outcome.played.missed} message")
 
 
 def test_mistakes_are_told_before_a_rig_starts(tmp_path: Path) -> None:
