@@ -47,10 +47,18 @@ def is_chosen(case: Case, names: Sequence[tuple[Path, str]], patterns: Sequence[
 
 def _is_named(case: Case, names: Sequence[tuple[Path, str]]) -> bool:
     for path, name in names:
-        is_inside = case.file == path or path in case.file.parents or path.suffix.casefold() == SUFFIX
+        is_inside = path.suffix.casefold() == SUFFIX or _is_in(case.file, path)
         if is_inside and (not name or fits(case.name, name, is_whole=True)):
             return True
     return False
+
+
+def _is_in(file: Path, path: Path) -> bool:
+    """True for a file at or below a path; one of the two may be absolute, or lead over a link or `..`."""
+    if file == path or path in file.parents:
+        return True
+    file, path = file.resolve(), path.resolve()
+    return file == path or path in file.parents
 
 
 def fits(text: str, pattern: str, *, is_whole: bool = False) -> bool:

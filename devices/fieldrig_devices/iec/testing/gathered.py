@@ -21,7 +21,11 @@ from fieldrig_devices.languages.mistakes import Mistake
 from fieldrig_devices.languages.source_file import SourceFile
 
 _HAS_TESTS: Final = re.compile(r"(?:^|[\s;)])TEST\s*['\"]", re.IGNORECASE)
-_COMMENT: Final = re.compile(r"\(\*.*?\*\)|//[^\n]*", re.DOTALL)
+_PART: Final = re.compile(
+    r"\(\*.*?\*\)|//[^\n]*|(?P<test>(?<!\w)TEST\s*['\"])|'(?:\$.|[^$'\n])*'|\"(?:\$.|[^$\"\n])*\"",
+    re.DOTALL | re.IGNORECASE,
+)
+"""A comment, a text or the word: one in a comment or in a text, such as `'Error in test'`, begins no test."""
 _RUNS_TASKS: Final = frozenset({"run_for", "assert_within", "assert_never", "assert_stays", "assert_until"})
 """Words of tests that need the tasks of the program, and so its configuration."""
 
@@ -43,7 +47,7 @@ class Read:
 def has_tests(path: Path) -> bool:
     """True if there are TEST blocks in a file; it may have mistakes."""
     text = read_text(path)
-    return _HAS_TESTS.search(text) is not None and _HAS_TESTS.search(_COMMENT.sub(" ", text)) is not None
+    return _HAS_TESTS.search(text) is not None and any(part["test"] for part in _PART.finditer(text))
 
 
 def test_files(paths: Sequence[Path]) -> list[Path]:

@@ -7,6 +7,8 @@ from xml.etree import ElementTree as ET
 import pytest
 from st_tests import MOTOR, as_json, iec_test, written
 
+from fieldrig_devices.iec.testing.gathered import has_tests
+
 TESTS = """\
 TEST 'good' ASSERT_EQ(Step(2), 2); END_TEST
 TEST 'bad <&> "x"'
@@ -115,3 +117,42 @@ def test_a_name_of_no_test_is_wrong_usage(folder: Path, arguments: list[str]) ->
 def test_processes_give_the_same_outcomes_in_the_same_order(folder: Path) -> None:
     facts = [(one["id"], one["verdict"], one["duration_ns"]) for one in as_json(folder)]
     assert [(one["id"], one["verdict"], one["duration_ns"]) for one in as_json(folder, "-j", "2")] == facts
+
+
+PROJECT = """\
+<Project xmlns="http://schemas.microsoft.com/developer/msbuild/2003"><PropertyGroup><Name>Plant</Name></PropertyGroup>
+<ItemGroup><Compile Include="Suite.st"/></ItemGroup></Project>
+"""
+SUITE = """\
+FUNCTION_BLOCK Suite EXTENDS TcUnit.FB_TestSuite
+TEST('runs'); AssertTrue(TRUE, 'Timeout in test'); (* TEST 'x' *) TEST_FINISHED();
+END_FUNCTION_BLOCK
+"""
+
+
+@pytest.mark.parametrize("path", [".", "Plant", "Plant/Plant.plcproj", "Plant/../Plant", "link"])
+def test_suites_are_found_by_any_form_of_a_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str) -> None:
+    (tmp_path / "Plant").mkdir()
+    written(tmp_path / "Plant", Suite=SUITE)
+    (tmp_path / "Plant" / "Plant.plcproj").write_text(PROJECT)
+    (tmp_path / "link").symlink_to(tmp_path / "Plant", target_is_directory=True)
+    monkeypatch.chdir(tmp_path)
+    assert [one["name"] for one in as_json(Path(path))] == ["runs"]
+
+
+@pytest.mark.parametrize(
+    ("text", "is_test"),
+    [
+        ("TEST 'a' END_TEST", True),
+        ("VAR_GLOBAL s : STRING := 'it$'s a test'; END_VAR TEST 'a' END_TEST", True),
+        ("(* it's old *) TEST 'a' END_TEST", True),
+        ("// don't\nTEST\n'a' END_TEST", True),
+        ("VAR_GLOBAL s : STRING := 'Timeout in test'; END_VAR", False),
+        ("VAR_GLOBAL s : STRING := 'a $' test'; t : STRING := 'test'; END_VAR", False),
+        ('VAR_GLOBAL s : WSTRING := "a test"; END_VAR', False),
+        ("(* TEST 'a' *) // TEST 'a'\n", False),
+    ],
+)
+def test_the_word_in_a_text_or_comment_begins_no_test(tmp_path: Path, text: str, is_test: bool) -> None:
+    written(tmp_path, a=text)
+    assert has_tests(tmp_path / "a.st") is is_test
