@@ -62,6 +62,8 @@ class RealClock:
         self._worst_ns = 0
         self.on_event: Callable[[], None] | None = None
         """Called after each event, if it is set."""
+        self.before_event: Callable[[int], None] | None = None
+        """Called with the instant of an event before it is handled, if it is set, to look at what was until then."""
         self.after_timer: Callable[[], None] | None = None
         """Called after each timer, still at its instant, if it is set."""
         self.host = Lateness()
@@ -112,6 +114,8 @@ class RealClock:
             instant_ns = now_ns
         if instant_ns < self._latest_ns:
             instant_ns = self._latest_ns
+        if self.before_event is not None:
+            self.before_event(instant_ns)
         self._instant_ns = self._latest_ns = instant_ns
         try:
             action(*arguments)
@@ -187,8 +191,11 @@ class RealClock:
                     self.host.note(late_ns)
                 action, timer.action = timer.action, None
                 if action is not None:
-                    instant_ns = timer.when_ns if late_ns < STALL_NS else now_ns
-                    self._instant_ns = self._latest_ns = max(instant_ns, self._latest_ns)
+                    instant_ns = max(timer.when_ns if late_ns < STALL_NS else now_ns, self._latest_ns)
+                    if self.before_event is not None:
+                        owner, self._instant_ns = "", None
+                        self.before_event(instant_ns)
+                    self._instant_ns = self._latest_ns = instant_ns
                     owner = timer.owner
                     action()
                     if self.after_timer is not None:

@@ -16,9 +16,10 @@ from fieldrig.errors import ControlError
 from fieldrig.points.values import is_another
 from fieldrig.real.process import DeviceProcess
 from fieldrig.real.switched import Switched
+from fieldrig.real.ticks import Ticks
 from fieldrig.recording.bus_signals import BusSignals
 from fieldrig.recording.device_points import PointReads, describe
-from fieldrig.recording.signals import Described, End, OnCycle, RecordedPart
+from fieldrig.recording.signals import REST_NS, Described, End, OnCycle, RecordedPart
 from fieldrig.text.nearest import closest
 
 
@@ -31,13 +32,15 @@ class ProcessSource:
         self._due: dict[OnCycle, int] = {}
         """The rows to take, each with the number of cycles before it that were missed."""
         self._due_ns = NEVER_NS
+        self._ticks: list[Ticks] = []
         self._looks: list[Callable[[], None]] = []
         self._is_dirty = False
         self.on_rows: Callable[[], None] = lambda: None
 
     def now_ns(self) -> int:
         """Return the instant up to which all rows have been taken."""
-        return min(self.clock.now_ns(), self._due_ns if self._due else NEVER_NS)
+        next_ns = (ticks.next_ns - 1 for ticks in self._ticks)
+        return min(self.clock.now_ns(), self._due_ns if self._due else NEVER_NS, *next_ns)
 
     def part(self, name: str) -> RecordedPart:
         process = self._process
@@ -51,44 +54,56 @@ class ProcessSource:
         )
 
     def every(self, period_ns: int, action: Callable[[int, int], None]) -> End:
-        """Call `action` at each multiple of the period that the host is in time for; others are counted as missed.
-
-        Taking them later would record the present value for instants that have passed.
-        """
+        """Call `action` at each multiple of the period, read at its instant also when the host is late (`ticks.py`)."""
         clock = self.clock
-        when_ns, missed = (clock.now_ns() // period_ns + 1) * period_ns, 0
+        ticks = Ticks(clock, period_ns, action)
+        self._ticks.append(ticks)
+        clock.before_event = self._before
 
         def due() -> None:
-            nonlocal when_ns, missed
-            now_ns = clock.now_ns()
-            action(now_ns, missed)
-            missed = max(now_ns + clock.late_ns() - when_ns, 0) // period_ns
-            when_ns += (1 + missed) * period_ns
-            alarm.at(when_ns, due)
+            ticks.take_before(clock.now_ns() + 1)
+            alarm.at(ticks.next_ns, due)
+            if period_ns < REST_NS:  # rows of a device at rest can wait, and one with a cycle has its own good time
+                self.on_rows()
+
+        def end() -> None:
+            alarm.stop()
+            if ticks in self._ticks:
+                self._ticks.remove(ticks)
 
         alarm = Alarm(clock)
-        alarm.at(when_ns, due)
-        return alarm.stop
+        alarm.at(ticks.next_ns, due)
+        return end
 
     def after_cycle(self, action: OnCycle) -> None:
         """Call `action` when the present event has been handled: after its timer, or else after the answer to a cycle.
 
-        A late process handles several timers together, and each is over before the next one.  Of several messages, only
-        the last cycle is read: the state of those before it has gone, so they are counted as missed.
+        A late process handles several events together, and the row of each is taken before the next one.
         """
         if not self._due:
             self._due_ns = self.clock.now_ns()
-            self.clock.after_timer = self._take
+            self.clock.after_timer, self.clock.before_event = self._take, self._before
             self._loop.call_soon(self._take)
         self._due[action] = self._due.get(action, -1) + 1
 
+    def _before(self, instant_ns: int) -> None:
+        """Take what an event at this instant could change."""
+        self._take_due()
+        for ticks in self._ticks:
+            ticks.take_before(instant_ns)
+        if not self._ticks:
+            self.clock.before_event = None
+
     def _take(self) -> None:
+        if self._due:
+            self._take_due()
+            self.on_rows()
+
+    def _take_due(self) -> None:
         due, self._due = self._due, {}
         self.clock.after_timer = None
-        if not due:
-            return
-        self.clock.look_at(self._due_ns, self._take_now, due)
-        self.on_rows()
+        if due:
+            self.clock.look_at(self._due_ns, self._take_now, due)
 
     def _take_now(self, due: Mapping[OnCycle, int]) -> None:
         now_ns = self.clock.now_ns()

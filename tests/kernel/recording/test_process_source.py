@@ -12,41 +12,22 @@ from fieldrig.loop.real_clock import RealClock
 from fieldrig.real.recorded import ProcessSource
 
 
-class LateClock(VirtualClock):
-    """A clock by hand whose events are handled later than they happen."""
+class HandClock(VirtualClock):
+    """A clock by hand whose events nothing announces."""
 
-    late = 0
-
-    def late_ns(self) -> int:
-        return self.late
+    before_event: Callable[[int], None] | None = None
 
     def look_at(self, instant_ns: int, read: Callable[..., Any], *arguments: Any) -> Any:
         return read(*arguments)
 
 
-def source_of(clock: LateClock) -> ProcessSource:
+def source_of(clock: HandClock) -> ProcessSource:
     return ProcessSource(cast(Any, SimpleNamespace(clock=clock)))
 
 
 @in_loop
-async def test_ticks_that_are_over_are_left_out_and_counted() -> None:
-    clock = LateClock(10 * MS)
-    taken: list[tuple[int, int]] = []
-    end = source_of(clock).every(2 * MS, lambda now_ns, missed: taken.append((now_ns // MS, missed)))
-    clock.advance_to(14 * MS)
-    clock.late = 7 * MS
-    clock.advance_to(16 * MS)  # it is handled at 23 ms: those at 18, 20 and 22 are over
-    clock.late = 0
-    clock.advance_to(26 * MS)
-    assert taken == [(12, 0), (14, 0), (16, 0), (24, 3), (26, 0)]
-    end()
-    clock.advance_to(40 * MS)
-    assert len(taken) == 5
-
-
-@in_loop
-async def test_of_cycles_that_are_handled_together_the_last_one_is_a_row() -> None:
-    clock = LateClock()
+async def test_of_cycles_within_one_event_the_last_one_is_a_row() -> None:
+    clock = HandClock()
     source = source_of(clock)
     one, two = list[tuple[int, int]](), list[tuple[int, int]]()
 
@@ -73,7 +54,7 @@ async def test_of_cycles_that_are_handled_together_the_last_one_is_a_row() -> No
 
 @in_loop
 async def test_values_are_looked_at_once_after_events_that_are_handled_together() -> None:
-    clock = LateClock()
+    clock = HandClock()
     source, looks = source_of(clock), list[str]()
 
     def one() -> None:
