@@ -182,3 +182,28 @@ def test_halves_of_numbers_of_64_bits() -> None:
     assert [bench["d.dwLowPart"], bench["d.dwHighPart"]] == [0xFFFFFFFF, 0]
     assert [bench["e.dwLowPart"], bench["e.dwHighPart"], bench["x"], bench["c"]] == [1, 1, 4294967297.0, -1]
     assert [bench["bytes[1]"], bench["s"]] == [0x62, "ab"]
+
+
+@pytest.mark.parametrize(
+    ("block", "given", "busy", "error", "number"),
+    [
+        ("ADSREAD", "READ", "BUSY", "ERR", "ERRID"),
+        ("ADSWRITE", "WRITE", "BUSY", "ERR", "ERRID"),
+        ("ADSRDWRT", "WRTRD", "BUSY", "ERR", "ERRID"),
+        *((f"FB_Ec{name}", "bExecute", "bBusy", "bError", "nErrId") for name in (
+            "GetSlaveState", "SetSlaveState", "ReqSlaveState", "GetMasterState", "CoESdoRead", "CoESdoWrite"
+        )),
+    ],
+)  # fmt: skip
+def test_a_question_by_ads_finds_no_machine(block: str, given: str, busy: str, error: str, number: str) -> None:
+    text = program(
+        f"f : {block}; ask, b, e : BOOL; n : UDINT;", f"f({given} := ask, {busy} => b, {error} => e, {number} => n);"
+    )
+    bench = IecBench(text, CODESYS)
+    seen = []
+    for ask in (False, True, True, True, False, True, False):
+        bench["ask"] = ask
+        bench.cycle()
+        seen.append((bench["b"], bench["e"], bench["n"]))
+    idle, working, wrong = (False, False, 0), (True, False, 0), (False, True, 7)
+    assert seen == [idle, working, wrong, wrong, idle, working, wrong]

@@ -1,6 +1,6 @@
 """The meaning of a name or a path such as belt.axis[3].pos: a place in memory, a constant, a POU or an enumeration."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -255,7 +255,7 @@ def _field(context: Context, owner: Place, kind: StructType, node: tree.Member) 
     field = kind.fields.get(context.key(node.name))
     if field is None:
         known = kind.fields
-        hint = context.project.reports.closest(node.name, known) or f"it has {', '.join(list(known)[:8])}"
+        hint = context.project.reports.closest(node.name, known) or _it_has(list(known))
         context.say(node, f"{kind} has no component {node.name}", "a component of the structure", hint)
         return None
     stored = Elementary.BYTE if field.bit >= 0 else field.type
@@ -266,6 +266,10 @@ def _field(context: Context, owner: Place, kind: StructType, node: tree.Member) 
         place = Component(owner, field.offset, stored)
         context.project.components.append((place, field))
     return Bit(place, field.bit) if field.bit >= 0 else place
+
+
+def _it_has(names: Sequence[str]) -> str:
+    return f"it has {', '.join(names[:8])}" if names else "it has none"
 
 
 def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning | None:
@@ -283,7 +287,7 @@ def _pin(context: Context, owner: Place, pou: Pou, node: tree.Member) -> Meaning
         known = [pin for pin in pou.variables.values() if pin.section in (Section.INPUT, Section.OUTPUT)]
         pins = [pin.name for pin in known]
         callable_names = [name for name in pou.methods if "@" not in name]
-        hint = context.project.reports.closest(node.name, [*pins, *callable_names]) or f"it has {', '.join(pins[:8])}"
+        hint = context.project.reports.closest(node.name, [*pins, *callable_names]) or _it_has(pins)
         context.say(node, f"{pou.name} has no variable {node.name}", "an input or output", hint)
         return None
     if pou.kind is PouKind.CLASS and not access.is_open(context.project, declared) and context.extension is None:

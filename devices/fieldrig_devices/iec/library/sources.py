@@ -33,7 +33,7 @@ def sources(dialect: str) -> tuple[tuple[str, str], ...]:
     """Return the names and texts of the files for the dialect with this name."""
     names = ("standard.st", "counters.st", "util.st")
     if dialect == CODESYS:
-        texts = [(name, _text(name)) for name in (*names, "system.st", "twincat.st")]
+        texts = [(name, _text(name)) for name in (*names, "system.st", "twincat.st", "twincat_ads.st")]
         return (*texts, ("timers_ltime.st", _timers(r"L\1", Elementary.LTIME)))
     if dialect != EDITION_3:
         return tuple((name, _text(name)) for name in names)

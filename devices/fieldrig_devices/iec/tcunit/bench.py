@@ -16,7 +16,7 @@ from fieldrig_devices.iec.tcunit.files import Files
 from fieldrig_devices.iec.tcunit.natives import Natives
 from fieldrig_devices.iec.tcunit.project import Sources
 from fieldrig_devices.iec.tcunit.session import Parameters, Session
-from fieldrig_devices.iec.thread import Thread
+from fieldrig_devices.iec.thread import Fault, Thread
 from fieldrig_devices.iec.types import Value
 from fieldrig_devices.languages import faults
 from fieldrig_devices.languages.writer import Build
@@ -80,7 +80,7 @@ class Bench:
                     self._give_up(thread, str(thread.fault_here("cycle", ENDLESS) or ENDLESS))
                     break
             if thread.state is WorkState.FAULTED:
-                self._give_up(thread, str(thread.fault))
+                self._give_up(thread, _told(thread.fault))
 
     def _count_cycle(self) -> None:
         """Tell the program the number of the cycle, which TwinCAT has in `_TaskInfo`."""
@@ -133,6 +133,13 @@ class Bench:
         variable = next(known[key] for key in (name.casefold(), f"{library.LIST}.{name}".casefold()) if key in known)
         assert not isinstance(variable.initial, list | dict)
         return variable.initial or 0
+
+
+def _told(fault: Fault | None) -> str:
+    """Return the text of a fault, with the place in the program even if a native function has raised it."""
+    if fault is not None and fault.file == library.FILE and fault.calls:
+        return f"{fault.text} in {fault.calls[0]}"
+    return str(fault)
 
 
 def _lists(given: program.TestProgram) -> dict[str, str]:

@@ -13,6 +13,8 @@ FILE: Final = "tcunit.st"
 LIST: Final = "GVL_Param_TcUnit"
 """The name of the list of parameters, which is the first declaration of the text."""
 SUITE: Final = "FB_TestSuite"
+LEFT_OUT: Final = "TCUNIT_NATIVE_LEFT_OUT"
+"""The function whose call is a fault: it stands for what does not compile."""
 MARK: Final = "isSuite"
 """The variable that only instances of suites have."""
 
@@ -76,6 +78,7 @@ VAR_INPUT msgCtrlMask : DWORD; msgFmtStr : STRING(255); strArg : STRING(255); EN
 FUNCTION TCUNIT_NATIVE_CYCLE VAR_INPUT isSequence : BOOL; END_VAR {native} END_FUNCTION
 FUNCTION TCUNIT_NATIVE_FOLLOWING : DWORD {native} END_FUNCTION
 FUNCTION TCUNIT_NATIVE_REGISTER VAR_INPUT suite : DWORD; END_VAR {native} END_FUNCTION
+FUNCTION TCUNIT_NATIVE_LEFT_OUT VAR_INPUT reason : STRING(255); END_VAR {native} END_FUNCTION
 FUNCTION TCUNIT_NATIVE_ARE_FINISHED : BOOL VAR_INPUT suite : DWORD; END_VAR {native} END_FUNCTION
 FUNCTION TCUNIT_NATIVE_ANY
 VAR_INPUT suite : DWORD; Expected : ANY; Actual : ANY; Message : STRING(255); END_VAR

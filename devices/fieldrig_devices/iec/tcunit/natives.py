@@ -13,8 +13,11 @@ from fieldrig_devices.iec.memory import Memory
 from fieldrig_devices.iec.tcunit import forms, library
 from fieldrig_devices.iec.tcunit.session import Session
 from fieldrig_devices.iec.types import Value
+from fieldrig_devices.languages.faults import RunError
 
 COST_NS: Final = 1_000
+LEFT_OUT: Final = "the run has reached what does not compile"
+"""The beginning of the fault of code that was left out."""
 _LENGTHS: Final = {"STRING": "LEN", "WSTRING": "WLEN"}
 _UNPRINTABLE: Final = "Not possible to print {} unicode WSTRING value"
 
@@ -41,6 +44,7 @@ class Natives:
             "tcunit_native_register": _nothing(session.register),
             "tcunit_native_are_finished": lambda suite: (session.are_tests_finished(suite),),
             "tcunit_native_any": self._any,
+            library.LEFT_OUT.lower(): _left_out,
         }
         for name, kind in library.SCALARS.items():
             functions[library.native_name(name).lower()] = partial(self._scalar, name, kind)
@@ -184,6 +188,10 @@ class Natives:
     def _bytes(self, one: any_types.Described) -> bytes:
         assert self.memory is not None
         return self.memory.bytes_at(one.address, one.size) if one.size else b""
+
+
+def _left_out(reason: str) -> Results:
+    raise RunError("left out", f"{LEFT_OUT}: {reason}")
 
 
 def _nothing(function: Callable[..., None]) -> Callable[..., Results]:

@@ -13,7 +13,7 @@ from fieldrig_devices.iec.library.selection import words as words_of
 from fieldrig_devices.iec.library.sources import parsed, sources
 from fieldrig_devices.iec.limits import Limits
 from fieldrig_devices.iec.parser import parse
-from fieldrig_devices.iec.tcunit import library, reach
+from fieldrig_devices.iec.tcunit import library, partial, reach
 from fieldrig_devices.iec.tcunit.project import Sources, overriding
 from fieldrig_devices.iec.tcunit.reach import Item, Units
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
@@ -22,7 +22,7 @@ MAIN: Final = "PRG_TEST"
 """The program that is made if the project has none that calls RUN."""
 MADE: Final = "<tests>"
 """The name of the file of what is made here."""
-MOST_ATTEMPTS: Final = 30
+MOST_ATTEMPTS: Final = 100
 _MB: Final = 1 << 20
 NO_LIMITS: Final = Limits(
     code=1 << 40,
@@ -47,6 +47,8 @@ class LeftOut:
     line: int = 0
     words: frozenset[str] = frozenset()
     """The words in it, in small letters."""
+    is_part: bool = False
+    """True for a body that is left out while the unit around it runs; a run that reaches it gets a fault."""
 
 
 @dataclass(slots=True)
@@ -83,6 +85,15 @@ class _Builder:
         self._left_out: dict[Item, LeftOut] = {}
         self._stubs: dict[Item, Item] = {}
         """The suites that cannot run, each with a suite without tests that is in its place."""
+        self._changed: dict[Item, Item] = {}
+        """The units of which a part is left out, each with what is in its place."""
+        self._placeholders: dict[str, Item] = {}
+        """The blocks in the place of types that are not there, by the names of these in small letters."""
+        self._missing: dict[str, Mistake] = {}
+        """The mistakes that first name these types."""
+        self._parts: list[LeftOut] = []
+        self._settled: set[Mistake] = set()
+        """The mistakes of the parser in parts that are left out."""
         self._libraries = _libraries(host)
 
     def build(self) -> TestProgram:
@@ -93,9 +104,10 @@ class _Builder:
                 compiled = self._compiled(items, roots)
             except CompileError as wrong:
                 if not self._leave_out(items, wrong.mistakes, roots):
-                    raise
+                    behind = [one.reason for one in self._left_out.values()]
+                    raise CompileError([*behind, *wrong.mistakes]) from None
                 continue
-            left_out = list(self._left_out.values())
+            left_out = [*self._left_out.values(), *self._parts]
             return TestProgram(compiled, left_out, self._interval_ms(roots), items, len(items))
         raise CompileError([one.reason for one in self._left_out.values()])
 
@@ -154,8 +166,10 @@ class _Builder:
 
     def _reached(self, roots: Sequence[Item]) -> list[Item]:
         without = [item for item in self._left_out if item not in self._stubs]
-        found = reach.closure(self._units, roots, without)
-        return [item for item in found if item not in without]
+        found = reach.closure(self._units, roots, without, self._changed)
+        words = {word for item in found for word in item.words}
+        made = [item for name, item in self._placeholders.items() if name in words]
+        return [*(item for item in found if item not in without), *made]
 
     def _compiled(self, items: Sequence[Item], roots: Sequence[Item]) -> Compiled:
         programs = [item for item in items if item in roots and _is_program(item)]
@@ -169,8 +183,9 @@ class _Builder:
             mistake
             for file in dict.fromkeys(item.file for item in items)
             for mistake in self._units.mistakes.get(file, ())
-            if not mistake.is_note and not self._is_stubbed(file)
+            if not mistake.is_note and not self._is_stubbed(file) and mistake not in self._settled
         ]
+        mistakes += partial.unknown_sizes(items, self._placeholders)
         if mistakes:
             raise CompileError(mistakes)
         return compile_units(libraries, given, self._host, CODESYS, NO_LIMITS, self._uncovered(items))
@@ -199,11 +214,15 @@ class _Builder:
     def _leave_out(self, items: Sequence[Item], mistakes: Iterable[Mistake], roots: Sequence[Item]) -> bool:
         """Leave out the units with mistakes; return whether there was one that can be left out."""
         wrong: dict[Item, Mistake] = {}
+        is_new = False
         for mistake in mistakes:
             item = reach.place_of(items, mistake) if not mistake.is_note else None
-            if item is not None:
+            if item is None:
+                continue
+            if self._leave_out_part(item, mistake, roots):
+                is_new = True
+            else:
                 wrong.setdefault(item, mistake)
-        is_new = False
         for item, mistake in wrong.items():
             if item in self._stubs.values() or (item in roots and _is_program(item)):
                 continue
@@ -213,6 +232,30 @@ class _Builder:
                 self._stubs[item] = _stub(item)
             is_new = True
         return is_new
+
+    def _leave_out_part(self, item: Item, mistake: Mistake, roots: Sequence[Item]) -> bool:
+        """Leave out a type that is not there, or the body that a mistake is in; false if the unit cannot do without."""
+        source = next((old for old, new in self._changed.items() if new is item), item)
+        if source in roots or source in self._stubs or item in self._stubs.values():
+            return False
+        if reach.is_suite(self._units, source):
+            return False
+        item = self._changed.get(source, item)
+        name = partial.missing_type(mistake)
+        if name and not self._units.named(name.casefold()):
+            if name.casefold() not in self._placeholders:
+                self._placeholders[name.casefold()] = partial.placeholder(name, mistake)
+                self._missing[name.casefold()] = mistake
+            return True
+        reason = partial.cause(mistake, self._missing)
+        found = partial.without_part(item, mistake, reason, self._missing)
+        if found is None:
+            return False
+        self._changed[source], title = found
+        self._settled.add(mistake)
+        if title and title not in (one.name for one in self._parts):
+            self._parts.append(LeftOut(title, False, reason, mistake.file, mistake.line, is_part=True))
+        return True
 
 
 def origins(suite: LeftOut, left_out: Sequence[LeftOut]) -> list[Mistake]:

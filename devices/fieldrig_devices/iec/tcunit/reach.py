@@ -123,13 +123,21 @@ def _values(declaration: tree.Declaration) -> frozenset[str]:
     return frozenset()
 
 
-def closure(units: Units, roots: Iterable[Item], without: Iterable[Item] = ()) -> list[Item]:
-    """Return the items that these reach, with themselves, in the order in which they are found."""
+def closure(
+    units: Units, roots: Iterable[Item], without: Iterable[Item] = (), changed: Mapping[Item, Item] | None = None
+) -> list[Item]:
+    """Return the items that these reach, with themselves, in the order in which they are found.
+
+    `changed` has what is taken instead of an item.
+    """
     found: dict[Item, None] = {}
     left_out, waiting = set(without), list(roots)
     while waiting:
         item = waiting.pop(0)
-        if item in found or item in left_out:
+        if item in left_out:
+            continue
+        item = (changed or {}).get(item, item)
+        if item in found:
             continue
         found[item] = None
         for word in sorted(item.words):

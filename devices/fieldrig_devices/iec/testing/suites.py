@@ -14,6 +14,7 @@ from fieldrig.text.source_text import decoded
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.imports.plcproj import SOURCES, SUFFIX
 from fieldrig_devices.iec.tcunit.bench import Bench
+from fieldrig_devices.iec.tcunit.natives import LEFT_OUT
 from fieldrig_devices.iec.tcunit.program import LeftOut, NothingToRunError, origins
 from fieldrig_devices.iec.tcunit.project import opened, projects_in
 from fieldrig_devices.iec.tcunit.reach import Item
@@ -23,6 +24,8 @@ from fieldrig_devices.languages.mistakes import CompileError, Mistake
 
 COMPILES: Final = "the suite compiles"
 """The case of a suite that does not."""
+PART_COMPILES: Final = "compiles"
+"""The case of a body or a type that does not, and that the suites may do without."""
 _MARK: Final = "fb_testsuite"
 _NAMING: Final = frozenset({"test", "test_ordered"})
 
@@ -71,7 +74,7 @@ class SuiteSource:
             bench = self._bench = self._loaded()
         except (CompileError, NothingToRunError):
             return [Case(COMPILES, str(self._project), self._project, 1)]
-        return [*_cases(bench), *(_left_out_case(one) for one in bench.program.left_out if one.is_suite)]
+        return [*_cases(bench), *(_left_out_case(one) for one in bench.program.left_out if _is_shown(one))]
 
     def run(self, chosen: Sequence[Case], limits: Limits) -> Iterator[Outcome]:
         try:
@@ -92,6 +95,8 @@ class SuiteSource:
             case = _left_out_case(one)
             if one.is_suite and case in chosen:
                 yield _not_compiled(case, origins(one, bench.program.left_out))
+            elif one.is_part and case in chosen:
+                yield Outcome(case, Verdict.SKIPPED, reason=f"{one.reason.what}, and no suite has needed it")
 
     def _loaded(self) -> Bench:
         return Bench(opened(self._project))
@@ -159,7 +164,8 @@ def _outcome(case: Case, suite: Suite, test: Test | None, wall_s: float, output:
     verdict = Verdict.FAILED if failures else Verdict.PASSED
     fault = test.fault or (suite.fault if not test.is_done else "")
     if fault:
-        failures = (*failures, Failure("fault", "", fault, "", case.file, case.line, test.duration_ns))
+        kind = MISTAKE if fault.startswith(LEFT_OUT) else "fault"
+        failures = (*failures, Failure(kind, "", fault, "", case.file, case.line, test.duration_ns))
         verdict = Verdict.ERROR
     elif test.is_beyond:
         more = Failure(MISTAKE, "at most MaxNumberOfTestsForEachTestSuite", "one more", "", case.file, case.line, 0)
@@ -175,8 +181,12 @@ def _failure(failed: Failed, case: Case) -> Failure:
     return Failure(failed.kind, failed.expected, failed.actual, failed.message, file, failed.source_line, failed.at_ns)
 
 
+def _is_shown(one: LeftOut) -> bool:
+    return one.is_suite or one.is_part
+
+
 def _left_out_case(one: LeftOut) -> Case:
-    return Case(COMPILES, one.name, Path(one.file), one.line)
+    return Case(PART_COMPILES if one.is_part else COMPILES, one.name, Path(one.file), one.line)
 
 
 def _not_compiled(case: Case, mistakes: Sequence[Mistake]) -> Outcome:

@@ -153,7 +153,7 @@ def test_only_what_suites_reach_is_compiled_and_the_rest_never_read() -> None:
 
 def test_a_unit_that_does_not_compile_stops_only_the_suites_that_need_it() -> None:
     texts = [
-        "FUNCTION_BLOCK Drive VAR x : Axis; END_VAR END_FUNCTION_BLOCK",
+        "FUNCTION_BLOCK Drive VAR x : ARRAY[1..MOST] OF INT; END_VAR END_FUNCTION_BLOCK",
         "FUNCTION_BLOCK One EXTENDS FB_TestSuite VAR d : Drive; END_VAR TEST('one');\nEND_FUNCTION_BLOCK",
         "FUNCTION_BLOCK Two EXTENDS FB_TestSuite TEST('two'); TEST_FINISHED(); END_FUNCTION_BLOCK",
         "PROGRAM PRG_TEST VAR a : One; b : Two; END_VAR RUN(); END_PROGRAM",
@@ -161,7 +161,7 @@ def test_a_unit_that_does_not_compile_stops_only_the_suites_that_need_it() -> No
     bench = SuiteBench(*texts)
     bench.run()
     assert [(one.name, one.is_suite, one.reason.what) for one in bench.program.left_out] == [
-        ("Drive", False, "the type Axis is not declared"),
+        ("Drive", False, "MOST is not declared"),
         ("One", True, "the type Drive is not declared"),
     ]
     assert [list(suite.tests) for suite in bench.suites] == [[], ["two"]]
