@@ -8,6 +8,8 @@ export class Buckets {
   offsetNs = 0; // instant of bucket 0
   before = []; // the value of each row that holds at the left edge
   #rows = [];
+  #low = new Float64Array(0);
+  #high = new Float64Array(0);
 
   get endNs() { return this.instant(this.first + this.count); }
   get firstNs() { return this.instant(this.first); }
@@ -46,40 +48,39 @@ export class Buckets {
     }
   }
 
-  // Calls `visit(place, low, high)` for each bucket on the screen from left to right.
-  each(row, visit) {
+  // The buckets on the screen from left to right, as [low, high]; they are good until the next call.  A loop over arrays
+  // makes no objects: with a call for each bucket they were most of the time of a picture, and its garbage.
+  shown(row) {
+    if (this.#low.length !== this.count) [this.#low, this.#high] = [new Float64Array(this.count), new Float64Array(this.count)];
     const kept = this.#rows[row];
-    for (let place = 0; place < this.count; place++) {
-      if (kept === undefined || !kept.has(this.first + place)) visit(place, NaN, NaN);
-      else visit(place, kept.low[kept.slot], kept.high[kept.slot]);
-    }
+    if (kept !== undefined) kept.copy(this.first, this.#low, this.#high);
+    else for (const values of [this.#low, this.#high]) values.fill(NaN);
+    return [this.#low, this.#high];
   }
 
   // The lowest and highest value on the screen; null if there is none.
   range(row) {
+    const [lows, highs] = this.shown(row);
     const held = this.before[row] ?? NaN;
     let low = Infinity;
     let high = -Infinity;
-    let isFirst = true;
-    this.each(row, (_, a, b) => {
-      if (a < low) low = a;
-      if (b > high) high = b;
-      if (isFirst && a === Infinity && held < low) low = held;
-      if (isFirst && a === Infinity && held > high) high = held;
-      isFirst = false;
-    });
+    if (lows[0] === Infinity && held === held) low = high = held;
+    for (let place = 0; place < lows.length; place++) {
+      if (lows[place] < low) low = lows[place];
+      if (highs[place] > high) high = highs[place];
+    }
     return low <= high ? [low, high] : null;
   }
 
-  // The newest value of a row; NaN in a gap.
+  // The newest value of a row that is on the screen, or that holds there; NaN without one.
   newest(row) {
-    let value = this.before[row] ?? NaN;
-    let last = NaN;
-    this.each(row, (_, low, high) => {
-      if (low !== Infinity && high === high) value = high;
-      if (high === high) last = value;
-    });
-    return last;
+    const [lows, highs] = this.shown(row);
+    let isKnown = false;
+    for (let place = lows.length - 1; place >= 0; place--) {
+      if (lows[place] === lows[place] && lows[place] !== Infinity) return highs[place];
+      isKnown ||= lows[place] === Infinity;
+    }
+    return isKnown ? this.before[row] ?? NaN : NaN;
   }
 }
 
@@ -103,6 +104,20 @@ class Row {
     }
     this.#end = first + low.length;
     this.#begin = Math.max(this.#begin, this.#end - length);
+  }
+
+  // Copies the buckets from one on; those that are not here are NaN.
+  copy(first, low, high) {
+    const begin = Math.min(Math.max(this.#begin - first, 0), low.length);
+    const end = Math.min(Math.max(this.#end - first, begin), low.length);
+    const slot = mod(first + begin, this.low.length);
+    const turn = Math.min(end - begin, this.low.length - slot);
+    for (const [from, to] of [[this.low, low], [this.high, high]]) {
+      to.fill(NaN, 0, begin);
+      to.set(from.subarray(slot, slot + turn), begin);
+      to.set(from.subarray(0, end - begin - turn), begin + turn);
+      to.fill(NaN, end);
+    }
   }
 
   // Finds the slot of a bucket; false if it is not here.

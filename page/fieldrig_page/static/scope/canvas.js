@@ -73,11 +73,12 @@ export function draw(g, width, height, picture, look) {
     g.beginPath();
     g.rect(plot.x, lane.top, plot.width, lane.height);
     g.clip();
-    if (!isDigital(column)) drawLine(g, plot, lane, row, picture, look);
+    const axis = isDigital(column) ? null : picture.axes.of(row, buckets.range(row));
+    if (axis !== null) drawLine(g, plot, lane, row, axis, picture, look);
     else if (column.kind === 'truth') drawLevel(g, plot, lane, row, picture, look);
     else drawStates(g, plot, lane, row, picture, look);
     g.restore();
-    if (!isDigital(column) && column.is_there) drawAxis(g, lane, picture.axes.of(row, buckets.range(row)), look);
+    if (axis !== null && column.is_there) drawAxis(g, lane, axis, look);
     drawName(g, plot, lane, column, look.colours[row], look);
   });
   for (const gap of picture.gaps) drawGap(g, plot, gap, picture, look, xOf);
@@ -86,37 +87,41 @@ export function draw(g, width, height, picture, look) {
   picture.cursors.forEach((instantNs, place) => drawCursor(g, plot, instantNs, 'AB'[place], look, xOf));
 }
 
-function drawLine(g, plot, lane, row, picture, look) {
+// A line is one pixel wide: the outline of a wider one is made before it is filled, which took most of the time of a picture
+// where no GPU draws it (16 signals: 34 ms, and 18 ms so).
+function drawLine(g, plot, lane, row, [low, high], picture, look) {
   const { buckets } = picture;
-  const [low, high] = picture.axes.of(row, buckets.range(row));
   const scale = (lane.height - PAD - 6) / (high - low);
-  const yOf = (value) => lane.top + lane.height - 4 - (value - low) * scale;
+  const bottom = lane.top + lane.height - 4;
   const step = plot.width / buckets.count;
   const { holds } = picture.columns[row];
   let held = buckets.before[row] ?? NaN;
   let isDown = false;
   g.beginPath();
   g.strokeStyle = look.colours[row];
-  g.lineWidth = 1.3;
-  buckets.each(row, (place, least, most) => {
+  g.lineWidth = 1;
+  const [lows, highs] = buckets.shown(row);
+  for (let place = 0; place < lows.length; place++) {
+    const least = lows[place];
+    const most = highs[place];
     const x = plot.x + (place + 0.5) * step;
     if (least === Infinity && held === held) {
-      if (!isDown) g.moveTo(x - 0.5, yOf(held));
-      if (holds || place === buckets.count - 1) g.lineTo(x + 0.5, yOf(held)); // else the next sample ends the line
+      if (!isDown) g.moveTo(x - 0.5, bottom - (held - low) * scale);
+      if (holds || place === lows.length - 1) g.lineTo(x + 0.5, bottom - (held - low) * scale); // else the next sample ends the line
       isDown = true;
     } else if (least === Infinity || least !== least) {
       isDown = false;
       held = NaN;
     } else {
       const [near, far] = held > most ? [most, least] : [least, most];
-      if (!isDown) g.moveTo(x - 0.5, yOf(near));
-      else if (holds) g.lineTo(x, yOf(held));
-      g.lineTo(isDown ? x : x + 0.5, yOf(near)); // a sample alone is a dot
-      if (near !== far) g.lineTo(x, yOf(far));
+      if (!isDown) g.moveTo(x - 0.5, bottom - (near - low) * scale);
+      else if (holds) g.lineTo(x, bottom - (held - low) * scale);
+      g.lineTo(isDown ? x : x + 0.5, bottom - (near - low) * scale); // a sample alone is a dot
+      if (near !== far) g.lineTo(x, bottom - (far - low) * scale);
       held = far;
       isDown = true;
     }
-  });
+  }
   g.stroke();
 }
 
@@ -128,17 +133,20 @@ function drawLevel(g, plot, lane, row, picture, look) {
   let held = buckets.before[row] ?? NaN;
   g.fillStyle = look.colours[row];
   const line = (x, y) => g.fillRect(x, y - 0.75, step + 0.5, 1.5);
-  buckets.each(row, (place, least, most) => {
+  const [lows, highs] = buckets.shown(row);
+  for (let place = 0; place < lows.length; place++) {
+    const least = lows[place];
+    const most = highs[place];
     const x = plot.x + place * step;
-    if (least !== least) { held = NaN; return; }
+    if (least !== least) { held = NaN; continue; }
     const isEdge = least !== Infinity && (least !== most || (held === held && most !== held));
     const level = least === Infinity ? held : most;
-    if (level !== level) return;
+    if (level !== level) continue;
     if (isEdge) g.fillRect(x, top, Math.max(step, 1.3), bottom - top);
     line(x, level ? top : bottom);
     if (level && !isEdge) { g.globalAlpha = 0.16; g.fillRect(x, top, step + 0.5, bottom - top); g.globalAlpha = 1; }
     held = level;
-  });
+  }
 }
 
 function drawStates(g, plot, lane, row, picture, look) {
@@ -166,13 +174,16 @@ function drawStates(g, plot, lane, row, picture, look) {
     run = null;
   };
   let held = buckets.before[row] ?? NaN;
-  buckets.each(row, (place, least, most) => {
+  const [lows, highs] = buckets.shown(row);
+  for (let place = 0; place < lows.length; place++) {
+    const least = lows[place];
+    const most = highs[place];
     const isKnown = least === least && (least !== Infinity || held === held);
-    if (!isKnown) { end(place); held = NaN; return; }
+    if (!isKnown) { end(place); held = NaN; continue; }
     const value = least === Infinity ? held : least === most ? most : 'mixed';
     if (run === null || run.value !== value) { end(place); run = { place, value }; }
     if (least !== Infinity) held = most;
-  });
+  }
   end(buckets.count);
 }
 
