@@ -141,6 +141,27 @@ class Brittle(Device):
         raise RuntimeError("it broke")
 
 
+class Endless(Device):
+    """Computes without end after 3 ms."""
+
+    def __init__(self, clock: Clock, wires: Link[Signal]) -> None:
+        self._clock = clock
+
+    def start(self) -> None:
+        self._clock.call_at(self._clock.now_ns() + 3 * MS, self._compute)
+
+    def _compute(self) -> None:
+        while True:
+            pass
+
+
+class Hasty(Endless):
+    """Calls itself again after a nanosecond, without end."""
+
+    def _compute(self) -> None:
+        self._clock.call_at(self._clock.now_ns() + 1, self._compute)
+
+
 class Ticker(Device):
     """Counts 20 times in a millisecond, and says so once in 10 ms."""
 

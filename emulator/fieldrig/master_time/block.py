@@ -51,7 +51,7 @@ def virtual_time(
     Waiting takes no real time, and each run gives the same bytes.  With `jitter`, wake-ups are late by up to this time,
     in seconds, by chance from `seed`, as on a busy host; with `is_main_punctual` those of the body are not.
     VirtualTimeError for what cannot be in virtual time: at once,
-    after `limit_s` seconds of virtual time, or when a thread has computed for `patience_s` seconds of real time.
+    after `limit_s` seconds of virtual time, or when a thread has computed for `patience_s` seconds of processor time.
     """
     if threading.current_thread() is not threading.main_thread():
         raise VirtualTimeError("virtual time begins in the main thread, because only that can be interrupted")

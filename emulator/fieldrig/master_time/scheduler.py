@@ -232,7 +232,7 @@ class Scheduler:
             following = self._next()
         except BaseException as error:  # noqa: BLE001  of a device, or a standstill; the test gets it
             self.place = Place.MEMBER
-            following = self._main_with(error)
+            following = self._main_with(self.failure or error)
         if following is me:
             return
         self.switches += 1

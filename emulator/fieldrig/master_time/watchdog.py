@@ -2,13 +2,14 @@
 
 A thread of real time looks at the running member.  If the system shows it asleep all the time, without a tick of
 processor time, it waits for something that the scheduler does not know, such as a device or a lock of a C library; that
-cannot end well, however busy the host is.  A member that computes may take `patience_s`.  A member in a debugger
-waits for a person, and has all the time that it needs.
-Left out: systems without /proc, where only `patience_s` counts.
+cannot end well, however busy the host is.  A member that computes may take `patience_s` of processor time, and so may
+a device at one instant of the rig.  A member in a debugger waits for a person, and has all the time that it needs.
+Left out: systems without /proc, where `patience_s` is real time.
 """
 
 import _thread
 import ctypes
+import os
 import signal
 import sys
 import threading
@@ -17,6 +18,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Final
 
+from fieldrig.clock import MS
 from fieldrig.master_time.errors import EndedError, VirtualTimeError
 from fieldrig.master_time.member import Member, new_lock
 from fieldrig.master_time.places import is_debugged, where
@@ -26,6 +28,10 @@ LOOK_S: Final = 0.25
 """Real time between two looks."""
 ASLEEP_S: Final = 2.0
 """Real time for which a running member may be asleep."""
+SLACK: Final = 20
+"""Real time for `patience_s` of processor time, on a host that has other work: this number of times as long."""
+TICKS: Final = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 0
+"""Ticks of processor time in a second; 0 where the system does not tell them."""
 UNWIND_S: Final = 0.5
 SIGNAL: Final[signal.Signals] = getattr(signal, "SIGUSR2", signal.SIGTERM)
 """Interrupts the main thread.  On Windows no program sends SIGTERM to another."""
@@ -56,39 +62,47 @@ class Watchdog:
             raise error
 
     def _run(self) -> None:
-        seen, since_s, asleep_s, ticks = (-1, -1), _real_monotonic(), _real_monotonic(), -1
+        seen, since_s, asleep_s, ticks, first = (-1, -1), _real_monotonic(), _real_monotonic(), -1, 0
         while not self._is_over.wait(LOOK_S):
             scheduler, now_s = self._scheduler, _real_monotonic()
-            at, member = (scheduler.switches, scheduler.rig.now_ns), scheduler.running
-            if scheduler.place is Place.DOORS:
+            at, member = (scheduler.switches, scheduler.rig.now_ns // MS), scheduler.running
+            is_rig = scheduler.place is Place.RIG
+            if scheduler.place is not Place.MEMBER:
                 member = scheduler.members.get(scheduler.worker, member)
             is_asleep, ticks_now = _state(member.native)
             frame = sys._current_frames().get(member.ident)
-            if at != seen or scheduler.place is Place.RIG or is_debugged(frame):
-                seen, since_s, asleep_s, ticks = at, now_s, now_s, ticks_now
+            if at != seen or is_debugged(frame):
+                seen, since_s, asleep_s, ticks, first = at, now_s, now_s, ticks_now, ticks_now
                 continue
-            if not is_asleep or ticks_now != ticks:
+            if not is_asleep or ticks_now != ticks or is_rig:
                 asleep_s, ticks = now_s, ticks_now
             if now_s - asleep_s >= ASLEEP_S:
-                self._end(member, "waits for something outside of virtual time", frame)
-            elif now_s - since_s >= self._patience_s:
-                self._end(member, f"has run for {self._patience_s:g} s of real time without waiting", frame)
+                self._end(member, f"thread {member.name} waits for something outside of virtual time", frame)
+            elif self._is_over_time(now_s - since_s, ticks_now - first):
+                who, end = ("a device", "time passing") if is_rig else (f"thread {member.name}", "waiting")
+                self._end(member, f"{who} has run for {self._patience_s:g} s without {end}", frame, is_rig=is_rig)
             else:
                 continue
             seen = (-1, -1)
 
-    def _end(self, member: Member, what: str, frame: FrameType | None) -> None:
+    def _is_over_time(self, real_s: float, ticks: int) -> bool:
+        if not TICKS:
+            return real_s >= self._patience_s
+        return ticks >= self._patience_s * TICKS or real_s >= self._patience_s * SLACK
+
+    def _end(self, member: Member, what: str, frame: FrameType | None, *, is_rig: bool = False) -> None:
         scheduler = self._scheduler
         remedy = "a wait in C, a device of this host or an endless loop cannot be in virtual time"
-        error = VirtualTimeError(f"thread {member.name} {what}: {where(frame)}", remedy)
+        error = VirtualTimeError(f"{what}: {where(frame)}", remedy)
         if scheduler.failure is None:
             scheduler.failure = error
         if member is scheduler.main:
             self._error = error
             _interrupt(member.ident)
-        else:
+            return
+        if not is_rig:  # in the rig it lets go of the baton as soon as the device has ended
             scheduler.give_up(member, error)
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(member.ident), ctypes.py_object(EndedError))
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(member.ident), ctypes.py_object(EndedError))
 
 
 def _interrupt(ident: int) -> None:
