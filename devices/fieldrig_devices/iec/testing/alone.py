@@ -77,7 +77,9 @@ class Alone:
         """Let time pass in which nothing runs."""
         self._tested.clock.instant_ns = max(until_ns, self.now_ns)
 
-    def run_tasks(self, until_ns: int, look: Callable[[], bool] | None = None) -> None:
+    def run_tasks(
+        self, until_ns: int, look: Callable[[], bool] | None = None, _reads: frozenset[str] | None = None
+    ) -> None:
         """Let the tasks run; call `look` after each of their cycles, until it is false, and at the end."""
         clock, scheduler = self._tested.clock, self._program.scheduler
         self._is_used, self._look = True, look

@@ -32,6 +32,7 @@ from fieldrig_devices.iec.testing import natives
 from fieldrig_devices.iec.testing.arguments import matched
 from fieldrig_devices.iec.testing.mocks import Mock, Mocks
 from fieldrig_devices.iec.testing.natives import call_of, cell
+from fieldrig_devices.iec.testing.reads import variables_of
 from fieldrig_devices.iec.testing.words import MESSAGE, WORDS, Word
 from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.iec.types import ArrayType, BlockType, EnumType, StringType, StructType, Type
@@ -61,6 +62,8 @@ class Assertion:
     """A second text: what a fault is."""
     names: tuple[str, ...] = ()
     """The paths of variables in the statement, for the signals around a failure."""
+    reads: frozenset[str] | None = None
+    """The variables on which a condition over time depends, in small letters; None if it may be anything."""
 
 
 class Assertions:
@@ -239,6 +242,9 @@ class _One:
         end = self._bool("end") if "end" in self._given else None
         if duration is None or condition is None or ("end" in self._given and end is None):
             return []
+        computed = [variables_of(one.value) for one in self._before if isinstance(one, Assign)]
+        known = [names for names in computed if names is not None]
+        self._made.reads = frozenset().union(*known) if len(known) == len(self._before) else None
         line = self._made.line
         goes_on = cell(self._checker.context.hidden("again", BOOL))
         again = self._whole.call(natives.AGAIN, self._number, condition, end, None, message)

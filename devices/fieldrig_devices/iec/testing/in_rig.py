@@ -19,7 +19,7 @@ from fieldrig_devices.iec.memory import limited
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.testing.beginning import begin_program
-from fieldrig_devices.iec.testing.case import MISTAKE, Case, Failure, Limits, Outcome, Verdict
+from fieldrig_devices.iec.testing.case import MISTAKE, TIMEOUT, Case, Failure, Limits, Outcome, Verdict
 from fieldrig_devices.iec.testing.compiled import Tested
 from fieldrig_devices.iec.testing.extension import CaseBlock
 from fieldrig_devices.iec.testing.runner import Runner
@@ -46,18 +46,32 @@ class Rigs:
 
     def run(self, use: tree.RigUse, tests: Sequence[RigTest], tested: Tested, limits: Limits) -> Iterator[Outcome]:
         """Run tests that have the same rig, and yield their outcomes in order."""
-        from fieldrig.virtual.branch import HAS_FORK
-        from fieldrig.virtual.branches import one_by_one
-
         try:
             program = Prepared(tested)  # before the branches, which then share its memory
             calls = [partial(_run, case=case, block=block, program=program, limits=limits) for case, block in tests]
-            outcomes = one_by_one(self._of(use), calls) if HAS_FORK else (self._alone(use, call) for call in calls)
-            for test, outcome in zip(tests, outcomes, strict=True):
-                yield _not_run(test, use, outcome) if isinstance(outcome, RigError) else outcome
+            for test, call, outcome in zip(tests, calls, self._outcomes(use, calls), strict=True):
+                if isinstance(outcome, RigError):
+                    yield _not_run(test, use, outcome)
+                else:
+                    yield self._with_diagram(use, call, outcome) if limits.has_diagrams else outcome
         except RigError as wrong:
             for test in tests:
                 yield _not_run(test, use, wrong)
+
+    def _outcomes(self, use: tree.RigUse, calls: "Sequence[Callable[[Rig], Outcome]]") -> Iterator[Outcome | RigError]:
+        from fieldrig.virtual.branch import HAS_FORK
+        from fieldrig.virtual.branches import one_by_one
+
+        return one_by_one(self._of(use), calls) if HAS_FORK else (self._alone(use, call) for call in calls)
+
+    def _with_diagram(self, use: tree.RigUse, call: "partial[Outcome]", outcome: Outcome) -> Outcome:
+        """Return the outcome of a test that failed with its signals: it does the same again with a record of them."""
+        if not outcome.failures or outcome.failures[0].kind == TIMEOUT:
+            return outcome
+        again = next(self._outcomes(use, [partial(call, is_recorded=True)]))
+        if not isinstance(again, Outcome) or again.verdict is not outcome.verdict:
+            return outcome
+        return again._replace(wall_s=outcome.wall_s, busy_s=outcome.busy_s)
 
     def _alone(self, use: tree.RigUse, call: "Callable[[Rig], Outcome]") -> Outcome | RigError:
         """Run a test in a rig of its own, where a rig cannot be branched."""
@@ -129,16 +143,18 @@ class Prepared:
         self.fresh = self.runtime.fresh()
 
 
-def _run(rig: "Rig", case: Case, block: CaseBlock, program: Prepared, limits: Limits) -> Outcome:
-    return Runner(program.tested, InRig(rig, block, program)).run(case, block, limits, is_recorded=limits.has_diagrams)
+def _run(
+    rig: "Rig", case: Case, block: CaseBlock, program: Prepared, limits: Limits, *, is_recorded: bool = False
+) -> Outcome:
+    return Runner(program.tested, InRig(rig, block, program)).run(case, block, limits, is_recorded=is_recorded)
 
 
 class Linked:
     """A variable of the test at a point or a wire of the rig."""
 
-    def __init__(self, rig: "Rig", symbol: Symbol, place: str) -> None:
+    def __init__(self, rig: "Rig", name: str, symbol: Symbol, place: str) -> None:
         """RigError for a place that the rig does not have, and for a type that its value does not fit."""
-        self.symbol, self._stored = symbol, storage(symbol.type)
+        self.symbol, self.name, self._stored = symbol, name.casefold(), storage(symbol.type)
         if self._stored is None:
             raise UsageError(f"{symbol.path} is a {symbol.type}", "expected a variable with one value at a place")
         self._place = place_of(rig, place)
@@ -183,7 +199,7 @@ class InRig:
         for name, place in block.places.items():
             symbol = self.runtime.symbols.within(root, f".{name}")
             assert symbol is not None, "the test declares it"
-            self._linked.append(Linked(rig, symbol, place))
+            self._linked.append(Linked(rig, name, symbol, place))
 
     @property
     def now_ns(self) -> int:
@@ -192,7 +208,7 @@ class InRig:
     def begin(self, block: CaseBlock) -> None:
         if not self._rig.is_branch:  # a branch is fresh by itself
             self._program.fresh()
-        self._take()
+        self._take(self._linked)
 
     def fault(self, where: str, fault: str) -> None:
         try:
@@ -216,17 +232,23 @@ class InRig:
         while self.now_ns < until_ns:
             self._rig.run_until(min(until_ns, self.now_ns + PRESSED_NS))
             self.is_pressed()
-        self._take()
+        self._take(self._linked)
 
-    def run_tasks(self, until_ns: int, look: Callable[[], bool] | None = None) -> None:
-        """Let the rig run; call `look` after each instant at which something happens, and at least once in a ms."""
+    def run_tasks(
+        self, until_ns: int, look: Callable[[], bool] | None = None, reads: frozenset[str] | None = None
+    ) -> None:
+        """Let the rig run; call `look` after each instant at which what it reads has changed, and at the end.
+
+        Without `reads` it is called after each instant at which something happens, and at least once in a ms.
+        """
         if look is None:
             self.run_until(until_ns)
             return
         self._give()
+        watched = self._linked if reads is None else [one for one in self._linked if one.name in reads]
         passed: list[tuple[Linked, Value]] = []
         with ExitStack() as ends:
-            for one in self._linked:
+            for one in watched:
                 with suppress(ControlError):  # its device has no power now
                     ends.callback(one.listen(partial(_note, passed, one)))
             while True:
@@ -236,28 +258,44 @@ class InRig:
                 else:
                     self._rig.run_until(last_ns)
                 self.is_pressed()
-                if not self._looks(passed, look) or self.now_ns >= until_ns:
-                    return
+                is_over = self.now_ns >= until_ns
+                if not self._looks(passed, look, watched, is_needed=is_over or reads is None) or is_over:
+                    break
+        self._take(self._linked)
 
-    def _looks(self, passed: list[tuple[Linked, Value]], look: Callable[[], bool]) -> bool:
-        """Look at each change of this instant, in order, so that the shortest pulse is seen; then at what there is."""
+    def _looks(
+        self,
+        passed: list[tuple[Linked, Value]],
+        look: Callable[[], bool],
+        watched: Sequence[Linked],
+        *,
+        is_needed: bool,
+    ) -> bool:
+        """Look at each change of this instant, in order, so that the shortest pulse is seen; then at what there is.
+
+        False if the test has seen enough.  Where nothing has changed it looks only if that is needed.
+        """
         changes = passed[:]
         passed.clear()
         for place, (one, value) in enumerate(changes):
             if any(later is one for later, _ in changes[place + 1 :]):
                 self._put(one, one.of_rig(value))
+                is_needed = True
                 if not look():
                     return False
-        self._take()
-        return look()
+        return not (self._take(watched) or is_needed) or look()
 
     # ---- variables
 
-    def _take(self) -> None:
-        """Take the values of the rig."""
+    def _take(self, watched: Sequence[Linked]) -> bool:
+        """Take the values of the rig, and return whether one is new."""
         self._tested.clock.instant_ns = self.now_ns
-        for one in self._linked:
+        is_new = False
+        for one in watched:
+            before = one.seen
             self._put(one, one.read())
+            is_new = is_new or before != one.seen
+        return is_new
 
     def _put(self, one: Linked, value: Value) -> None:
         one.seen = value

@@ -63,6 +63,8 @@ class Wish:
     """True if it has seen enough, and goes on when this instant is over."""
     is_running: bool = False
     """True if the tasks of the program run meanwhile."""
+    reads: frozenset[str] | None = None
+    """The variables on which the expectation depends; None if it may be anything."""
 
 
 class Judge:
@@ -221,5 +223,6 @@ class Judge:
                 self._fail(assertion, "TRUE until its end", "FALSE", message)
             case "ASSERT_UNTIL" if is_over:
                 self._fail(assertion, "an end in time", "none", message)
-        self.wish = Wish(Pending(), deadline_ns, is_watching=True, is_settled=is_over)
+        reads = assertion.reads if self.on_look is None else None  # what is drawn is looked at each time
+        self.wish = Wish(Pending(), deadline_ns, is_watching=True, is_settled=is_over, reads=reads)
         return self.wish.answer

@@ -43,7 +43,13 @@ class Place(Protocol):
 
     def run_until(self, until_ns: int) -> None: ...
 
-    def run_tasks(self, until_ns: int, look: Callable[[], bool] | None = None) -> None: ...
+    def run_tasks(
+        self, until_ns: int, look: Callable[[], bool] | None = None, reads: frozenset[str] | None = None
+    ) -> None:
+        """Let the tasks run, and call `look` when it may see something else than before, until it is false.
+
+        It depends on the variables `reads` of the test; None if it may be anything.
+        """
 
 
 class BlockThread(Thread):
@@ -134,7 +140,7 @@ class Runner:
         if wish.is_settled:
             wish.answer.finish(False)
         elif wish.is_watching:
-            self._place.run_tasks(wish.until_ns, lambda: self._looks(thread, is_pressed))
+            self._place.run_tasks(wish.until_ns, lambda: self._looks(thread, is_pressed), wish.reads)
         else:
             pass_time = self._place.run_tasks if wish.is_running else self._place.run_until
             pass_time(wish.until_ns)
