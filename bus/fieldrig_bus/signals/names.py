@@ -3,10 +3,11 @@
 The kind is that of the signal, so that a filter for `pulses` finds all pulse trains.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from fieldrig.bus import Bus
+from fieldrig.points.values import show_number
 from fieldrig.traces.names import Member, Named, Namer
 from fieldrig.traces.parts import Part, Parts
 from fieldrig_bus.signals.pulse_train import PulseTrain
@@ -22,12 +23,36 @@ class WireNames:
         return Named(_kind(message), sender, show(message))
 
     def parts(self, message: Any, request: bytes = b"") -> Parts | None:
-        """Return the value of a signal with its unit, and how it moves."""
+        """Return the value of a signal with its unit, and how it moves, number by number."""
         if not isinstance(message, Signal):
             return None
-        text = show(message).removeprefix(message.name).lstrip(" =")
-        value = message.value if type(message) is Signal else text
-        return Parts("", _kind(message), (Part(message.name, "", value, text),))
+        text = f"{show_number(message.value)} {message.unit}".rstrip()
+        moves = (_part(f"{message.name} {what}", value, unit) for what, value, unit in _moves(message))
+        return Parts("", _kind(message), (Part(message.name, "", message.value, text), *moves))
+
+
+def _moves(message: Signal) -> Iterator[tuple[str, int | float, str]]:
+    match message:
+        case Motion():
+            yield "speed", message.speed, f"{message.unit}/s"
+            yield "acceleration", message.acceleration, f"{message.unit}/s²"
+        case PulseTrain():
+            yield "frequency", float(message.frequency), "Hz"
+            yield "rate", float(message.rate), "Hz/s"
+            yield (
+                "pulses",
+                -1 if message.count is None else message.count,
+                "" if message.count is not None else "(no end)",
+            )
+            yield "direction", message.direction, ""
+            yield "phase", float(message.phase), "of a period"
+            yield "sent", message.sent, "pulses"
+        case Pwm():
+            yield "frequency", float(message.frequency), "Hz"
+
+
+def _part(key: str, value: int | float, unit: str) -> Part:
+    return Part(key, "", value, f"{show_number(value)} {unit}".rstrip())
 
 
 def _kind(message: Any) -> str:

@@ -44,6 +44,11 @@ def _object(node: DescribedNode, item: int) -> DescribedObject:
     return node.objects[item - 1] if known else DescribedObject(f"item {item}", "")
 
 
+def object_of(node: DescribedNode, item: int) -> str:
+    """Return the name of the object behind an item of a node."""
+    return _object(node, item).name
+
+
 def _axis(node: DescribedNode) -> DescribedObject:
     return next((each for each in node.objects if each.kind == "AXIS"), DescribedObject("axis", "AXIS"))
 
@@ -56,11 +61,12 @@ def _plain(frame: Any, node: DescribedNode) -> str:
     """Return all fields by their names; the item is the object."""
     named = [(each.name, getattr(frame, each.name)) for each in fields(frame)]
     first = [_object(node, value).name for name, value in named if name == "item"]
-    rest = [f"{name.replace('_', ' ')} {_value(value)}" for name, value in named if name != "item"]
+    rest = [f"{name.replace('_', ' ')} {value_text(value)}" for name, value in named if name != "item"]
     return " ".join([*first, ", ".join(rest)]).strip()
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
+    """Return the value of a field as people read it."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     return _word(value) if isinstance(value, IntEnum) else str(value)

@@ -5,18 +5,21 @@ learnt from the orders of the PAM (PAML-162).
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any, Final
 
 from fieldrig.bus import Bus
 from fieldrig.traces.names import Member, Named, Namer, of_several
+from fieldrig.traces.parts import Part, Parts
 from fieldrig_bus.ring.pam.message import BROADCAST, GROUP, Cycle, Frame, Frames, Reception, Reports, show
 from fieldrig_devices.pamring.codec import decode_order, decode_report, split
 from fieldrig_devices.pamring.described import DescribedNode, HasRingObjects
+from fieldrig_devices.pamring.frame_parts import frame_parts
 from fieldrig_devices.pamring.frame_words import KINDS, UNKNOWN, words
 from fieldrig_devices.pamring.frames import Group
 
 RECEPTIONS: Final = {Reception.NO_CARRIER: "no carrier", Reception.CRC_ERROR: "wrong CRC"}
-Part = tuple[str, str, str]
+Told = tuple[str, str, str]
 """Kind, node and text of one frame."""
 
 
@@ -42,10 +45,43 @@ class PamRingNames:
                 return of_several("reports", self._buffer(self._addresses.get(sender, 0), message))
         return Named("fault", sender, show(message))
 
+    def parts(self, message: Any, request: bytes = b"") -> Parts | None:
+        """Return the fields of all orders or reports of one cycle, by their nodes, kinds and objects."""
+        match message:
+            case Frames():
+                return Parts("", "orders", self._order_parts(message.frames))
+            case Cycle():
+                state = Part("reception", "", int(message.reception), RECEPTIONS.get(message.reception, "good"))
+                return Parts("", "orders", (state, *self._order_parts(message.frames)))
+            case Reports():
+                late = Part("late", "", message.late, f"{message.late} nodes")
+                trouble = Part("trouble", "", self._trouble(message), self._trouble(message) or "none")
+                found = (self._report_parts(address, buffer) for address, buffer in message.reports)
+                return Parts("", "reports", (late, trouble, *chain.from_iterable(found)))
+        return None
+
+    def _order_parts(self, sent: Iterable[Frame]) -> list[Part]:
+        """Return the fields of all orders; the group of a target is its number, which needs nothing that was learnt."""
+        told: list[tuple[str, DescribedNode, Any]] = []
+        for target, contents in sent:
+            name = f"group {target - GROUP}" if target > GROUP else self._target(target)
+            try:
+                told.append((name, self._nodes.get(target, UNKNOWN), decode_order(contents)))
+            except ValueError:
+                told.append((name, UNKNOWN, contents))
+        return frame_parts(told)
+
+    def _report_parts(self, address: int, buffer: bytes) -> list[Part]:
+        name, node = self._name(address), self._nodes.get(address, UNKNOWN)
+        try:
+            return frame_parts([(name, node, report) for report in map(decode_report, split(buffer))])
+        except ValueError:
+            return frame_parts([(name, node, buffer)])
+
     def _name(self, address: int) -> str:
         return self._names.get(address) or self._nodes.get(address, UNKNOWN).name or f"node {address}"
 
-    def _orders(self, sent: Iterable[Frame]) -> Iterator[Part]:
+    def _orders(self, sent: Iterable[Frame]) -> Iterator[Told]:
         for target, contents in sent:
             try:
                 order = decode_order(contents)
@@ -65,11 +101,11 @@ class PamRingNames:
         members = [self._name(node) for node, group in sorted(self._groups.items()) if group == target - GROUP]
         return " ".join([f"group {target - GROUP}", *members])
 
-    def _reports(self, buffers: Iterable[Frame]) -> Iterator[Part]:
+    def _reports(self, buffers: Iterable[Frame]) -> Iterator[Told]:
         for address, buffer in buffers:
             yield from self._buffer(address, buffer)
 
-    def _buffer(self, address: int, buffer: bytes) -> Iterator[Part]:
+    def _buffer(self, address: int, buffer: bytes) -> Iterator[Told]:
         name, node = self._name(address), self._nodes.get(address, UNKNOWN)
         try:
             for report in map(decode_report, split(buffer)):

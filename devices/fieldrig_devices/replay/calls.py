@@ -146,6 +146,7 @@ def _begun(
 ) -> tuple[Iterable[TraceEntry], Pace]:
     begin = begin_of(entries, sides, now_ns, settle_ns)
     judge.was_on, judge.log_ns = begin.heard_ns > 0, begin.log_ns
+    judge.buses.update(begin.buses)
     if begin.started:
         nodes = ", ".join(map(str, begin.started))
         judge.result.note(f"the nodes {nodes} are operational when the log begins, so they are started before")
@@ -158,7 +159,7 @@ def _tell_absent(sides: Sides, judge: Judge, name: str) -> None:
     UsageError for a log of another machine: one that shows nodes or units, but none of this rig.
     """
     if (sides.absent or not judge.result.played) and not judge.expected:
-        notes = [note for note in judge.result.notes if note != NOTHING_EXPECTED]
+        notes = [note for note in judge.result.notes if note != NOTHING_EXPECTED] + judge.result.left_out
         absent = [f"the rig does not have {sides.absent.text}"] if sides.absent else []
         raise UsageError(
             f"the log has nothing of the devices of {name}", "; ".join(absent + notes) or "it has no messages"

@@ -14,13 +14,14 @@ from fieldrig_bus.can.frame import EXTENDED_MASK
 from fieldrig_bus.can.notices import NOTICE
 from fieldrig_bus.modbus.codec import REQUEST, REQUEST_ON_ASCII
 from fieldrig_devices.canopen.names import ERROR_CONTROL, NODES
+from fieldrig_devices.replay.families import COMPARED
 from fieldrig_devices.replay.grounds import Grounds
 from fieldrig_devices.replay.heartbeats import Heartbeats
 from fieldrig_devices.replay.log_names import LogNames
 from fieldrig_devices.replay.modbus_answers import ModbusAnswers
 from fieldrig_devices.replay.replay_result import ReplayResult
 from fieldrig_devices.replay.sdo_answers import SdoAnswers
-from fieldrig_devices.replay.streams import COMPARED, Streams
+from fieldrig_devices.replay.streams import Streams
 from fieldrig_devices.replay.tolerances import Tolerances
 from fieldrig_devices.replay.unasked import Unasked
 

@@ -17,16 +17,17 @@ from fieldrig.link import Link
 from fieldrig.real.running_rig import running
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_devices.replay.families import OUTER
 from fieldrig_devices.replay.judge import Judge
 from fieldrig_devices.replay.player import Pace, Player
 from fieldrig_devices.replay.schedule import schedule
 from fieldrig_devices.replay.sides import Sides
-from fieldrig_devices.replay.streams import COMPARED
 
 MEMBER: Final = "replay"
 LEAD_NS: Final = 200 * MS
 """Time until the log begins, in which the links become ready."""
-FAMILIES: Final = COMPARED | {"wires"}
+FAMILIES: Final = OUTER | {"wires"}
+"""Families to which a log can be played in real time.  Wires have no sender there, so they are not compared."""
 
 Begin = Callable[[int], tuple[Iterable[TraceEntry], Pace]]
 """Returns the log and its pace, for the instant at which it may begin."""
@@ -54,7 +55,7 @@ class _Performance:
 
     def start(self, clock: Clock, links: Mapping[str, Link[Any]], on_end: OnEnd) -> None:
         log, pace = self._begin(clock.now_ns() + LEAD_NS)
-        dues = schedule(log, self._sides, self._buses, self._judge.result)
+        dues = schedule(log, self._sides, self._buses, self._judge.result, OUTER)
         own = {name: _OwnLink(link, self._buses[name], clock) for name, link in links.items()}
         served = self._sides.selection.units
         player = Player(
@@ -73,7 +74,7 @@ class _Performance:
                 player.answered(name, message, clock.now_ns())
             elif isinstance(message, ModbusRequest):
                 player.asked(name, message)
-            else:
+            elif bus.family in OUTER:
                 player.heard(TraceEntry(clock.now_ns(), name, bus.family, "", bus.encode(message)))
 
         link.on_receive(hear, sorted(self._sides.selection.units) if bus.family == "modbus" else None)

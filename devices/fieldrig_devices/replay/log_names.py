@@ -14,6 +14,7 @@ from fieldrig_devices.canopen.names import CanopenNames
 from fieldrig_devices.dialogues.modbus_servers import plain_bus
 from fieldrig_devices.named_logs.named_log import NamedLog, decoded
 from fieldrig_devices.replay.streams import Item, Stream
+from fieldrig_devices.sercos.names import SercosNames
 
 SDO: Final = range(0x580, 0x680)
 """Identifiers of the default SDO channels (CiA 301, 7.3.5): they may change the mapping of PDOs."""
@@ -29,10 +30,15 @@ class LogNames:
         """The same, None for those that take nothing apart: asking a protocol takes longer than taking apart."""
 
     def note(self, stream: Stream, item: Item) -> None:
-        """Learn from a message what is mapped into PDOs."""
+        """Learn from a message what is mapped into PDOs, and into the telegrams of a ring."""
         if stream.family == "can" and stream.key in SDO:
             with suppress(ValueError):  # a frame whose length lies
                 self._namer(stream.bus, "can")(decoded(item.entry), item.entry.sender)
+        elif stream.family == "ring":
+            namer = self._namer(stream.bus, "ring")
+            if isinstance(namer, SercosNames):
+                with suppress(ValueError):
+                    namer.note(decoded(item.entry))
 
     def parts(self, item: Item) -> Parts | None:
         """Return the values of a message; None if they are not known."""

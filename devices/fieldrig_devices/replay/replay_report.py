@@ -13,7 +13,9 @@ MOST_SHOWN = 200
 
 
 def show(result: ReplayResult) -> None:
-    """Print the differences, the notes, and a summary."""
+    """Print what is not compared, the differences, the notes, and a summary."""
+    for text in result.left_out:
+        typer.echo(f"left out: {text}")
     for each in result.differences[:MOST_SHOWN]:
         typer.echo(str(each))
     if result.count > MOST_SHOWN:
@@ -30,7 +32,8 @@ def to_junit(result: ReplayResult, log: str, rig: str) -> bytes:
     for each in result.differences:
         cases.setdefault(_case_of(each, cases), []).append(each)
     rows = [_junit_case(*key, differences) for key, differences in cases.items()]
-    notes = [Case("notes", result.duration_ns / S, output="\n".join(result.notes))] if result.notes else []
+    told = [*result.left_out, *result.notes]
+    notes = [Case("notes", result.duration_ns / S, output="\n".join(told))] if told else []
     return junit(f"{log} played to {rig}", {log: [*rows, *notes]})
 
 

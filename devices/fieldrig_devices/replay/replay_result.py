@@ -65,6 +65,8 @@ class ReplayResult:
     duration_ns: int = 0
     """The time from the first message to the last one, in the rig."""
     notes: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+    """The messages that are neither played nor compared, by bus."""
 
     @property
     def is_same(self) -> bool:
@@ -111,6 +113,7 @@ class ReplayResult:
             "shift_ns": self.shift_ns,
             "duration_ns": self.duration_ns,
             "notes": self.notes,
+            "left_out": self.left_out,
         }
 
 

@@ -61,6 +61,10 @@ class Runs:
             self._go_on(subject, key, part, times_ns)
         return bool(found)
 
+    def is_open(self, subject: Subject) -> bool:
+        """Return whether a value of these messages differs at present."""
+        return bool(self._by_subject.get(subject))
+
     def finish(self) -> None:
         """Report everything that still differs."""
         for runs in self._open.values():

@@ -1,16 +1,18 @@
 """The messages of a log in the order in which a player needs them: when they are sent, or expected to arrive."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from heapq import heappop, heappush
 from typing import Any, Final, NamedTuple
 
 from fieldrig.bus import Bus
+from fieldrig.faults import note
+from fieldrig.points.values import counted
 from fieldrig.traces.order import in_order
 from fieldrig.traces.trace import TraceEntry
+from fieldrig_devices.replay.families import COMPARED, INNER, OUTER
 from fieldrig_devices.replay.lead import LONGEST_NS, Leads
 from fieldrig_devices.replay.replay_result import ReplayResult
 from fieldrig_devices.replay.sides import Side, Sides
-from fieldrig_devices.replay.streams import COMPARED
 
 MOST_WAITING: Final = 100_000
 
@@ -30,14 +32,21 @@ class Due(NamedTuple):
 
 
 def schedule(
-    entries: Iterable[TraceEntry], sides: Sides, buses: Mapping[str, Bus[Any]], result: ReplayResult
+    entries: Iterable[TraceEntry],
+    sides: Sides,
+    buses: Mapping[str, Bus[Any]],
+    result: ReplayResult,
+    compared: Collection[str] = COMPARED,
 ) -> Iterator[Due]:
-    """Yield the messages that are played or expected; the others are counted in a note."""
+    """Yield the messages that are played or expected; the others are counted by bus.
+
+    Nothing is expected of families that are not `compared`.
+    """
     waiting: list[Due] = []
     leads, left_out = Leads(buses), dict[tuple[str, str], int]()
     for number, entry in enumerate(in_order(entries)):
-        due = _due(number, entry, sides, buses, leads)
-        if due is None and sides.bus_of(entry) is None and entry.family in COMPARED:
+        due = _due(number, entry, sides, buses, leads, compared)
+        if due is None and sides.bus_of(entry) is None and entry.family in OUTER:
             continue  # reported as a bus that the rig does not have
         if due is None:
             key = (entry.bus, entry.family) if len(left_out) < MOST_NOTES else ("further buses", "any")
@@ -49,16 +58,26 @@ def schedule(
     while waiting:
         yield heappop(waiting)
     for (bus, family), count in left_out.items():
-        result.note(f"{count} messages of {bus} ({family}) are neither played nor expected")
+        result.left_out.append(f"{counted(count, 'message')} of {bus} ({family}): neither played nor compared")
 
 
 MOST_NOTES: Final = 20
 
 
-def _due(number: int, entry: TraceEntry, sides: Sides, buses: Mapping[str, Bus[Any]], leads: Leads) -> Due | None:
+def _due(
+    number: int,
+    entry: TraceEntry,
+    sides: Sides,
+    buses: Mapping[str, Bus[Any]],
+    leads: Leads,
+    compared: Collection[str],
+) -> Due | None:
     side, bus = sides.side(entry), sides.bus_of(entry)
     if side is Side.OUTSIDE or bus is None:
         return None
+    is_note = entry.family in INNER and entry.data.startswith(note.LEAD)
+    if side is Side.EXPECTED and (entry.family not in compared or is_note):
+        return None  # a fault that was injected is no message of a device
     renamed = TraceEntry(entry.time_ns, bus, entry.family, entry.sender, entry.data)
     if side is Side.EXPECTED:
         return Due(entry.time_ns, number, 0, renamed, None)

@@ -22,9 +22,9 @@ from fieldrig_devices.canopen.names import ERROR_CONTROL, NMT, SDO_REQUEST, SYNC
 from fieldrig_devices.dialogues.modbus_dialogues import is_address
 from fieldrig_devices.dialogues.modbus_servers import plain_bus
 from fieldrig_devices.replay.absent import Absent
+from fieldrig_devices.replay.families import INNER, MEDIA, OUTER
 from fieldrig_devices.replay.log_names import bus_in
 from fieldrig_devices.replay.selection import Selection
-from fieldrig_devices.replay.streams import COMPARED
 
 HEAD_OF_FRAME: Final = 5
 OPERATIONAL: Final = b"\x05"
@@ -82,7 +82,7 @@ class Sides:
         """Return the side of a message."""
         known = self._of(entry)
         if known is None:
-            if entry.family in COMPARED:
+            if entry.family in OUTER:
                 self.absent.take("bus", entry.bus, "", entry.time_ns)
             return Side.OUTSIDE
         if entry.family == "can":
@@ -92,6 +92,8 @@ class Sides:
         device = self._device(entry.sender)
         if device is not None:
             return self._of_device(device)
+        if entry.family in INNER and entry.sender in MEDIA:
+            return Side.EXPECTED
         is_wanted = self._is_sender(entry.sender) or (self.selection.is_master and bool(entry.sender))
         return Side.PLAYED if is_wanted else Side.OUTSIDE
 

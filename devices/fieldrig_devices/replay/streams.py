@@ -4,8 +4,7 @@ Two logs are compared stream by stream, because the order of messages of differe
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from fieldrig.clock import MS
 from fieldrig.faults import note
@@ -17,13 +16,8 @@ from fieldrig_bus.can.notices import NOTICE
 from fieldrig_bus.modbus import codec as modbus_codec
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.serial import codec as serial_codec
-from fieldrig_bus.signals import traced
-from fieldrig_bus.signals.pulse_train import PulseTrain
-from fieldrig_bus.signals.pwm import Pwm
-from fieldrig_bus.signals.signal import Motion
+from fieldrig_devices.replay.inner_streams import PLACES
 
-COMPARED: Final = frozenset({"can", "modbus", "serial"})
-"""Families whose messages a replay compares.  Wires and rings are inside of a machine, and no log of one has them."""
 PAUSE_NS: Final = 10 * MS
 """Silence of a sender after which its next bytes on a serial line are another telegram."""
 LONGEST_TELEGRAM: Final = 4_096
@@ -73,7 +67,7 @@ class Streams:
             "can": _can,
             "modbus": self._modbus,
             "serial": _serial,
-            "wires": _wires,
+            **dict.fromkeys(PLACES, _inner),
         }
 
     def place(self, number: int, entry: TraceEntry) -> tuple[Stream, Item]:
@@ -112,24 +106,11 @@ def _serial(number: int, entry: TraceEntry) -> tuple[str | int, Item]:
     return f"{_who(entry.sender) or 'line'} {kind}", Item(entry.time_ns, entry.data, number, entry)
 
 
-def _wires(number: int, entry: TraceEntry) -> tuple[str | int, Item]:
-    try:
-        message = traced.decode(entry.data)
-    except ValueError:
+def _inner(number: int, entry: TraceEntry) -> tuple[str | int, Item]:
+    placed = PLACES[entry.family](entry.data)
+    if placed is None:
         return _other(number, entry)
-    return getattr(message, "name", "faults"), Item(entry.time_ns, _timeless(message, entry.data), number, entry)
-
-
-def _timeless(message: Any, data: bytes) -> bytes:
-    """Return a signal without the instants in it, which are of the clock of its own log."""
-    match message:
-        case Motion():
-            return traced.encode(replace(message, time_ns=0))
-        case PulseTrain():
-            return traced.encode(replace(message, start_ns=0, epoch_ns=0))
-        case Pwm():
-            return traced.encode(replace(message, start_ns=0))
-    return data
+    return placed[0], Item(entry.time_ns, placed[1], number, entry)
 
 
 def _who(sender: str) -> str:

@@ -59,6 +59,7 @@ class Tolerances:
 def _names(node: str, key: str, name: str) -> set[str]:
     """Return how a user may call an object: with and without its device, which is `io` of `node 5 (io)`, or by it."""
     texts = {text.lower() for text in (key, name) if text}
+    texts |= {part for text in texts for part in text.split("/", 1)}  # `knife/S-0-0051` in a telegram of a ring
     within = node.partition("(")[2].rstrip(")")
     devices = {device.lower() for device in (node, within) if device}
     return texts | devices | {f"{device}/{text}" for device in devices for text in texts}

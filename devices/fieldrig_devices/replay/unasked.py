@@ -16,6 +16,8 @@ from fieldrig.traces.parts import Part
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_devices.canopen.names import SYNC
 from fieldrig_devices.replay.align import Aligner, Pair
+from fieldrig_devices.replay.cycles import Cycles
+from fieldrig_devices.replay.families import CYCLIC, INNER, RINGS
 from fieldrig_devices.replay.gaps import UNEVEN, Gaps
 from fieldrig_devices.replay.grounds import Grounds
 from fieldrig_devices.replay.replay_result import Difference, What
@@ -38,7 +40,7 @@ HEAD_OF_FRAME: Final = 5
 class _Compared:
     """One stream on both sides."""
 
-    def __init__(self, aligner: Aligner, node: str, kind: str) -> None:
+    def __init__(self, aligner: Aligner | Cycles, node: str, kind: str) -> None:
         self.aligner, self.node, self.kind = aligner, node, kind
         self.gaps = (Gaps(), Gaps())
         self.after_sync_ns: tuple[int, int] | None = None
@@ -83,6 +85,7 @@ class Unasked:
     def sent_before(self, entry: TraceEntry) -> None:
         """Take a message that the rig has sent before the log begins."""
         stream, item = self._places[1].place(0, entry)
+        self._grounds.names[1].note(stream, item)
         if stream in self._before or len(self._before) < MOST_STREAMS:
             self._before[stream] = item.content
 
@@ -131,6 +134,8 @@ class Unasked:
 
     def _align(self, side: int, entry: TraceEntry, own_ns: int | None = None) -> None:
         stream, item = self._places[side].place(self._numbers[side], entry)
+        if entry.family in RINGS:
+            self._grounds.names[side].note(stream, item)
         if entry.family == "serial":
             stream = stream._replace(key=str(stream.key).partition(" ")[2])  # senders have other names in other logs
         compared = self._streams.get(stream)
@@ -139,7 +144,7 @@ class Unasked:
                 words = f"only {MOST_STREAMS} identifiers and units of the log are compared, as it has more"
                 self._grounds.result.note(words)
                 return
-            compared = self._streams[stream] = self._begun(item)
+            compared = self._streams[stream] = self._begun(stream, item)
         if own_ns is not None:
             compared.gaps[side].take(item.time_ns, own_ns)
         if side == 0:
@@ -152,9 +157,13 @@ class Unasked:
         elif aligner.is_full:
             self._judge_all(stream, compared, aligner.settle(item.time_ns))
 
-    def _begun(self, item: Item) -> _Compared:
+    def _begun(self, stream: Stream, item: Item) -> _Compared:
         parts = self._grounds.names[1].parts(item)
         node, kind = ("", "") if parts is None else (parts.node, parts.kind)
+        if stream.family == "wires":
+            node, kind = item.entry.sender, stream.text
+        if stream.family in RINGS:
+            return _Compared(Cycles(HORIZON_NS, MOST_WAITING), node, kind)
         return _Compared(Aligner(self._grounds.tolerances.time_ns, HORIZON_NS, MOST_WAITING), node, kind)
 
     def _judge_all(self, stream: Stream, compared: _Compared, pairs: Iterable[Pair]) -> None:
@@ -163,7 +172,7 @@ class Unasked:
 
     def _judge(self, stream: Stream, compared: _Compared, pair: Pair) -> None:
         grounds, node, kind = self._grounds, compared.node, compared.kind
-        if grounds.tolerances.is_left_out(node, stream.text, kind):
+        if self._is_left_out(stream, compared):
             return
         left, right = pair.left, pair.right
         if left is None:
@@ -173,16 +182,29 @@ class Unasked:
         if right is None:
             if self._before.get(stream) == left.content and compared.first is left:
                 return  # the rig has had this value for longer than the log lasts
-            self._rows.take(stream, What.MISSING, left.time_ns, self._content(0, left))
+            self._rows.take(stream, What.MISSING, left.time_ns, self._content(stream, 0, left))
             return
-        begin = f"{node or stream.bus} sent {kind or stream.text} with {{}}"
-        subject = Subject(stream.bus, node, kind or stream.text, begin)
-        times_ns = grounds.since(left.time_ns), grounds.since(right.time_ns)
-        differs = grounds.runs.take(subject, self._parts(0, left), self._parts(1, right), times_ns)
+        differs = self._differs(stream, compared, left, right)
         if not differs and abs(pair.late_ns) > grounds.tolerances.time_ns:
-            self._rows.take(stream, What.LATE, left.time_ns, self._content(1, right), pair.late_ns)
+            self._rows.take(stream, What.LATE, left.time_ns, self._content(stream, 1, right), pair.late_ns)
         else:
             self._rows.end(stream)
+
+    def _differs(self, stream: Stream, compared: _Compared, left: Item, right: Item) -> bool:
+        """Compare the values of two messages, and return whether they differ."""
+        runs, node, name = self._grounds.runs, compared.node, compared.kind or stream.text
+        begin = f"{node or stream.bus} {'set {} to' if stream.family == 'wires' else f'sent {name} with {{}}'}"
+        subject = Subject(stream.bus, node, name, begin)
+        if left.content == right.content and stream.family in INNER and not runs.is_open(subject):
+            return False  # a ring has a thousand telegrams a second, and most are alike
+        times_ns = self._grounds.since(left.time_ns), self._grounds.since(right.time_ns)
+        return runs.take(subject, self._parts(0, left), self._parts(1, right), times_ns)
+
+    def _is_left_out(self, stream: Stream, compared: _Compared) -> bool:
+        tolerances = self._grounds.tolerances
+        return tolerances.is_left_out(compared.node, stream.text, compared.kind) or tolerances.is_left_out(
+            "", stream.bus
+        )
 
     def _more(self, stream: Stream, compared: _Compared, pair: Pair) -> None:
         item = pair.right
@@ -191,20 +213,25 @@ class Unasked:
         if is_before or any(from_ns <= item.time_ns <= to_ns for from_ns, to_ns in self._waits):
             return
         if compared.first is not None:
-            self._rows.take(stream, What.MORE, item.time_ns, self._content(1, item))
+            self._rows.take(stream, What.MORE, item.time_ns, self._content(stream, 1, item))
             return
         first_ns, count = compared.only_here or (item.time_ns, 0)
         compared.only_here = first_ns, count + 1
 
     def _parts(self, side: int, item: Item) -> tuple[Part, ...]:
         parts = self._grounds.names[side].parts(item)
+        if side == 0 and item.entry.family in RINGS:  # the log may have begun when the ring was configured
+            parts = max(
+                parts, self._grounds.names[1].parts(item), key=lambda each: 0 if each is None else len(each.values)
+            )
         if parts is not None:
             return tuple(parts.values)
         content = _plain(item)
         return (Part("data", "", content.hex(), hex_words(content)),)
 
-    def _content(self, side: int, item: Item) -> str:
-        return ", ".join(f"{part.label} {part.text}" for part in self._parts(side, item)[:3])
+    def _content(self, stream: Stream, side: int, item: Item) -> str:
+        parts = self._parts(side, item)[:3]
+        return ", ".join(part.text if part.key == stream.key else f"{part.label} {part.text}" for part in parts)
 
     # ---- reports
 
@@ -229,7 +256,7 @@ class Unasked:
 
     def _is_cyclic(self, stream: Stream, compared: _Compared) -> bool:
         """Return whether a timer of the device sends the messages of a stream, and not SYNC."""
-        if stream.family != "can" or not compared.gaps[0].is_cyclic:
+        if stream.family not in CYCLIC or not compared.gaps[0].is_cyclic:
             return False
         if compared.after_sync_ns is None:
             return True
@@ -237,7 +264,7 @@ class Unasked:
         return most_ns - least_ns > UNEVEN * self._sync_ns[stream.bus][1]
 
     def _tell_period(self, stream: Stream, compared: _Compared) -> None:
-        if self._grounds.tolerances.is_left_out(compared.node, stream.text, compared.kind):
+        if self._is_left_out(stream, compared):
             return
         log, rig = compared.gaps
         who, subject = compared.node or stream.bus, compared.kind or stream.text

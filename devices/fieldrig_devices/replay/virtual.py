@@ -11,11 +11,11 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig.virtual.node import EventNode
 from fieldrig.virtual.rig import Rig
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_devices.replay.families import COMPARED, INNER, MEDIA
 from fieldrig_devices.replay.judge import Judge
 from fieldrig_devices.replay.player import Pace, Player
 from fieldrig_devices.replay.schedule import schedule
 from fieldrig_devices.replay.sides import Sides
-from fieldrig_devices.replay.streams import COMPARED
 
 MEMBER: Final = "replay"
 MOST_MEMBERS: Final = 64
@@ -72,8 +72,8 @@ def play(entries: Iterable[TraceEntry], rig: Rig, sides: Sides, judge: Judge, pa
     player = Player(dues, judge, pace, stage.clock_node.clock, lambda: rig.now_ns, stage.link, lambda: None, served)
 
     def hear(bus: Bus[Any], delivery: Delivery[Any]) -> None:
-        if bus.family not in COMPARED:
-            return  # most messages of a machine are those of its rings
+        if bus.family not in COMPARED or (bus.family in INNER and bus.name not in judge.buses):
+            return  # most messages of a machine are those of its rings, and few logs have them
         message = delivery.message
         if bus.family == "modbus" and not stage.members.isdisjoint(delivery.receivers):
             if isinstance(message, ModbusResponse):
@@ -84,7 +84,7 @@ def play(entries: Iterable[TraceEntry], rig: Rig, sides: Sides, judge: Judge, pa
         entry = TraceEntry(delivery.time_ns, bus.name, bus.family, delivery.sender, bus.encode(message))
         if delivery.sender in stage.members:
             player.heard_own(entry)
-        elif delivery.sender in rig.config.devices:
+        elif delivery.sender in rig.config.devices or (bus.family in INNER and delivery.sender in MEDIA):
             player.heard(entry)
 
     end = rig.on_delivery(hear)

@@ -11,6 +11,7 @@ from typing import Any, Final, NamedTuple, Protocol, runtime_checkable
 from fieldrig.bus import Bus
 from fieldrig.points.values import counted
 from fieldrig.traces.names import MOST_SHOWN, Member, Named, Namer
+from fieldrig.traces.parts import Part, Parts
 from fieldrig_bus.ring.sercos.message import BROADCAST, Answers, Cycle, show
 from fieldrig_devices.sercos import standard_idns as std
 from fieldrig_devices.sercos import words
@@ -18,8 +19,11 @@ from fieldrig_devices.sercos.datum import Datum
 from fieldrig_devices.sercos.idn import idn_of, idn_text
 from fieldrig_devices.sercos.service_names import ServiceNames
 from fieldrig_devices.sercos.telegram import AT_HEAD, CONFIGURED, HEAD_BYTES, STANDARD
+from fieldrig_devices.sercos.telegram_parts import CONTROL, STATUS, data_parts, head_parts, ring_parts, unknown_parts
 
 PHASE_MASK: Final = 7
+CYCLIC_PHASE: Final = 3
+"""The first phase in which all drives have a record in the MDT."""
 CONFIGURATION: Final = (std.RECORD_POSITION, std.TELEGRAM_TYPE, std.AT_CONFIGURATION, std.MDT_CONFIGURATION)
 """The data that say what the telegrams of a drive carry."""
 _HEAD: Final = struct.Struct("<HH")
@@ -90,13 +94,27 @@ class _Drive:
         yield from self._values(std.AT_CONFIGURATION, 1, at[AT_HEAD.size :])
 
     def _values(self, listed: int, side: int, data: bytes) -> Iterator[str]:
+        for datum, value in self._data(listed, side, data):
+            yield f"{idn_text(datum.idn)} {datum.shown(value)} {datum.unit}".rstrip()
+
+    def record_parts(self, data: bytes) -> Iterator[Part]:
+        """Yield the values of the drive's record in an MDT."""
+        yield from head_parts(self.name, CONTROL, data)
+        yield from data_parts(self.name, self._data(std.MDT_CONFIGURATION, 0, data[HEAD_BYTES:]))
+
+    def answer_parts(self, at: bytes) -> Iterator[Part]:
+        """Yield the values of the drive's AT."""
+        yield from head_parts(self.name, STATUS, at[1:])
+        yield from data_parts(self.name, self._data(std.AT_CONFIGURATION, 1, at[AT_HEAD.size :]))
+
+    def _data(self, listed: int, side: int, data: bytes) -> Iterator[tuple[Datum, bytes]]:
         at = 0
         for idn in self._carried(listed, side):
             datum = self._table.get(idn)
             size = 0 if datum is None else datum.attribute.length.bytes
             if datum is None or at + size > len(data):
                 return
-            yield f"{idn_text(idn)} {datum.shown(data[at : at + size])} {datum.unit}".rstrip()
+            yield datum, data[at : at + size]
             at += size
 
     def _carried(self, listed: int, side: int) -> Sequence[int]:
@@ -133,6 +151,29 @@ class SercosNames:
             return self._named("AT", self._in_ats(message.ats), head)
         return Named("", "", show(message))
 
+    def note(self, message: Any) -> None:
+        """Learn from a message of CP0 to CP2 what telegrams carry; the later ones say nothing of it."""
+        if isinstance(message, Cycle) and len(message.mst) > 1:
+            self._phase = message.mst[1] & PHASE_MASK
+        if self._phase < CYCLIC_PHASE:
+            self(message)
+
+    def parts(self, message: Any, request: bytes = b"") -> Parts | None:
+        """Return the values of all drives in a telegram, as far as it is known what it carries."""
+        if isinstance(message, Cycle):
+            phase = message.mst[1] & PHASE_MASK if len(message.mst) > 1 else -1
+            first = Part("phase", "", phase, f"CP{phase}" if phase >= 0 else "MST failed")
+            found = [part for drive, record in self._records(message.mdt) for part in drive.record_parts(record)]
+            return Parts("", "MDT", (first, *(found or unknown_parts("MDT", [message.mdt]))))
+        if isinstance(message, Answers):
+            return Parts("", "AT", (*ring_parts(message), *self._answer_parts(message.ats)))
+        return None
+
+    def _answer_parts(self, ats: Iterable[bytes]) -> Iterator[Part]:
+        for at in ats:
+            drive = self._drives.get(at[0]) if len(at) >= AT_HEAD.size else None
+            yield from unknown_parts("AT", [at]) if drive is None else drive.answer_parts(at)
+
     def wants(self) -> Mapping[str, Sequence[str]]:
         return {
             drive.name: [idn_text(idn) for idn in CONFIGURATION] for drive in self._drives.values() if drive.is_known
@@ -157,15 +198,20 @@ class SercosNames:
         return Named(f"CP{self._phase} {what}", next(iter(told)) if is_one else "", text, nodes)
 
     def _in_mdt(self, mdt: bytes) -> Iterator[tuple[str, str]]:
+        for drive, record in self._records(mdt):
+            yield from ((drive.name, text) for text in drive.on_record(record))
+
+    def _records(self, mdt: bytes) -> Iterator[tuple[_Drive, bytes]]:
+        """Yield the drives that an MDT speaks to, with all bytes from their record on."""
         if len(mdt) == 1 + HEAD_BYTES and mdt[0] != BROADCAST:
             drive = self._drives.get(mdt[0])
             if drive is not None:
-                yield from ((drive.name, text) for text in drive.on_record(mdt[1:]))
+                yield drive, mdt[1:]
             return
         for drive in self._drives.values() if mdt[:1] == bytes((BROADCAST,)) else ():
             position = drive.position
             if position is not None and 0 < position <= len(mdt) - HEAD_BYTES:
-                yield from ((drive.name, text) for text in drive.on_record(mdt[position:]))
+                yield drive, mdt[position:]
 
     def _in_ats(self, ats: Iterable[bytes]) -> Iterator[tuple[str, str]]:
         for at in ats:

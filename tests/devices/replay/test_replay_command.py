@@ -63,14 +63,19 @@ def test_junit_has_a_case_for_each_object(log: Path, tmp_path: Path) -> None:
     failed = cases["io TPDO 2"]
     assert failed is not None
     assert "6401h:01 Analogue input 1 6000, the log says 5000" in str(failed.get("message"))
-    assert (suite.get("tests"), suite.get("failures")) == (str(len(cases)), "2")
+    assert cases["tank tank.level"] is not None
+    assert (suite.get("tests"), suite.get("failures")) == (str(len(cases)), "3")
+
+
+def within(*tolerances: str) -> list[str]:
+    return [word for each in tolerances for word in ("--value-tolerance", each)]
 
 
 def test_tolerances_are_taken(log: Path) -> None:
     change = ("--set", "devices.tank.initial_level_m=0.501")
     assert run(log, *change).exit_code == 1
-    assert run(log, *change, "--value-tolerance", "6401h:01=10", "--value-tolerance", "9130h:01=1").exit_code == 0
-    assert run(log, *change, "--leave-out", "6401h:01", "--leave-out", "TPDO 1").exit_code == 0
+    assert run(log, *change, *within("tank.level=0.0011", "6401h:01=10", "9130h:01=1")).exit_code == 0
+    assert run(log, *change, "--leave-out", "6401h:01", "--leave-out", "TPDO 1", "--leave-out", "wires").exit_code == 0
 
 
 @pytest.mark.parametrize(

@@ -5,13 +5,14 @@ from typing import Any, Protocol, runtime_checkable
 
 from fieldrig.bus import Bus
 from fieldrig.traces.names import Member, Named, Namer
+from fieldrig.traces.parts import Part, Parts
 from fieldrig_bus.dualport.message import Words, show
 from fieldrig_devices.pam.language.ports import PortPlan
 from fieldrig_devices.pam.ports.options import PortOptions
 from fieldrig_devices.pam.ports.simatic.words import SimaticWords
 from fieldrig_devices.pam.ports.vme.crcs import with_crcs
 from fieldrig_devices.pam.ports.vme.words import VmeWords
-from fieldrig_devices.pam.ports.words import PlainWords, WordMap, in_text, pieces
+from fieldrig_devices.pam.ports.words import Piece, PlainWords, WordMap, in_text, pieces
 
 
 @runtime_checkable
@@ -46,6 +47,16 @@ class DualPortNames:
         kinds = ", ".join(dict.fromkeys(piece.kind for piece in found))
         node = next((device for device in self._devices if device != sender), sender)
         return Named(kinds, node, in_text(found))
+
+    def parts(self, message: Any, request: bytes = b"") -> Parts | None:
+        """Return what the words of a message are, one by one."""
+        if not isinstance(message, Words):
+            return None
+        return Parts("", "words", _parts(pieces(self._words, message.first, message.values)))
+
+
+def _parts(found: Sequence[Piece]) -> list[Part]:
+    return [Part(piece.name, "", piece.value, piece.value) for piece in found]
 
 
 def namer(bus: Bus[Any], members: Sequence[Member]) -> Namer:
