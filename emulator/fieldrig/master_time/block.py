@@ -68,6 +68,7 @@ def virtual_time(
         scheduler.place = Place.MEMBER
         activate(scheduler)
         network.rig_addresses = addresses_of(rig)
+        scheduler.one_cpu.take(scheduler.main.native)
         doors.open()
         yield rig
     finally:
@@ -77,6 +78,7 @@ def virtual_time(
                 doors.close()
         finally:
             watchdog.close()
+            scheduler.one_cpu.close()
             activate(None)
             swaps.undo()
             if is_frozen:

@@ -22,6 +22,7 @@ from typing import Final, Protocol
 from fieldrig.clock import US, S
 from fieldrig.master_time.errors import EndedError, VirtualTimeError
 from fieldrig.master_time.member import Member, new_lock, this_thread
+from fieldrig.master_time.one_cpu import OneCpu
 from fieldrig.master_time.places import where
 from fieldrig.virtual.rig import Rig
 
@@ -76,6 +77,7 @@ class Scheduler:
         self.members: dict[int, Member] = {self.main.ident: self.main}
         """The threads that run or wait, by their numbers."""
         self.alive: dict[Member, None] = {self.main: None}
+        self.one_cpu = OneCpu()
         self.doors: Doors | None = None
         self.is_over = False
         self.failure: VirtualTimeError | None = None
@@ -368,6 +370,7 @@ class Scheduler:
         """Add the thread that calls, which waits for its first turn."""
         member.baton.acquire()
         member.ident, member.native = this_thread(), threading.get_native_id()
+        self.one_cpu.take(member.native)
         self.members[member.ident] = member
 
     def add(self, member: Member) -> None:
@@ -388,6 +391,7 @@ class Scheduler:
 
     def _forget(self, member: Member) -> None:
         member.is_done = True
+        self.one_cpu.forget(member.native)
         self.alive.pop(member, None)
         if self.members.get(member.ident) is member:
             del self.members[member.ident]

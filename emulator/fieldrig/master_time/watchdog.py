@@ -65,6 +65,7 @@ class Watchdog:
         seen, since_s, asleep_s, ticks, first = (-1, -1), _real_monotonic(), _real_monotonic(), -1, 0
         while not self._is_over.wait(LOOK_S):
             scheduler, now_s = self._scheduler, _real_monotonic()
+            scheduler.one_cpu.look()
             at, member = (scheduler.switches, scheduler.rig.now_ns // MS), scheduler.running
             is_rig = scheduler.place is Place.RIG
             if scheduler.place is not Place.MEMBER:
