@@ -142,6 +142,8 @@ _TIME_WITHOUT_PREFIX: Final = re.compile(r"(?:[0-9]+(?:d|h|ms|m|s)_?)+", re.IGNO
 _PART: Final = re.compile("%[XBWDL][0-9]{1,2}", re.IGNORECASE)
 _OPERAND_ENDS: Final = frozenset({NAME, INTEGER, REAL, ")", "]", "^"})
 """The kinds of tokens that end an operand."""
+_BEFORE_WORD: Final = re.compile(r"(\d+)(?:THEN|DO|OF|TO|BY|AND|OR|XOR|MOD|END_\w+)", re.IGNORECASE)
+"""A number with the next word right behind it, `IF n > 0THEN`."""
 _OPERATORS: Final = frozenset({"__ISVALIDREF", "__POUNAME", "__QUERYINTERFACE"})
 """Names of functions of today's tools that begin with two underscores."""
 _NOT_NESTED: Final = re.compile(r"\(\*\s*@NESTEDCOMMENTS\s*:=\s*'No'")
@@ -412,6 +414,9 @@ class _Scanner:
         if _TIME_WITHOUT_PREFIX.fullmatch(text):
             self._say(offset, f"{text} has no T# in front of it", f"T#{text}", f"A time is written T#{text}.")
             self._add(TYPED, "T#0ms", offset)
+        elif (number := _BEFORE_WORD.fullmatch(text)) is not None:
+            self._add(INTEGER, number[1], offset)
+            return offset + len(number[1])
         elif text[0].isascii() and text[0].isdigit():
             expected = "a name that begins with a letter or an underscore"
             self._say(offset, f"{text} is neither a number nor a name", expected)

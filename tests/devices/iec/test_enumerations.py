@@ -112,3 +112,31 @@ def test_a_value_may_stand_on_those_in_front_of_it(first: str, dialect: Dialect)
     values = {"a": 1, "b": 5, "c": 6, "d": 10}
     assert [bench[f"x[{place}]"] for place in range(4)] == list(values.values())
     assert bench["sizes"] == values[first] + 1
+
+
+SAME_NAMES = """\
+TYPE Valve : (Idle, Done); END_TYPE
+TYPE Pump : (Start, Done := 7, Idle); END_TYPE
+FUNCTION Number : INT VAR_INPUT p : Pump; END_VAR Number := p; END_FUNCTION
+"""
+
+
+@pytest.mark.parametrize("dialect", [EDITION_3, CODESYS], ids=lambda dialect: dialect.name)
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("p := Done; n := p;", 7),
+        ("p := Pump#Done; IF p = Done THEN n := 1; END_IF; IF Idle <> p THEN n := n + 2; END_IF;", 3),
+        ("p := Pump#Idle; CASE p OF Start: n := 1; Done: n := 2; Idle: n := 3; END_CASE;", 3),
+        ("n := Number(p := Done);", 7),
+        ("p := SEL(TRUE, Start, Done); n := p;", 7),
+        ("v := Done; n := v;", 1),
+        ("v := Valve#Done; IF v = Done THEN n := 5; END_IF;", 5),
+    ],
+)
+def test_a_name_that_two_enumerations_have_means_the_value_of_the_one_that_is_wanted(
+    dialect: Dialect, body: str, expected: int
+) -> None:
+    bench = IecBench(SAME_NAMES + program("p : Pump; v : Valve; n : INT;", body), dialect)
+    bench.cycle()
+    assert bench["n"] == expected

@@ -91,7 +91,6 @@ def test_a_wrong_argument_has_one_message(body: str, expected: str) -> None:
             "a := b;",
             "b is an ARRAY[1..3] OF INT; expected ARRAY[*]",
         ),
-        ("VAR_IN_OUT a : ARRAY[*] OF INT; END_VAR", "f := SIZEOF(a);", "has no value as a whole"),
         (
             "VAR_IN_OUT a : ARRAY[*] OF INT; END_VAR VAR p : REF_TO INT; END_VAR",
             "p := REF(a);",
@@ -214,3 +213,21 @@ def test_an_accumulator_of_il_is_hidden_from_clients() -> None:
     bench = IecBench(program("a, b : INT;", "LD a\nADD 1\nST a\nST b\n"))
     tree = SymbolsTree(bench.runtime.symbols, bench.runtime)
     assert [node.name for node in tree.children("PLC_PRG")] == ["a", "b"]
+
+
+def test_the_size_of_an_open_array_is_that_of_the_array_that_is_passed() -> None:
+    text = """\
+FUNCTION Size : UDINT
+VAR_IN_OUT a : ARRAY[*, *] OF INT; END_VAR
+Size := SIZEOF(a);
+END_FUNCTION
+FUNCTION Outer : UDINT
+VAR_IN_OUT a : ARRAY[*, *] OF INT; END_VAR
+Outer := Size(a) * 10 + SIZEOF(a[LOWER_BOUND(a, 1), 0]);
+END_FUNCTION
+"""
+    bench = IecBench(
+        text + program("x : ARRAY[3..4, -1..1] OF INT; n, m : UDINT;", "n := Size(x); m := Outer(x);"), CODESYS
+    )
+    bench.cycle()
+    assert (bench["n"], bench["m"]) == (12, 122)

@@ -7,8 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from iec_check import messages, program
 from iec_program import IecBench
+from iec_program import program as whole_program
 
-from fieldrig_devices.iec.dialect import EDITION_3
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3
 
 TYPES = """
 TYPE Point : STRUCT x, y : INT; END_STRUCT END_TYPE
@@ -161,3 +162,43 @@ def test_a_union_has_only_data_without_start_values(text: str, message: str) -> 
 
 def test_the_words_are_names_in_epas() -> None:
     assert messages(program("union, reference, ref_to : INT;", "union := reference + ref_to;")) == []
+
+
+GIVEN = """\
+FUNCTION Twice : INT
+VAR_IN_OUT v : INT; END_VAR
+Twice := 2 * v;
+END_FUNCTION
+FUNCTION_BLOCK Gauge
+VAR_IN_OUT a : INT; END_VAR
+VAR_OUTPUT isGiven : BOOL; END_VAR
+isGiven := __ISVALIDREF(a);
+METHOD Five : INT
+Five := 5;
+END_METHOD
+METHOD Asks : BOOL
+Asks := __ISVALIDREF(a);
+END_METHOD
+METHOD Guarded : INT
+Guarded := -1;
+IF __ISVALIDREF(a) THEN Guarded := a; END_IF;
+END_METHOD
+METHOD Uses : INT
+Uses := Twice(a);
+END_METHOD
+END_FUNCTION_BLOCK
+"""
+
+
+def test_a_method_that_needs_no_in_out_runs_before_the_block_has_one() -> None:
+    body = "n := g.Five(); o := g.Asks(); m := g.Guarded(); g(a := x); p := g.Asks(); k := g.Guarded();"
+    bench = IecBench(GIVEN + whole_program("g : Gauge; x : INT := 8; n, m, k : INT; o, p : BOOL;", body), CODESYS)
+    bench.cycle()
+    names = ("n", "o", "m", "p", "k", "g.isGiven")
+    assert [bench[name] for name in names] == [5, False, -1, True, 8, True]
+
+
+def test_a_method_that_uses_an_in_out_which_was_never_given_is_a_fault() -> None:
+    bench = IecBench(GIVEN + whole_program("g : Gauge; n : INT;", "n := g.Uses();"), CODESYS)
+    bench.cycle()
+    assert "a VAR_IN_OUT that has never been given in Gauge.Uses" in str(bench.thread.fault)

@@ -261,6 +261,9 @@ def _with_right_side(
         return None
     if node.operator == "**":
         return standard.of_values(checker, "EXPT", [left, right], node, wanted)
+    if left.type != right.type and isinstance(left.type, EnumType) and isinstance(right.type, EnumType):
+        right = assignable.own_value(checker.context, left.type, node.right) or right
+        left = assignable.own_value(checker.context, right.type, node.left) or left
     return operators.binary(checker.context, _OPERATORS[node.operator], left, right, node)
 
 

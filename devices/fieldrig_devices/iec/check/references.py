@@ -26,7 +26,9 @@ from fieldrig_devices.iec.program import (
     Operator,
     Place,
     Target,
+    Variable,
 )
+from fieldrig_devices.iec.tree import Section
 from fieldrig_devices.iec.types import BlockType, InterfaceType, OpenArrayType, PointerType, StringType
 
 
@@ -97,7 +99,12 @@ def _value_of(checker: Checker, node: tree.Expression) -> Expression | None:
 
 def _is_valid(checker: Checker, node: tree.Call) -> Expression | None:
     given = _argument(checker, node)
-    reference = _value_of(checker, given) if given is not None else None
+    named = checker.context.find(given.text) if isinstance(given, tree.Name) else None
+    if isinstance(named, Variable) and named.section is Section.IN_OUT and given is not None:
+        passed = checker.place(given)
+        reference: Expression | None = AddressOf(passed, Elementary.DWORD) if passed is not None else None
+    else:
+        reference = _value_of(checker, given) if given is not None else None
     if reference is None:
         return None
     number = Convert(reference, Elementary.DWORD)

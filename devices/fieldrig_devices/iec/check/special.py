@@ -5,6 +5,8 @@ from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
+    constants,
+    open_arrays,
     places,
     references,
     writing,
@@ -17,13 +19,16 @@ from fieldrig_devices.iec.check.untyped import integer
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import (
     AddressOf,
+    Binary,
     Cell,
+    Constant,
     Expression,
+    Operator,
     Place,
     Pou,
     Variable,
 )
-from fieldrig_devices.iec.types import Type
+from fieldrig_devices.iec.types import OpenArrayType, Type
 
 
 def _one_argument(checker: Checker, node: tree.Call) -> tree.Expression | None:
@@ -69,8 +74,30 @@ def _sizeof(checker: Checker, node: tree.Call) -> Expression | None:
         kind = checker.context.project.named_type(named.text)
         if kind is not None:
             return _size(checker, given, kind)
+    if isinstance(named, tree.Name | tree.Member):
+        entity = checker.meaning(given)
+        if isinstance(entity, Place) and isinstance(entity.type, OpenArrayType):
+            return _size_of_open(checker, given, entity.type)
+        if entity is None:
+            return None
     value = checker.expression(given)
     return _size(checker, given, value.type) if value is not None else None
+
+
+def _size_of_open(checker: Checker, at: tree.Node, kind: OpenArrayType) -> Expression | None:
+    """Return the size of an ARRAY[*], which is that of the array that the call has passed."""
+    count: Expression = Constant(1, Elementary.DINT)
+    element: Type = kind
+    while isinstance(element, OpenArrayType):
+        low, high = open_arrays.ends(element)
+        length = Binary(Operator.SUB, high, low, Elementary.DINT)
+        length = Binary(Operator.ADD, length, Constant(1, Elementary.DINT), Elementary.DINT)
+        count, element = Binary(Operator.MUL, count, length, Elementary.DINT), element.element
+    size = _size(checker, at, element)
+    if size is None:
+        return None
+    size = constants.converted(size, Elementary.DINT)
+    return constants.converted(Binary(Operator.MUL, count, size, Elementary.DINT), Elementary.UDINT)
 
 
 def _may_be_type(entity: Entity | None) -> bool:

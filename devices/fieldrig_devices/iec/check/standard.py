@@ -7,6 +7,7 @@ from typing import Final, TypeGuard
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
+    assignable,
     constants,
     enable,
     registers,
@@ -37,16 +38,22 @@ def call(checker: Checker, name: str, node: tree.Call, wanted: Type | None) -> E
     given = _in_order(checker.context, name, parts[0]) if parts is not None else None
     if given is None or parts is None:
         return None
-    values = [
-        checker.expression(argument, wanted_inside(name, wanted, position)) if argument is not None else None
-        for position, argument in enumerate(given)
-    ]
+    values = [_value(checker, argument, wanted_inside(name, wanted, n)) for n, argument in enumerate(given)]
     if any(value is None and argument is not None for value, argument in zip(values, given, strict=True)):
         return None
     whole = _with_defaults(checker.context, name, values, node)
     nodes = [argument or node for argument in given]
     call = of_values(checker, name, whole, node, wanted, nodes) if whole is not None else None
     return enable.result(checker, call, parts[1], wanted, node) if call is not None else None
+
+
+def _value(checker: Checker, argument: tree.Expression | None, wanted: Type | None) -> Expression | None:
+    if argument is None:
+        return None
+    value = checker.expression(argument, wanted)
+    if value is None or wanted is None:
+        return value
+    return assignable.own_value(checker.context, wanted, argument) or value
 
 
 def wanted_inside(name: str, wanted: Type | None, position: int = 0) -> Type | None:

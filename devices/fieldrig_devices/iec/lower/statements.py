@@ -1,6 +1,7 @@
 """The statements of one body as instructions."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import fields, is_dataclass
 from typing import Final
 
 from fieldrig_devices.iec import tree
@@ -12,6 +13,7 @@ from fieldrig_devices.iec.lower.calls import Calls
 from fieldrig_devices.iec.lower.marks import BODY, SKIPPED, Arm
 from fieldrig_devices.iec.lower.values import Value
 from fieldrig_devices.iec.program import (
+    AddressOf,
     AnyStatement,
     Assign,
     Binary,
@@ -21,6 +23,7 @@ from fieldrig_devices.iec.program import (
     Cell,
     Constant,
     Continue,
+    Convert,
     Evaluate,
     Exit,
     Expression,
@@ -67,6 +70,33 @@ def has_block(kind: Type) -> bool:
     return isinstance(kind, BlockType)
 
 
+def followed(body: Sequence[AnyStatement]) -> list[Variable]:
+    """Return the VAR_IN_OUT and ARRAY[*] that a body uses without asking __ISVALIDREF whether they have been given."""
+    found, asked = list[Variable](), list[Variable]()
+    waiting: list[object] = [*body]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, Cell):
+            if part.variable.is_reference:
+                found.append(part.variable)
+        elif isinstance(part, Binary) and (variable := _asked(part)) is not None:
+            asked.append(variable)
+        elif isinstance(part, tuple | list):
+            waiting.extend(part)
+        elif is_dataclass(part) and not isinstance(part, type | Variable | Pou | Type):
+            waiting.extend(getattr(part, one.name) for one in fields(part))
+    return [one for one in found if not any(one is other for other in asked)]
+
+
+def _asked(part: Binary) -> Variable | None:
+    """Return x of __ISVALIDREF(x), which is a comparison of its address with 0; None for other operations."""
+    left = part.left
+    if part.operator is Operator.NE and isinstance(left, Convert) and isinstance(left.operand, AddressOf):
+        place = left.operand.place
+        return place.variable if isinstance(place, Cell) else None
+    return None
+
+
 class Statements:
     """The statements of one body."""
 
@@ -88,8 +118,12 @@ class Statements:
                 self._body.places.mark(variable, emitter)  # its code may hand out pointers to itself
         self._body.note_states(emitter)
         if pou.owner is not None:
-            for variable in pou.owner.variables.values():
-                if variable.is_reference and variable.space is Space.INSTANCE:
+            references = [
+                one for one in pou.owner.variables.values() if one.is_reference and one.space is Space.INSTANCE
+            ]
+            used = followed(pou.body) if references else ()
+            for variable in references:
+                if any(variable is one for one in used):
                     emitter.add(f"if not M[{self._body.places.cell(variable)}]:")
                     emitter.add("    null_reference()")
         self._body.do(emitter)

@@ -1,9 +1,10 @@
 """Constants with their values, and those that have none (manual 693 to 755 and 2819 to 2936)."""
 
 import pytest
+from iec_program import IecBench, program
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4, Dialect
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
 from fieldrig_devices.iec.parser import parse_body
 from fieldrig_devices.iec.printer import expression_text
 from fieldrig_devices.iec.tree import Literal, LiteralKind
@@ -148,3 +149,10 @@ def test_what_is_no_address_is_refused(text: str) -> None:
 def test_the_size_l_belongs_to_the_long_types() -> None:
     assert read("%ML3")[1] == ["%ML3 has the size L, which is not supported"]
     assert read("%ML3", EDITION_3) == (tree.Direct("M", "L", (3,)), [])
+
+
+def test_the_next_word_may_follow_a_number_at_once() -> None:
+    body = "IF n >= 0THEN n := 3; END_IF; FOR m := 1TO 4DO ; END_FOR; IF m = 5AND n = 3THEN n := 4; END_IF;"
+    bench = IecBench(program("n, m : INT;", body), CODESYS)
+    bench.cycle()
+    assert (bench["n"], bench["m"]) == (4, 5)
