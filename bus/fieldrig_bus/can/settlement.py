@@ -8,7 +8,8 @@ from fieldrig_bus.can.acceptance import passes, received
 from fieldrig_bus.can.bus_off import SEQUENCE_BITS, BusOff
 from fieldrig_bus.can.confinement import Node
 from fieldrig_bus.can.error_counters import REC_AFTER_PASSIVE, state_of
-from fieldrig_bus.can.injection import Injector
+from fieldrig_bus.can.faults import Drop, Replace
+from fieldrig_bus.can.injection import Injection, Injector
 from fieldrig_bus.can.medium import Medium
 from fieldrig_bus.can.member import Member, Request
 from fieldrig_bus.can.notices import CanError, CanState, ErrorKind, FaultNote
@@ -48,6 +49,19 @@ class Settlement:
         concerned = outcome.senders[0].member.name if outcome.senders else ""
         for fault, what in self._injector.applied(outcome.injection, is_sent=outcome.is_sent):
             yield Delivery(end_ns, concerned, FaultNote(fault.number, what), ())
+        for request in outcome.senders[1:]:
+            own = self._of_copy(outcome, request)
+            own.faults = [each for each in own.faults if each not in outcome.injection.faults]
+            for fault, what in self._injector.applied(own, is_sent=outcome.is_sent):
+                yield Delivery(end_ns, request.member.name, FaultNote(fault.number, what), ())
+
+    def _of_copy(self, outcome: Outcome, request: Request) -> Injection:
+        """Return which faults concern the messages of one sender, where several send the same bits at once."""
+        if request is outcome.senders[0]:
+            return outcome.injection
+        own = self._injector.of_frame(outcome.start, request, outcome.wire)
+        own.faults = [each for each in own.faults if isinstance(each[0].settings, Drop | Replace)]
+        return own
 
     def _lost_arbitration(self, outcome: Outcome, end_ns: int) -> Iterator[Delivery[Any]]:
         for request in outcome.losers:
@@ -102,7 +116,7 @@ class Settlement:
     def _deliver(
         self, outcome: Outcome, request: Request, nodes: dict[int, Node], end_ns: int
     ) -> Iterator[Delivery[Any]]:
-        sender, injection, members = request.member, outcome.injection, self._medium.members
+        sender, injection, members = request.member, self._of_copy(outcome, request), self._medium.members
         identifier = received(request.frame)
         is_confirmed = sender.wants_own and not sender.copy and not sender.is_gone
         is_confirmed = is_confirmed and (sender.order not in nodes or nodes[sender.order].is_sent)

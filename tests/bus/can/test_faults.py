@@ -54,6 +54,20 @@ def test_a_dropped_frame_is_on_the_wire_but_no_member_gets_it() -> None:
     assert heard(model) == [(50, "a", SHORT, ("a",)), (103, "a", SHORT, ("a", "b", "c"))]
 
 
+@pytest.mark.parametrize("sender", ["a", "b"])
+def test_a_frame_of_one_sender_is_dropped_where_another_sends_the_same_at_once(sender: str) -> None:
+    """Once, the frame of the other sender was dropped, too, as both are one frame on the wire."""
+    other = "b" if sender == "a" else "a"
+    for order in ("ab", "ba"):
+        model = bus({"what": "drop", "node": sender, "identifier": 0})
+        for member in order:
+            model.submit(0, member, SHORT)
+        came = model.collect(LATER)
+        frames = {each.sender: set(each.receivers) for each in came if isinstance(each.message, CanFrame)}
+        assert frames == {sender: {sender}, other: {other, "c"}}, "who sends a frame does not receive it"
+        assert [note[1:] for note in notes(list(came))] == [(sender, "dropped")]
+
+
 def test_a_frame_is_dropped_for_one_receiver_only() -> None:
     model = bus({"what": "drop", "receivers": ["b"]})
     model.submit(0, "a", SHORT)
