@@ -810,6 +810,16 @@ class DeafToAllNodes(Fault):
             yield frame
 
 
+class StateAfterBootIsUnknown(Fault):
+    """Heartbeats after a reset carry the state 'initialising' until the next NMT command."""
+
+    cases = ("7.204", "7.205", "7.206", "7.207", "10.1")
+
+    def from_node(self, frame: CanFrame) -> Frames:
+        is_it = frame.identifier == CONTROL and self.command in (129, 130) and not frame.is_remote
+        yield CanFrame(CONTROL, b"\x00") if is_it else frame
+
+
 FAULTS: dict[str, type[Fault]] = {
     name: entry
     for name, entry in list(globals().items())

@@ -27,7 +27,7 @@ LOCAL_NODE_FAILS = {
     "Synchronization": {"6.2", "6.3", "6.5", "6.6", "6.7", "6.9", "6.10"},
     "Guarding": {"7.2", "7.3", "7.6"},
     "Heartbeat": {"7.104", "7.106"},
-    "Heartbeat versus guarding": {"7.203"},
+    "Heartbeat versus guarding": {"7.203", "7.204", "7.205", "7.206", "7.207"},
     "Testing other": {"8.1", "8.2", "8.3", "8.4", "8.5", "8.6", "8.7", "8.8", "8.9", "8.10"},
     "State": {"9.1", "9.3", "9.4"},
     "Transition": {"10.1"},

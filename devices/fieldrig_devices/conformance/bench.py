@@ -39,6 +39,8 @@ class Bench:
         self.undo: list[tuple[int, int, bytes]] = []
         self.has_boot_up = True
         """False after a reset without a boot-up message."""
+        self.starts_itself: dict[int, bool] = {}
+        """True, by the value of 1F80h, if the node was 'operational' after its boot-up without a command."""
         self.begin()
 
     def begin(self, case_name: str = "") -> None:

@@ -10,7 +10,7 @@ from fieldrig.clock import MS
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance.bench import Bench, show
 from fieldrig_devices.conformance.line import Matcher, Steps
-from fieldrig_devices.conformance.verdict import SdoFault
+from fieldrig_devices.conformance.verdict import Failed, NotApplicable, SdoFault
 
 HEARTBEAT_TIME, GUARD_TIME = 0x1017, 0x100C
 STARTUP, IS_STARTED_BY_OTHERS = 0x1F80, 0x04
@@ -61,13 +61,47 @@ def reset(bench: Bench, wanted: Command = Command.RESET_COMMUNICATION, node_id: 
 def restart(bench: Bench, wanted: Command = Command.RESET_COMMUNICATION) -> Steps[None]:
     """Reset the node as a preparation, after which it is 'pre-operational'.
 
-    A node without a boot-up message, which only the cases that test it report, and a node that may start itself are
-    taken there by command.
+    A node without a boot-up message, which only the cases that test it report, and a node that was found to start
+    itself are taken there by command.  Every other node is left in the state that it has after its boot-up, because a
+    command would hide what is wrong with it.
     """
     boot_ms = bench.options.boot_ms if bench.has_boot_up else bench.patience_ms
     bench.has_boot_up = yield from _reset(bench, wanted, None, boot_ms)
-    if not bench.has_boot_up or STARTUP in bench.eds:
+    if not bench.has_boot_up or (yield from _has_started_itself(bench)):
         yield from enter(bench, State.PRE_OPERATIONAL)
+
+
+def _has_started_itself(bench: Bench) -> Steps[bool]:
+    """Return True if the node was 'operational' after its boot-up without a command, which 1F80h allows.
+
+    The state that the node reports decides, and 1F80h only for a node that reports none.  It is asked for once for each
+    value of 1F80h that the cases leave in the node.
+    """
+    if STARTUP not in bench.eds:
+        return False
+    try:
+        startup = yield from bench.read(STARTUP)
+        if startup not in bench.starts_itself:
+            reported = yield from _reported_state(bench)
+            may_start = not startup & IS_STARTED_BY_OTHERS
+            bench.starts_itself[startup] = may_start if reported is None else reported == State.OPERATIONAL
+    except SdoFault:
+        return False
+    return bench.starts_itself[startup]
+
+
+def _reported_state(bench: Bench) -> Steps[int | None]:
+    """Return the state that the node reports, and leave its parameters as they were; None without a report."""
+    try:
+        yield from watch(bench)
+        reported: int | None = yield from state(bench)
+    except (Failed, NotApplicable):
+        reported = None
+    while bench.undo:
+        index, sub, before = bench.undo.pop()
+        yield from bench.sdo.write(index, sub, before)
+    yield from bench.settle()
+    return reported
 
 
 def _reset(bench: Bench, wanted: Command, node_id: int | None, boot_ms: float) -> Steps[bool]:
