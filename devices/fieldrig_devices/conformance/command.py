@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,6 +13,7 @@ from fieldrig.system.exits import Exit
 if TYPE_CHECKING:
     from fieldrig.config.entries import DeviceEntry
     from fieldrig.config.rig_file import RigConfig
+    from fieldrig.control.messages import Client
     from fieldrig_devices.canopen.described import DescribedNode
     from fieldrig_devices.conformance.case import Case
     from fieldrig_devices.conformance.description import Description
@@ -61,6 +62,14 @@ NoStore = Annotated[bool, typer.Option("--no-store", help="Skip the cases that w
 Alone = Annotated[
     bool, typer.Option("--alone", help="Also test NMT commands to all nodes; no other node may be on the bus.")
 ]
+WithMasters = Annotated[
+    bool,
+    typer.Option(
+        "--with-masters",
+        help="With --rig: leave the rig's own masters of the node at work, whose commands may fail cases."
+        "  [default: their commands are dropped]",
+    ),
+]
 ListOnly = Annotated[bool, typer.Option("--list", help="List the cases with their requirements, and exit.")]
 
 
@@ -77,6 +86,7 @@ def conform(
     timeout_ms: Timeout = 500,
     no_store: NoStore = False,
     alone: Alone = False,
+    with_masters: WithMasters = False,
     list_only: ListOnly = False,
     as_json: AsJson = False,
 ) -> None:
@@ -110,7 +120,7 @@ def conform(
         bus,
         node_id,
         eds,
-        (rig, overrides or ()),
+        (rig, overrides or (), with_masters),
         cases,
         options,
         None if as_json else lambda result: show_result(out, result),
@@ -127,42 +137,72 @@ def _report(
     bus: str,
     node_id: int,
     eds: Path | None,
-    of_rig: tuple[Path | None, Sequence[str]],
+    of_rig: tuple[Path | None, Sequence[str], bool],
     cases: "list[Case]",
     options: "Options",
     on_result: "OnResult | None",
 ) -> "Report":
+    from contextlib import ExitStack
     from datetime import UTC, datetime
+    from functools import partial
 
     from fieldrig.config.rig_file import load
+    from fieldrig.control.messages import Client
     from fieldrig.text.nearest import closest
     from fieldrig.virtual.rig import Rig
     from fieldrig_devices.conformance import address
     from fieldrig_devices.conformance.description import Description
+    from fieldrig_devices.conformance.other_masters import kept_off, masters_of
     from fieldrig_devices.conformance.run import conform_real, conform_virtual
 
     date = datetime.now(UTC).date().isoformat()
-    rig, overrides = of_rig
+    rig, overrides, with_masters = of_rig
     if rig is None:
         where = address.parse(bus)
         if eds is None:
             raise typer.BadParameter("expected --eds FILE, the EDS or DCF file of the node, or --rig FILE")
         description = Description(eds, node_id)
-        return conform_real(where.bus, where.run, description, cases, options, on_result, date, bus)
+        return conform_real(where.bus, where.run, description, cases, options, on_result, date, bus, _tell)
     config = load(rig, overrides)
     if bus not in config.buses:
         raise UsageError(f"{rig} has no bus {bus!r}", closest(bus, list(config.buses)))
     description = _described(config, bus, node_id, eds)
-    for master in _masters(config, bus, node_id):
-        typer.echo(
-            f"note: {master} is the master of node {node_id} in this rig; what it sends may fail cases", err=True
-        )
+    masters = masters_of(config, bus, node_id)
+    for master in masters:
+        how = "what it sends may fail cases" if with_masters else "its commands are dropped during the run"
+        typer.echo(f"note: {master} is the master of node {node_id} in this rig; {how}", err=True)
+    kept = [] if with_masters else masters
     if config.time == "virtual":
-        with Rig(config) as running:
-            return conform_virtual(running, bus, description, cases, options, on_result, date)
+        with (
+            Rig(config) as running,
+            kept_off(kept, node_id, partial(running.add_fault, bus), partial(running.clear_fault, bus)),
+        ):
+            return conform_virtual(running, bus, description, cases, options, on_result, date, _tell)
     where_text = f"{bus} of {config.name}"
     own = config.buses[bus].bus
-    return conform_real(own, config.run.absolute(), description, cases, options, on_result, date, where_text)
+    with ExitStack() as opened:
+        if kept:
+            client = opened.enter_context(Client(config.control))
+            add = partial(_add_fault, client, bus)
+            opened.enter_context(kept_off(kept, node_id, add, partial(_clear_fault, client, bus)))
+        return conform_real(own, config.run.absolute(), description, cases, options, on_result, date, where_text, _tell)
+
+
+def _add_fault(client: "Client", bus: str, fault: dict[str, Any]) -> int:
+    from fieldrig.control.fault_asking import about_faults, ask
+
+    number: int = ask(client, about_faults(bus, "add_fault", {"fault": fault}))["number"]
+    return number
+
+
+def _clear_fault(client: "Client", bus: str, number: int) -> None:
+    from fieldrig.control.fault_asking import about_faults, ask
+
+    ask(client, about_faults(bus, "clear_fault", {"number": number}))
+
+
+def _tell(progress: str) -> None:
+    typer.echo(f"... {progress}", err=True)
 
 
 def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) -> "Description":
@@ -181,17 +221,6 @@ def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) ->
         for key, value in found.objects.items():
             description.set_default(key, value)
     return description
-
-
-def _masters(config: "RigConfig", bus: str, node_id: int) -> list[str]:
-    """Return the devices on this bus that are masters of a node, and start it and write to it on their own."""
-    from fieldrig.traces.names import members_of
-
-    return [
-        member.entry.name
-        for member in members_of(config, bus)
-        if any(claim.value == node_id for claim in member.claims("master of node-ID"))
-    ]
 
 
 def _nodes_at(device: "DeviceEntry", bus: str) -> "Iterator[DescribedNode]":

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fieldrig.bus import Bus
-from fieldrig.clock import Clock
+from fieldrig.clock import Clock, S
 from fieldrig.errors import UsageError
 from fieldrig.hub.tool_member import OnEnd, join
 from fieldrig.link import Link
@@ -25,6 +25,10 @@ from fieldrig_devices.conformance.suite import Result, Suite
 assert _families  # the import registers the cases
 MEMBER = "conform"
 OnResult = Callable[[Result], None]
+OnProgress = Callable[[str], None]
+"""Takes what the suite is doing, while a case takes long."""
+QUIET_NS = 10 * S
+"""Time without a result after which the progress is reported, and again after the same time."""
 
 
 def choose(patterns: Iterable[str]) -> list[Case]:
@@ -48,10 +52,11 @@ def conform_virtual(
     options: Options | None = None,
     on_result: OnResult | None = None,
     date: str = "",
+    on_progress: OnProgress | None = None,
 ) -> Report:
     """Run the cases on a node of a rig in virtual time; the rest of the rig runs, too."""
     node = rig.attach(MEMBER)
-    run = _Run(eds, cases, options or Options(), on_result)
+    run = _Run(eds, cases, options or Options(), on_result, on_progress)
     run.start(node.clock, node.link(bus), run.end)
     while not run.is_ended and rig.step():
         pass
@@ -67,16 +72,25 @@ def conform_real(
     on_result: OnResult | None = None,
     date: str = "",
     bus_text: str = "",
+    on_progress: OnProgress | None = None,
 ) -> Report:
     """Run the cases on a node of a real-time bus.  Raises BusError if the bus isn't available."""
-    run = _Run(eds, cases, options or Options(), on_result)
+    run = _Run(eds, cases, options or Options(), on_result, on_progress)
     join(bus, folder, MEMBER, run.start)
     return run.report(bus_text or bus.name, date)
 
 
 class _Run:
-    def __init__(self, eds: Description, cases: Sequence[Case], options: Options, on_result: OnResult | None) -> None:
+    def __init__(
+        self,
+        eds: Description,
+        cases: Sequence[Case],
+        options: Options,
+        on_result: OnResult | None,
+        on_progress: OnProgress | None,
+    ) -> None:
         self._eds, self._cases, self._options, self._on_result = eds, cases, options, on_result
+        self._on_progress = on_progress
         self._results: list[Result] = []
         self._suite: Suite | None = None
         self._fault: Exception | None = None
@@ -84,7 +98,22 @@ class _Run:
 
     def start(self, clock: Clock, link: Link[CanFrame], on_end: OnEnd) -> None:
         self._suite = Suite(Bench(Line(clock, link), self._eds, self._options), self._cases, self._take)
+        self._clock, self._quiet_since_ns = clock, clock.now_ns()
+        if self._on_progress is not None:
+            self._look_again()
         self._suite.bench.line.play(self._suite.steps(), on_end)
+
+    def _look_again(self) -> None:
+        self._clock.call_at(self._quiet_since_ns + QUIET_NS, self._tell)
+
+    def _tell(self) -> None:
+        if self.is_ended or self._on_progress is None or self._suite is None:
+            return
+        now_ns = self._clock.now_ns()
+        if now_ns >= self._quiet_since_ns + QUIET_NS:
+            self._on_progress(self._suite.doing())
+            self._quiet_since_ns = now_ns
+        self._look_again()
 
     def end(self, fault: Exception | None) -> None:
         self.is_ended, self._fault = True, fault
@@ -98,6 +127,7 @@ class _Run:
 
     def _take(self, result: Result) -> None:
         self._results.append(result)
+        self._quiet_since_ns = self._clock.now_ns()
         if self._on_result is not None:
             self._on_result(result)
 

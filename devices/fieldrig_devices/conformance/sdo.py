@@ -10,7 +10,7 @@ from typing import NamedTuple
 from fieldrig.clock import MS
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.conformance.line import Steps
-from fieldrig_devices.conformance.verdict import Aborted, NoAnswer, Violation
+from fieldrig_devices.conformance.verdict import Aborted, Lost, NoAnswer, Violation
 
 ABORT = 0x80
 NOTHING = bytes(4)
@@ -21,6 +21,12 @@ Expect = Callable[[int, float], Steps[CanFrame | None]]
 
 MARGIN = 3
 """Ratio of the time-out to the slowest recent answer."""
+MOST_UNANSWERED = 5
+"""Requests in a row without an answer after which the suite asks no more in a case."""
+MOST_LATE = 200
+"""Late answers in a row that are dropped before the next request; a block transfer leaves up to 127."""
+LARGEST = 1 << 20
+"""Most bytes of one upload, as a node may never send the last segment."""
 FADING = 0.98
 """Factor applied to the slowest time with each answer, so that a short stall of the host is forgotten."""
 
@@ -60,20 +66,28 @@ class Sdo:
         """True if the last request timed out, so that its answer may still arrive."""
         self.late: list[str] = []
         """A note for each answer that arrived after its time-out; the suite reports them and clears the list."""
+        self.requests = 0
+        """Number of requests until now."""
+        self.asked = ""
+        """Content of the last request whose answer was awaited."""
+        self.unanswered = 0
+        """Requests without an answer since the last answer."""
 
     # Single messages.
 
     def send(self, request: bytes) -> None:
-        self._asked_ns = self._now_ns()
+        self._asked_ns, self.requests = self._now_ns(), self.requests + 1
         self._send(self.request_id, request.ljust(8, b"\x00"))
 
     def drain(self) -> Steps[None]:
         """Wait for an outstanding answer and drop it, and so with the abort of a transfer that it left open."""
         wait_ms = max(self.within_ms, self._patience.first_ms)
-        while self._is_owed:
+        for _ in range(MOST_LATE if self._is_owed else 0):
             frame = yield from self._expect(self.response_id, wait_ms)
             self._is_owed = frame is not None
-            if frame is not None:
+            if frame is None:
+                return
+            if len(self.late) < MOST_LATE:
                 before_ms = self.within_ms
                 took_ms = self._note_time()
                 self.late.append(
@@ -91,11 +105,19 @@ class Sdo:
         return took_ms
 
     def answer(self, what: str, within_ms: float | None = None) -> Steps[bytes]:
-        """Return the next 8 bytes.  Raises Aborted, NoAnswer, or Violation for another length."""
+        """Return the next 8 bytes.
+
+        Raises Aborted, NoAnswer, Violation for another length, or Lost if the last answers failed to come, too.
+        """
+        self.asked = what
         frame = yield from self._expect(self.response_id, self.within_ms if within_ms is None else within_ms)
         if frame is None:
             self._is_owed = True
+            self.unanswered += 1
+            if self.unanswered >= MOST_UNANSWERED:
+                raise Lost(f"an answer to {what}", f"none to the last {self.unanswered} requests")
             raise NoAnswer(f"no answer to {what}")
+        self.unanswered = 0
         if within_ms is None:
             self._note_time()
         if len(frame.data) != 8:
@@ -134,6 +156,8 @@ class Sdo:
     def upload_segments(self, initiated: bytes, what: str) -> Steps[bytes]:
         """Read the segments after an initiation.  Raises Violation for a wrong toggle bit or size."""
         data, toggle = bytearray(), 0
+        size = int.from_bytes(initiated[4:], "little")
+        most = min(size, LARGEST) if initiated[0] & 1 else LARGEST
         while True:
             answer = yield from self.ask(bytes((0x60 | toggle << 4,)), f"a segment of {what}")
             if answer[0] & 0xF0 != toggle << 4:
@@ -142,7 +166,8 @@ class Sdo:
             toggle ^= 1
             if answer[0] & 1:
                 break
-        size = int.from_bytes(initiated[4:], "little")
+            if len(data) > most:
+                raise Violation(f"{len(data)} bytes in the segments of {what} without the last one, after {most}")
         if initiated[0] & 1 and size != len(data):
             raise Violation(f"{len(data)} bytes in the segments of {what}, but {size} were announced")
         return bytes(data)

@@ -7,11 +7,13 @@ from binascii import crc_hqx
 from typing import NamedTuple
 
 from fieldrig_devices.conformance.line import Steps
-from fieldrig_devices.conformance.sdo import Sdo, key, multiplexer
+from fieldrig_devices.conformance.sdo import LARGEST, Sdo, key, multiplexer
 from fieldrig_devices.conformance.verdict import Violation
 
 LARGEST_BLOCK = 127
 SEGMENT = 7
+MOST_TRIES = 3
+"""Blocks in a row of which no segment is acknowledged, after which a download ends."""
 
 
 class BlockRead(NamedTuple):
@@ -49,6 +51,8 @@ def read(sdo: Sdo, index: int, sub: int, with_crc: bool, size: int = LARGEST_BLO
     while not is_last:
         parts, is_last = yield from upload_block(sdo, what, size)
         data += b"".join(parts)
+        if len(data) > LARGEST:
+            raise Violation(f"{len(data)} bytes in {what} without the last segment")
         sdo.send(bytes((0xA2, len(parts), size)))
     ended = yield from sdo.answer(f"the end of {what}")
     if ended[0] & 0xE3 != 0xC1:
@@ -75,8 +79,13 @@ def write(sdo: Sdo, index: int, sub: int, data: bytes, with_crc: bool) -> Steps[
     has_crc, size, sent = with_crc and bool(answer[0] & 0x04), answer[4], 0
     if not 1 <= size <= LARGEST_BLOCK:
         raise Violation(f"block size {size} in the answer to {what}, expected 1 to 127")
+    tries = 0
     while sent < len(data):
+        before = sent
         sent, size = yield from _download_block(sdo, what, data, sent, size)
+        tries = tries + 1 if sent == before else 0
+        if tries == MOST_TRIES:
+            raise Violation(f"no segment acknowledged of {tries} blocks of {what}, all of which were sent")
     unused = -len(data) % SEGMENT
     end = bytes((0xC1 | unused << 2,)) + (crc_hqx(data, 0) if has_crc else 0).to_bytes(2, "little")
     answer = yield from sdo.ask(end, f"the end of {what}")

@@ -2,6 +2,8 @@
 
 After each case, its changes are undone, the node returns to 'pre-operational', and if the case has stored parameters,
 the previous ones are stored again.  After the last case, all parameters are compared with those before the first.
+
+A run always ends: each wait has its limit, and a node that is silent even after a reset fails the cases that remain.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,12 +12,13 @@ from enum import Enum
 
 from fieldrig.errors import RigError
 from fieldrig_devices.conformance import nmt, store
-from fieldrig_devices.conformance.bench import Bench
+from fieldrig_devices.conformance.bench import Bench, show
 from fieldrig_devices.conformance.case import Case
 from fieldrig_devices.conformance.line import Seen, Steps
 from fieldrig_devices.conformance.nmt import Command, State
+from fieldrig_devices.conformance.other_masters import foreign
 from fieldrig_devices.conformance.put_back import Snapshot
-from fieldrig_devices.conformance.verdict import Failed, NoAnswer, NotApplicable, SdoFault
+from fieldrig_devices.conformance.verdict import Failed, Lost, NoAnswer, NotApplicable, SdoFault
 
 TRIES = 3
 
@@ -52,6 +55,9 @@ class Suite:
         self.bench, self._cases, self._on_result = bench, cases, on_result
         self._snapshot = Snapshot()
         self._put_back = 0
+        self._task = "looking for the node"
+        self._disturbed: list[str] = []
+        """Names of the failed cases during which another master was at work."""
         self.notes: list[str] = []
         """Notes on the node's parameters at the end of the run."""
 
@@ -59,26 +65,54 @@ class Suite:
         """Run the suite.  Raises RigError if the node doesn't answer at all."""
         bench = self.bench
         yield from nmt.enter(bench, State.PRE_OPERATIONAL)
-        yield from self._find_node()
-        yield from self._snapshot.take(bench)
+        if not (yield from self._is_there()):
+            raise RigError(f"node {bench.node_id} doesn't answer", "check the bus, the bit rate and the node-ID")
+        self._task = "reading the parameters to restore"
+        try:
+            yield from self._snapshot.take(bench)
+        except Lost as silence:
+            what = f"node {bench.node_id} has stopped answering while its parameters were read: {silence}"
+            raise RigError(what, "look at the node: it was only read") from silence
         self.notes += self._late()
-        for case in self._cases:
+        for number, case in enumerate(self._cases):
+            self._task = f"{case.number} {case.name}"
             yield from self._run(case)
+            if bench.sdo.unanswered and not (yield from self._is_there()):
+                self._give_up(case, self._cases[number + 1 :])
+                return
         yield from self._finish()
 
-    def _find_node(self) -> Steps[None]:
+    def doing(self) -> str:
+        """Return the present task and the last request, for a person who waits."""
+        sdo = self.bench.sdo
+        silence = f", {sdo.unanswered} of them without an answer at last" if sdo.unanswered else ""
+        return f"{self._task}: {sdo.requests} requests until now{silence}; the last one is {sdo.asked}"
+
+    def _is_there(self) -> Steps[bool]:
         """Wait for any answer of the node; the cases check whether it is right."""
-        bench = self.bench
+        sdo = self.bench.sdo
+        sdo.unanswered = 0
         for _ in range(TRIES):
             try:
-                yield from bench.sdo.ask(b"\x40\x00\x10\x00", "the first request")
+                yield from sdo.ask(b"\x40\x00\x10\x00", "the device type")
             except NoAnswer:
                 continue
             except SdoFault:
                 pass
-            return
-        what = f"node {bench.node_id} doesn't answer"
-        raise RigError(what, "check the bus, the bit rate and the node-ID")
+            return True
+        return False
+
+    def _give_up(self, last: Case, remaining: Sequence[Case]) -> None:
+        """Fail the cases that a silent node would only let run into their time-outs."""
+        node, now_ns = f"node {self.bench.node_id}", self.bench.line.clock.now_ns()
+        expected, came = f"{node} to answer", f"nothing since case {last.number}, even after a reset"
+        for case in remaining:
+            reason = f"not run: expected {expected}; came {came}"
+            self._on_result(Result(case, Verdict.FAILED, reason, expected, came, now_ns, now_ns))
+        self.notes.append(
+            f"{node} has stopped answering in case {last.number}, even after a reset: {len(remaining)} cases were not"
+            " run, and its parameters may differ from those before"
+        )
 
     def _run(self, case: Case) -> Steps[None]:
         bench, clock = self.bench, self.bench.line.clock
@@ -101,6 +135,10 @@ class Suite:
         yield from bench.sdo.drain()
         result.notes = yield from self._tidy(result.verdict is Verdict.FAILED)
         result.notes = self._late() + result.notes
+        others = foreign(bench.line.seen, bench.node_id)
+        if others and result.verdict is Verdict.FAILED:
+            self._disturbed.append(case.number)
+            result.notes.append(f"another master sent {show(others[0])} meanwhile: the verdict may be its fault")
         self._on_result(result)
 
     def _tidy(self, has_failed: bool) -> Steps[list[str]]:
@@ -158,10 +196,16 @@ class Suite:
     def _finish(self) -> Steps[None]:
         bench = self.bench
         bench.begin()
+        self._task = "comparing the parameters with those before"
+        if self._disturbed:
+            self.notes.append(
+                f"another master commanded node {bench.node_id} or asked it during failed cases"
+                f" ({', '.join(self._disturbed)}): take it off the bus, and test again"
+            )
         yield from nmt.enter(bench, State.PRE_OPERATIONAL)
         try:
             faults = yield from self._compare()
-        except SdoFault as fault:
+        except (SdoFault, Lost) as fault:
             self.notes.append(f"the node's parameters could not be compared with those before: {fault}")
             return
         how = f" ({self._put_back} values that a reset had changed were restored)" if self._put_back else ""

@@ -9,6 +9,10 @@ class Failed(Exception):  # noqa: N818  a verdict is not a programming error
         self.expected, self.came = expected, came
 
 
+class Lost(Failed):
+    """The node has answered none of several requests in a row."""
+
+
 class NotApplicable(Exception):  # noqa: N818
     """The node doesn't support the subject of the case, according to its EDS or its answer."""
 
