@@ -207,3 +207,22 @@ def test_a_question_by_ads_finds_no_machine(block: str, given: str, busy: str, e
         seen.append((bench["b"], bench["e"], bench["n"]))
     idle, working, wrong = (False, False, 0), (True, False, 0), (False, True, 7)
     assert seen == [idle, working, wrong, wrong, idle, working, wrong]
+
+
+@pytest.mark.parametrize("kind", ["BYTE", "WORD", "DWORD", "LWORD"])
+@pytest.mark.parametrize(
+    ("name", "form"), [("BIN", "b"), ("OCT", "o"), ("DEC", "d"), ("HEX", "X")]
+)  # those of Python are the same
+def test_digits_of_bit_strings_have_zeros_in_front_up_to_the_precision(kind: str, name: str, form: str) -> None:
+    case = ", bLoCase := FALSE" if name == "HEX" else ""
+    text = program(
+        f"in : {kind}; s, t, none : STRING(80);",
+        f"s := {kind}_TO_{name}STR(in := in, iPrecision := 12{case}); t := {kind}_TO_{name}STR(in := in, iPrecision := 1{case});"
+        f"none := {kind}_TO_{name}STR(in := 0, iPrecision := 0{case});",
+    )
+    bench = IecBench(text, CODESYS)
+    size = {"BYTE": 8, "WORD": 16, "DWORD": 32, "LWORD": 64}[kind]
+    for value in (0, 1, 171, 2**size - 1):
+        bench["in"] = value
+        bench.cycle()
+        assert (bench["s"], bench["t"], bench["none"]) == (f"{value:012{form}}", f"{value:{form}}", "")

@@ -70,22 +70,22 @@ def has_block(kind: Type) -> bool:
     return isinstance(kind, BlockType)
 
 
-def followed(body: Sequence[AnyStatement]) -> list[Variable]:
-    """Return the VAR_IN_OUT and ARRAY[*] that a body uses without asking __ISVALIDREF whether they have been given."""
-    found, asked = list[Variable](), list[Variable]()
+def followed(body: Sequence[AnyStatement]) -> set[int]:
+    """Return the VAR_IN_OUT and ARRAY[*], by `id`, that a body uses without asking __ISVALIDREF about them."""
+    found, asked = set[int](), set[int]()
     waiting: list[object] = [*body]
     while waiting:
         part = waiting.pop()
         if isinstance(part, Cell):
             if part.variable.is_reference:
-                found.append(part.variable)
+                found.add(id(part.variable))
         elif isinstance(part, Binary) and (variable := _asked(part)) is not None:
-            asked.append(variable)
+            asked.add(id(variable))
         elif isinstance(part, tuple | list):
             waiting.extend(part)
         elif is_dataclass(part) and not isinstance(part, type | Variable | Pou | Type):
             waiting.extend(getattr(part, one.name) for one in fields(part))
-    return [one for one in found if not any(one is other for other in asked)]
+    return found - asked
 
 
 def _asked(part: Binary) -> Variable | None:
@@ -121,9 +121,9 @@ class Statements:
             references = [
                 one for one in pou.owner.variables.values() if one.is_reference and one.space is Space.INSTANCE
             ]
-            used = followed(pou.body) if references else ()
+            used = followed(pou.body) if references else frozenset()
             for variable in references:
-                if any(variable is one for one in used):
+                if id(variable) in used:
                     emitter.add(f"if not M[{self._body.places.cell(variable)}]:")
                     emitter.add("    null_reference()")
         self._body.do(emitter)
