@@ -72,6 +72,8 @@ class Dialect:
     """`w.%X3`, `w.%B1`, `d.%W0`: bits, bytes and words of a larger value (edition 3, 6.5.5)."""
     reads_locals: bool = _rule(Origin.TOOLS)
     """`x := inst.local`: variables of an instance can be read from outside, as CODESYS V3 allows."""
+    has_joined_words: bool = _rule(Origin.TOOLS)
+    """FUNCTIONBLOCK for FUNCTION_BLOCK, which exports of CoDeSys V2.3 have."""
     indexes_pointers: bool = _rule(Origin.TOOLS)
     """`p[2]` is what is two elements behind the target of a pointer, and `s[0]` the first character of a string."""
     has_characters_of_strings: bool = _rule(Origin.STANDARD)

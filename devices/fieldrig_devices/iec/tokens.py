@@ -305,6 +305,9 @@ class _Scanner:
             self._add(upper, text, offset)
             return
         meant = MISSPELLED.get(upper)
+        if meant is not None and upper == "FUNCTIONBLOCK" and self._dialect.has_joined_words:
+            self._add(meant, text, offset)
+            return
         if meant is not None:
             self._say(offset, f"got {text}", meant, f"The keyword is {meant}.")
             self._add(meant, text, offset)

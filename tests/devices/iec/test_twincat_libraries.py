@@ -217,7 +217,8 @@ def test_digits_of_bit_strings_have_zeros_in_front_up_to_the_precision(kind: str
     case = ", bLoCase := FALSE" if name == "HEX" else ""
     text = program(
         f"in : {kind}; s, t, none : STRING(80);",
-        f"s := {kind}_TO_{name}STR(in := in, iPrecision := 12{case}); t := {kind}_TO_{name}STR(in := in, iPrecision := 1{case});"
+        f"s := {kind}_TO_{name}STR(in := in, iPrecision := 12{case});"
+        f"t := {kind}_TO_{name}STR(in := in, iPrecision := 1{case});"
         f"none := {kind}_TO_{name}STR(in := 0, iPrecision := 0{case});",
     )
     bench = IecBench(text, CODESYS)
