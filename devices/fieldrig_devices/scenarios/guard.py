@@ -1,17 +1,28 @@
-"""The property of every rig: that no device raises an exception, and no devices answer each other without end."""
+"""The properties of every rig: no device raises an exception or computes without end, and its master does not fail."""
 
 from collections.abc import Callable
 from pathlib import Path
 from traceback import extract_tb
-from typing import Final
+from typing import Final, NamedTuple
 
 from fieldrig.errors import EndlessError, RigError
+from fieldrig.virtual.stuck import StuckError
 
 NOTHING_RAISES: Final = "no device raises an exception"
 """The property of every rig, beside those of its scenario: an error of ours, or of the author of a device."""
+TIME_PASSES: Final = "no device computes without end"
+MASTER_WORKS: Final = "the master does not fail"
+"""The property of every scenario with a master: it ends in no exception, and with no exit code but 0."""
+OF_EVERY_RIG: Final = (NOTHING_RAISES, TIME_PASSES, MASTER_WORKS)
+"""The properties of every rig; what was raised is a part of a finding's name, as each is a fault of its own."""
 
 
-def raised_by(step: Callable[[], None]) -> str | None:
+class Raised(NamedTuple):
+    property: str
+    what: str
+
+
+def raised_by(step: Callable[[], None]) -> Raised | None:
     """Do a step, and return what a device raised there, in words; None for nothing.
 
     RigError for what a user can fix.
@@ -19,11 +30,13 @@ def raised_by(step: Callable[[], None]) -> str | None:
     try:
         step()
     except EndlessError as endless:
-        return endless.what
+        return Raised(NOTHING_RAISES, endless.what)
     except RigError:
         raise
+    except StuckError as stuck:
+        return Raised(TIME_PASSES, str(stuck))
     except Exception as wrong:  # noqa: BLE001  whatever a device raises is what is looked for
-        return _told(wrong)
+        return Raised(NOTHING_RAISES, _told(wrong))
     return None
 
 

@@ -6,7 +6,7 @@ when the rig has taken them, and what was lost was not judged.  Numbers without 
 """
 
 from bisect import insort
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
@@ -33,6 +33,9 @@ STEP_NS: Final = 10 * MS
 """The time between two looks at what has come."""
 FAULTS_NS: Final = 100 * MS
 """The time between two questions for the end of the last fault."""
+WARNED_NS: Final = 100 * MS
+"""An action that is later than this is named in the notes."""
+MOST_WARNED: Final = 5
 SETTLE_NS: Final = 3 * S
 """The longest wait, at the end, for what has been recorded before."""
 
@@ -68,7 +71,8 @@ class LiveStage(ExitStack):
         self._milestones, self._latest = Milestones(), dict(values)
         self._hands = Hands(rig, self._latest.__getitem__, self._write, self._send, rig.has_power)
         self._acts: list[Act] = []
-        self._late_ns = self._asked_ns = 0
+        self._lateness: list[int] = []
+        self._asked_ns = 0
         self._healed_ns, self._is_healed = -1, False
         """The instant from which on nothing is to be done, and there is no fault; -1 before."""
         self._begin_ns = self._events.begin()
@@ -87,15 +91,18 @@ class LiveStage(ExitStack):
             self._rig.wait(STEP_NS)
             self._take()
         self._seen.end(end_ns)
-        played = self._seen.outcome(
-            end_ns,
-            "",
-            [
-                f"real time: actions were done up to {self._late_ns / MS:.0f} ms late",
-                *self._events.notes(self._begin_ns + end_ns),
-            ],
-        )
-        return played._replace(unreached=(*self._milestones.waiting, *self._acts), missed=self._events.missed)
+        played = self._seen.outcome(end_ns, "", [*self._late(), *self._events.notes(self._begin_ns + end_ns)])
+        left = (*self._milestones.waiting, *self._acts)
+        return played._replace(unreached=left, missed=self._events.missed, lateness=tuple(self._lateness))
+
+    def _late(self) -> Iterator[str]:
+        """Yield sentences on how late actions were done."""
+        yield f"real time: actions were done up to {max(self._lateness, default=0) / MS:.0f} ms late"
+        late = [(ns, act) for ns, act in zip(self._lateness, self._seen.done, strict=True) if ns > WARNED_NS]
+        for ns, act in late[:MOST_WARNED]:
+            yield f"{ns / MS:.0f} ms late: {act}"
+        if len(late) > MOST_WARNED:
+            yield f"and {len(late) - MOST_WARNED} others"
 
     # ---- what happens
 
@@ -123,7 +130,7 @@ class LiveStage(ExitStack):
             act = self._acts.pop(0)
             after = self._hands.do(act)
             done_ns = self.now_ns
-            self._late_ns = max(self._late_ns, done_ns - act.at_ns)
+            self._lateness.append(done_ns - act.at_ns)
             self._seen.done.append(act._replace(at_ns=done_ns))
             if after is not None:
                 insort(self._acts, after._replace(at_ns=done_ns + act.hold_ns), key=_instant)

@@ -1,6 +1,7 @@
 """The outcome of scenarios for people, as JSON, and for CI."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -81,7 +82,16 @@ def failures(outcome: Outcome) -> list[tuple[str, str]]:
     broken = [(one.property, "\n".join(told(outcome.played, one))) for one in outcome.played.violations]
     steps = [(f"step: {act}", _left(act)) for act in outcome.played.unreached]
     unjudged = [] if broken else [(name, NOT_JUDGED) for name in outcome.played.unjudged]
-    return [*broken, *steps, *unjudged, *_missed(outcome.played)]
+    return [*broken, *steps, *_late(outcome), *unjudged, *_missed(outcome.played)]
+
+
+def _late(outcome: Outcome) -> list[tuple[str, str]]:
+    """Return the steps that came later than the scenario allows."""
+    most_ns, played = outcome.scenario.lateness_ns, outcome.played
+    if most_ns is None or not played.lateness:
+        return []
+    late = ((act, ns) for act, ns in zip(played.done, played.lateness, strict=True) if ns > most_ns)
+    return [(f"step: {act}", f"it was {ns / MS:.0f} ms late, and may be {most_ns / MS:g} ms") for act, ns in late]
 
 
 def _missed(played: Played) -> list[tuple[str, str]]:
@@ -133,11 +143,15 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "file": str(outcome.file),
         "length_s": outcome.played.length_ns / S,
         "hash": outcome.played.hash,
+        "hash_then": outcome.played.hash_then,
         "properties": outcome.judged,
         "violations": [
             {**one._asdict(), "at_s": one.at_ns / S, "values": dict(one.values)} for one in outcome.played.violations
         ],
-        "steps": [{"at_s": act.at_ns / S, "step": str(act)} for act in outcome.played.done],
+        "steps": [
+            {"at_s": act.at_ns / S, "step": str(act), **({"late_s": ns / S} if ns is not None else {})}
+            for act, ns in zip_longest(outcome.played.done, outcome.played.lateness)
+        ],
         "unreached": [{"step": str(act), "why": _left(act)} for act in outcome.played.unreached],
         "unjudged": list(outcome.played.unjudged),
         "missed": outcome.played.missed,

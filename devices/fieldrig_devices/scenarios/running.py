@@ -63,16 +63,24 @@ def played_virtual(rig: Rig, scenario: Scenario) -> Played:
     check(rig, scenario)
     if scenario.master is not None:
         return _with_master(rig, scenario, scenario.master)
-    return play(rig, scenario.schedule, scenario.properties, scenario.length_ns, recovery=scenario.recovery)
+    return play(
+        rig,
+        scenario.schedule,
+        scenario.properties,
+        scenario.length_ns,
+        recovery=scenario.recovery,
+        forgives=scenario.forgives,
+    )
 
 
 def _with_master(rig: Rig, scenario: Scenario, master: Path) -> Played:
-    from fieldrig.master_time.program import mastered  # few scenarios have a master
-    from fieldrig_devices.scenarios.with_master import MasterStage
+    from fieldrig_devices.scenarios.with_master import MasterStage  # few scenarios have a master
 
     with (
-        MasterStage(rig, scenario.schedule, scenario.properties, recovery=scenario.recovery) as stage,
-        mastered(rig, master, scenario.jitter_ns),
+        MasterStage(
+            rig, scenario.schedule, scenario.properties, recovery=scenario.recovery, forgives=scenario.forgives
+        ) as stage,
+        stage.acting(master, scenario.jitter_ns),
     ):
         return stage.finish(scenario.length_ns)
 

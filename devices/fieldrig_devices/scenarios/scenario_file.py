@@ -20,7 +20,7 @@ from fieldrig.clock import S
 from fieldrig.config.settings_file import settings_of
 from fieldrig.config.yaml_source import Source, read_file
 from fieldrig.device import Value
-from fieldrig.faults.words import fault_of_words
+from fieldrig.faults.words import fault_of_words, split_words
 from fieldrig.settings import ConfigFile, Settings, WrongKey, WrongSettingsError
 from fieldrig_devices.scenarios.act import Act, Schedule, Verb
 from fieldrig_devices.scenarios.property import Property
@@ -32,7 +32,7 @@ LEAST_LENGTH_NS: Final = 1 * S
 
 def _fault(value: Any) -> dict[str, str]:
     """Return the bus or device of a fault, in `where`, with the fault in its one form."""
-    words = value.split() if isinstance(value, str) else []
+    words = split_words(value) if isinstance(value, str) else []
     if len(words) < 2:
         raise ValueError("expected a bus or device with a fault, such as: stepper trip duration_ms=300")
     return {"where": words[0], **fault_of_words(words[1:])}
@@ -130,6 +130,12 @@ class ScenarioSettings(Settings):
     master: ConfigFile | None = Field(
         default=None, description="a program of Python that begins with the scenario, as a master in virtual time"
     )
+    lateness: Duration | None = Field(
+        default=None, description="the longest time by which a step may come late in real time; without it, any"
+    )
+    forgives: bool = Field(
+        default=False, description="a value that a device refuses is no error, as in a search, which finds such steps"
+    )
     jitter: Duration = Field(default=0, description="wake the master late by up to this time, by chance from the seed")
 
     @model_validator(mode="after")
@@ -165,6 +171,10 @@ class Scenario(NamedTuple):
     """A program of Python that acts as a master."""
     jitter_ns: int = 0
     """The longest time by which the master wakes up late."""
+    forgives: bool = False
+    """True if a value that a device refuses is no error."""
+    lateness_ns: int | None = None
+    """The longest time by which a step may come late in real time."""
 
 
 def load_scenario(path: Path) -> Scenario:
@@ -183,7 +193,9 @@ def scenario_of(given: ScenarioSettings) -> Scenario:
     properties = tuple(one.property(name) for name, one in given.properties.items())
     length_ns = length_of(schedule, properties) if given.length is None else given.length
     scenario = Scenario(given.rig, tuple(given.overrides), given.after, length_ns, schedule, recovery, properties)
-    return scenario._replace(master=given.master, jitter_ns=given.jitter)
+    return scenario._replace(
+        master=given.master, jitter_ns=given.jitter, forgives=given.forgives, lateness_ns=given.lateness
+    )
 
 
 def length_of(schedule: Schedule, properties: Sequence[Property]) -> int:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fieldrig.clock import MS, whole_ns
 from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, UnmetError
-from fieldrig.faults.words import fault_of_words
+from fieldrig.faults.words import fault_of_words, split_words
 from fieldrig.outside.untrusted import shown
 from fieldrig.system.stopwatch import Stopwatch
 from fieldrig_devices.scenarios.act import Act, Verb
@@ -60,7 +60,7 @@ class Scenario:
     def fault(self, where: str, fault: str | Mapping[str, Any], *, at: int = 0, when: str = "", nth: int = 1) -> None:
         """Add a fault of a bus or device: a mapping, or words such as `trip duration_ms=300`."""
         try:
-            given = fault_of_words(fault.split()) if isinstance(fault, str) else dict(fault)
+            given = fault_of_words(split_words(fault)) if isinstance(fault, str) else dict(fault)
         except (TypeError, ValueError) as wrong:
             raise ArgumentError(
                 f"{shown(fault)} is no fault: {wrong}", "expected such as trip duration_ms=300"

@@ -30,6 +30,8 @@ class Played(NamedTuple):
     """The places of properties and actions, with their changes."""
     hash: str = ""
     """The number of all messages and their hash, as of `Rig.trace_hash`; empty in real time."""
+    hash_then: str = ""
+    """The same up to the first violation, as of a finding of a search, which ends there; empty without one."""
     done: tuple[Act, ...] = ()
     """The actions that were done, at their instants."""
     unreached: tuple[Act, ...] = ()
@@ -38,6 +40,8 @@ class Played(NamedTuple):
     """The properties that could not be judged, because there was a fault or an action left."""
     notes: tuple[str, ...] = ()
     """Remarks on what real time could not judge, as sentences."""
+    lateness: tuple[int, ...] = ()
+    """The time by which each of `done` came late, in nanoseconds; nothing in virtual time, where none does."""
     missed: int = 0
     """Messages and changes that were lost on their way to the judge, in real time."""
 
@@ -53,7 +57,10 @@ class Watching:
         self._judge = Judge(properties, values)
         self._tracks = {name: deque([(0, value)], maxlen=MOST_CHANGES) for name, value in values.items()}
         self.milestones = Milestones()
-        self._raised: Violation | None = None
+        self._others: list[Violation] = []
+        """Violations of the properties of every rig."""
+        self.has_raised = False
+        """True if a device has raised an exception."""
         self.done: list[Act] = []
         """The actions that were done."""
 
@@ -75,7 +82,7 @@ class Watching:
 
     @property
     def violations(self) -> tuple[Violation, ...]:
-        return (*self._judge.violations, *(() if self._raised is None else (self._raised,)))
+        return (*self._judge.violations, *self._others)
 
     def track(self, name: str) -> Track:
         return tuple(self._tracks[name])
@@ -98,14 +105,14 @@ class Watching:
         """The latest instant at which the machine has to have come back; None if it is not waited for."""
         return self._judge.recovery_ns
 
-    @property
-    def has_raised(self) -> bool:
-        """True if a device has raised an exception."""
-        return self._raised is not None
-
     def raised(self, violation: Violation) -> None:
-        """Note that a device has raised an exception."""
-        self._raised = violation
+        """Note that a device has raised an exception, or does not end, so that nothing can go on."""
+        self.has_raised = True
+        self._others.append(violation)
+
+    def note(self, violation: Violation) -> None:
+        """Note a violation of a property of every rig, with which all goes on."""
+        self._others.append(violation)
 
     def heal(self, at_ns: int) -> None:
         """Note that all actions are over, and that there is no fault any more."""
@@ -119,11 +126,17 @@ class Watching:
         """Judge what had to happen until now."""
         self._judge.end(at_ns)
 
+    @property
+    def is_violated(self) -> bool:
+        """True if there has been a violation."""
+        return bool(self._judge.violations or self._others)
+
     def outcome(self, at_ns: int, trace_hash: str = "", notes: Iterable[str] = ()) -> Played:
         """Return the outcome so far."""
         tracks = {name: tuple(track) for name, track in self._tracks.items()}
         unjudged = self._judge.unjudged
-        return Played(self.violations, at_ns, tracks, trace_hash, tuple(self.done), (), unjudged, tuple(notes))
+        done = tuple(self.done)
+        return Played(self.violations, at_ns, tracks, trace_hash, "", done, (), unjudged, tuple(notes))
 
     def _note(self, at_ns: int, name: str, value: Value) -> None:
         track = self._tracks[name]

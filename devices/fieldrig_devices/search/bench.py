@@ -15,7 +15,7 @@ from fieldrig_devices.scenarios.play import Played
 from fieldrig_devices.search import run
 from fieldrig_devices.search.choices import Choice
 from fieldrig_devices.search.piece import Piece, Run, World, acts_text
-from fieldrig_devices.search.plan import Plan
+from fieldrig_devices.search.plan import Plan, in_world
 from fieldrig_devices.search.vary import choices_of
 
 if TYPE_CHECKING:
@@ -54,7 +54,10 @@ class Bench:
         with self.rig.branch() as scratch:
             found = scratch.call(choices_of, self.plan.vary)
         with self.rig.branch() as scratch:
-            scratch.call(run.try_all, found)
+            refused = scratch.call(run.try_all, found)
+        for act in refused:
+            with self.rig.branch() as scratch:
+                scratch.call(run.try_alone, act)
         return found
 
     @property
@@ -76,7 +79,7 @@ class Bench:
     def told(self, piece: Piece) -> Played:
         """Play a whole piece with all that a report needs."""
         with self._standing(piece.world).rig.branch() as branch:
-            return branch.call(run.play_told, self.plan, piece)
+            return branch.call(run.play_told, _in_world(self.plan, piece.world), piece)
 
     def start(self, piece: Piece) -> Branch:
         """Start a piece in a branch of its own; `Branch.result` gives the `Run`, and `park` takes the branch back."""
@@ -116,7 +119,7 @@ class Bench:
     def _standing(self, world: World) -> "_Standing":
         """Return the rig with the overrides of a world, which is built if it is not there."""
         if world not in self._worlds:
-            self._worlds[world] = _Standing(self.plan, world)
+            self._worlds[world] = _Standing(_in_world(self.plan, world))
         return self._worlds[world]
 
     def _nearest(self, piece: Piece) -> Branch:
@@ -139,10 +142,14 @@ def _end_of(played: Run) -> _Key:
     return played.world, acts_text(played.acts), played.length_ns
 
 
+def _in_world(plan: Plan, world: World) -> Plan:
+    return plan._replace(scenario=in_world(plan.scenario, world))
+
+
 class _Standing:
     """A rig at the begin of the scenario, and the trunk: a branch that goes along its nominal run."""
 
-    def __init__(self, plan: Plan, world: World) -> None:
+    def __init__(self, plan: Plan) -> None:
         scenario = plan.scenario
         if scenario.master is not None:
             from fieldrig.master_time.program import load_libraries  # most programs are the rig's
@@ -150,7 +157,7 @@ class _Standing:
             load_libraries(scenario.master)  # before the rig: some have threads, such as those of numpy
         with ExitStack() as stack:
             collector = stack.enter_context(collecting(is_written=False))
-            config = load(scenario.rig, ("time=virtual", *scenario.overrides, *world))
+            config = load(scenario.rig, ("time=virtual", *scenario.overrides))
             self.rig = stack.enter_context(Rig(config))
             self.rig.run_until(scenario.after_ns)
             self.root = self.rig.branch()

@@ -14,7 +14,7 @@ from typing import Final
 
 from fieldrig.clock import MS, S
 from fieldrig_devices.scenarios.act import Act, Schedule
-from fieldrig_devices.scenarios.guard import NOTHING_RAISES
+from fieldrig_devices.scenarios.guard import OF_EVERY_RIG
 from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.scenarios.report import told
 from fieldrig_devices.search.bench import Bench
@@ -159,8 +159,8 @@ def sorts_of(acts: Schedule) -> Sorts:
 
 
 def _name(violation: Violation) -> str:
-    """Return the name of a property; for a device that raises also what it raises, as each is a fault of its own."""
-    raised = re.sub(r"\d+", "#", violation.what) if violation.property == NOTHING_RAISES else ""
+    """Return the name of a property; for what is raised also what that is, as each is a fault of its own."""
+    raised = re.sub(r"0x[\da-f]+|\d+", "#", violation.what) if violation.property in OF_EVERY_RIG else ""
     return f"{violation.property}{raised and f': {raised}'}"
 
 

@@ -15,6 +15,7 @@ from fieldrig_devices.scenarios.property import Kind, Property
 from fieldrig_devices.scenarios.report import Outcome
 from fieldrig_devices.scenarios.scenario_file import Scenario
 from fieldrig_devices.search.corpus import Finding
+from fieldrig_devices.search.plan import in_world
 
 _CONDITIONS: Final = {
     Kind.ALWAYS: "always",
@@ -70,13 +71,14 @@ def _drawn(finding: Finding, outcome: Outcome) -> str:
 
 def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:
     """Return a scenario file, for a folder, with the one property that does not hold; all for one of every rig."""
+    scenario = in_world(scenario, finding.world)
     rules = [one for one in scenario.properties if one.name == finding.property] or scenario.properties
     steps = (act for act in scenario.schedule if act.when or act.at_ns <= finding.length_ns)
     acts = sorted((*steps, *finding.acts), key=lambda act: act.at_ns)
-    overrides = [*scenario.overrides, *finding.world]
+    overrides = list(scenario.overrides)
     lines = [
-        f"# {finding.property}: at {seconds(finding.at_ns)} {finding.what}",
-        *(f"#   {line}" for line in finding.reason[1:]),
+        _comment(f"{finding.property}: at {seconds(finding.at_ns)} {finding.what}"),
+        *(_comment(f"  {line}") for line in finding.reason[1:]),
         *([f"# messages and their hash: {finding.hash}"] if finding.hash else []),
         f"rig: {_quoted(_relative(scenario.rig, folder))}",
         *([f"overrides: {json.dumps(overrides)}"] if overrides else []),
@@ -84,7 +86,8 @@ def scenario_text(scenario: Scenario, finding: Finding, folder: Path) -> str:
         *([f"jitter: {_time(scenario.jitter_ns)}"] if scenario.jitter_ns else []),
         f"after: {_time(scenario.after_ns)}",
         f"for: {_time(finding.length_ns)}",
-        "steps:",
+        "forgives: true",
+        "steps:" if acts else "steps: []",
         *(f"  - {_step(act)}{'  # found' if act in finding.acts else ''}" for act in acts),
         *(["recover:"] if scenario.recovery else []),
         *(f"  - {_step(act)}" for act in scenario.recovery),
@@ -133,8 +136,19 @@ def _flow(value: object) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a scalar of YAML, which JSON's form is."""
-    return text if text.isidentifier() and text.lower() not in ("true", "false", "null") else json.dumps(text)
+    """Return a text as a scalar of YAML, which JSON's form is, except for signs that YAML has no halves of."""
+    if text.isidentifier() and text.lower() not in ("true", "false", "null"):
+        return text
+    return "".join(_sign(sign) for sign in json.dumps(text, ensure_ascii=False))
+
+
+def _sign(sign: str) -> str:
+    return sign if sign.isprintable() else f"\\U{ord(sign):08x}"
+
+
+def _comment(text: str) -> str:
+    """Return a comment of one line."""
+    return "# " + "".join(sign if sign.isprintable() else " " for sign in text)
 
 
 def _time(ns: int) -> str:

@@ -12,7 +12,7 @@ from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.search.eye import State
 
 World = tuple[str, ...]
-"""Overrides of the rig beside those of the scenario, such as another seed or load."""
+"""Other overrides of the rig, such as another seed or load, or other times of the scenario."""
 
 
 class Piece(NamedTuple):

@@ -12,15 +12,17 @@ vary:
   - {press: {feeder/panel.key1: true}, hold: 100ms}
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
 from fieldrig.config.settings_file import load_settings
-from fieldrig.settings import ConfigFile
+from fieldrig.settings import ConfigFile, WrongKey, refuse_all
+from fieldrig.text.durations import duration_ns
 from fieldrig_devices.scenarios.scenario_file import Scenario, ScenarioSettings, scenario_of
+from fieldrig_devices.search.piece import World
 from fieldrig_devices.search.state_places import Sort
 from fieldrig_devices.search.vary import FaultsSettings, VarySettings
 
@@ -36,7 +38,8 @@ class PlanSettings(ScenarioSettings):
     )
     worlds: dict[str, list[int | float | bool | str]] = Field(
         default={},
-        description="overrides of the rig with their values, such as seed or the load of a plant; one at a time",
+        description="overrides of the rig with their values, such as seed or the load of a plant, or other times of "
+        "the scenario, `after` and `jitter`; one at a time",
     )
     edges: list[str] = Field(
         default=[], description="further places whose changes are instants for `sweep`, besides those of the properties"
@@ -53,7 +56,18 @@ class PlanSettings(ScenarioSettings):
         count = sum(map(len, self.worlds.values()))
         if count > MOST_WORLDS:
             raise ValueError(f"worlds has {count} values: expected at most {MOST_WORLDS}, as each is a rig in memory")
+        refuse_all(self._wrong_times())
         return self
+
+    def _wrong_times(self) -> Iterator[WrongKey]:
+        for key in _TIMES:
+            for number, value in enumerate(self.worlds.get(key, ())):
+                try:
+                    _time_of(value)
+                except ValueError as wrong:
+                    yield WrongKey(("worlds", key, number), str(wrong), "expected a time with a unit, such as 60.0013s")
+        if self.worlds.get("jitter") and self.master is None:
+            yield WrongKey(("worlds", "jitter"), "only a master wakes up late", "expected `master` as well")
 
 
 class PropertyFileSettings(PlanSettings):
@@ -66,10 +80,31 @@ class Plan(NamedTuple):
     scenario: Scenario
     vary: tuple[VarySettings, ...]
     worlds: tuple[tuple[str, ...], ...]
-    """Overrides of the rig beside those of the scenario; the first has none."""
+    """The worlds, each with its overrides or times; the first has none."""
     edges: tuple[str, ...]
     states: tuple[str, ...]
     sorts: frozenset[Sort]
+
+
+_TIMES: Final = ("after", "jitter")
+"""The worlds that are other times of a scenario: its begin in the cycles of the rig, and how late its master is."""
+
+
+def _time_of(value: object) -> int:
+    return duration_ns(value if isinstance(value, str) else str(value))
+
+
+def in_world(scenario: Scenario, world: World) -> Scenario:
+    """Return a scenario in a world: with other overrides of the rig, or other times."""
+    for words in world:
+        match words.partition("="):
+            case "after", _, value:
+                scenario = scenario._replace(after_ns=_time_of(value))
+            case "jitter", _, value:
+                scenario = scenario._replace(jitter_ns=_time_of(value))
+            case _:
+                scenario = scenario._replace(overrides=(*scenario.overrides, words))
+    return scenario
 
 
 def load_plan(path: Path, overrides: Sequence[str] = ()) -> Plan:

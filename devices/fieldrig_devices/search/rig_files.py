@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple
 from fieldrig.config.rig_file import load
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.begin.examples import folder
-from fieldrig_devices.search.plan import Plan
+from fieldrig_devices.search.plan import Plan, in_world
 
 _noted: dict[Path, None] | None = None
 """The files that were opened for reading, while they are asked for."""
@@ -50,7 +50,7 @@ def luggage_of(plan: Plan) -> Luggage:
     named = {name: value.resolve() for name, value in scenario._asdict().items() if isinstance(value, Path)}
     with _noting_files() as read:
         for world in plan.worlds:
-            Rig(load(scenario.rig, ("time=virtual", *scenario.overrides, *world))).close()
+            Rig(load(scenario.rig, ("time=virtual", *in_world(scenario, world).overrides))).close()
     own = [*named.values(), *(file for file in read if file.is_file() and not _is_installed(file))]
     root = Path(os.path.commonpath([file.parent for file in own]))
     content = {PurePosixPath(file.relative_to(root).as_posix()): file.read_bytes() for file in dict.fromkeys(own)}

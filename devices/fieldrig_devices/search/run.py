@@ -4,11 +4,12 @@ A branch has a stage and an eye of its own, which its branches begin from.  The 
 and what crosses the pipe is small.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from fieldrig.errors import RigError
+from fieldrig.errors import ControlError, RigError
+from fieldrig_devices.scenarios.act import Act
 from fieldrig_devices.scenarios.places import RigPlace, place_of
 from fieldrig_devices.scenarios.play import Played, Stage
 from fieldrig_devices.scenarios.property import Kind
@@ -74,7 +75,7 @@ def advance(rig: "Rig", until_ns: int) -> None:
 
 def play_piece(rig: "Rig", piece: Piece) -> Run:
     """Play a piece from where this branch is, which has done what comes before that."""
-    with _master(rig):
+    with _acting():
         try:
             return _play_piece(rig, piece)
         except RigError as wrong:  # each action alone was tried, so it is the state of the machine that refuses it
@@ -103,27 +104,29 @@ def _play_piece(rig: "Rig", piece: Piece) -> Run:
 def play_told(rig: "Rig", plan: Plan, piece: Piece) -> Played:
     """Play a whole piece with all that a report needs, from the begin of the scenario, which has not begun."""
     begin(rig, plan, is_hashed=True)
-    with _master(rig):
+    with _acting():
         _go_to(piece)
         return _present[0].stage.finish(piece.until_ns)
 
 
-@contextmanager
-def _master(rig: "Rig") -> Iterator[None]:
+def _acting() -> AbstractContextManager[None]:
     """Have the master of the plan act meanwhile, if it has one."""
-    scenario = _present[0].plan.scenario
+    scenario, stage = _present[0].plan.scenario, _present[0].stage
     if scenario.master is None:
-        yield
-        return
-    from fieldrig.master_time.program import mastered
+        return nullcontext()
+    from fieldrig_devices.scenarios.with_master import MasterStage  # most programs are the rig's
 
-    with mastered(rig, scenario.master, scenario.jitter_ns, is_quiet=True):
-        yield
+    assert isinstance(stage, MasterStage)
+    return stage.acting(scenario.master, scenario.jitter_ns, is_quiet=True)
 
 
-def try_all(rig: "Rig", choices: Sequence[Choice]) -> None:
-    """Try each choice once.  RigError for a place, a fault or a device that the rig does not have."""
+def try_all(rig: "Rig", choices: Sequence[Choice]) -> list[Act]:
+    """Try each choice once, one after the other, and return those of which the rig has refused the value.
+
+    RigError for a place, a fault or a device that the rig does not have.
+    """
     places: dict[str, RigPlace] = {}
+    refused: list[Act] = []
     for choice in choices:
         for act in choice.all(0):
             match act.verb:
@@ -131,7 +134,10 @@ def try_all(rig: "Rig", choices: Sequence[Choice]) -> None:
                     assert isinstance(act.value, bool | int | float | str)
                     if act.where not in places:  # a wire takes one member of this name
                         places[act.where] = place_of(rig, act.where)
-                    places[act.where].write(act.value)
+                    try:
+                        places[act.where].write(act.value)
+                    except ControlError:  # maybe because of the values that were tried before
+                        refused.append(act)
                 case "fault":
                     assert isinstance(act.value, Mapping)
                     rig.clear_fault(act.where, rig.add_fault(act.where, {**act.value, "start_ms": LATER_MS}))
@@ -141,6 +147,13 @@ def try_all(rig: "Rig", choices: Sequence[Choice]) -> None:
                     rig.faults(act.where)
                 case "send":
                     message_of(rig.buses[matching_parts(rig, [act.where])[0]], str(act.value))
+    return refused
+
+
+def try_alone(rig: "Rig", act: Act) -> None:
+    """Write a value.  RigError if the rig refuses it."""
+    assert isinstance(act.value, bool | int | float | str)
+    place_of(rig, act.where).write(act.value)
 
 
 def edges(rig: "Rig", places: Sequence[str], length_ns: int) -> Edges:
@@ -150,7 +163,7 @@ def edges(rig: "Rig", places: Sequence[str], length_ns: int) -> Edges:
     rig.on_instant(lambda: instants.add(stage.now_ns))
     for name in places:
         stage.follow(name)
-    with _master(rig):
+    with _acting():
         tracks = stage.finish(length_ns).tracks
     changes = {at_ns for track in tracks.values() for at_ns, _ in track if 0 < at_ns <= length_ns}
     return Edges(tuple(sorted(changes)), tuple(sorted({at_ns for at_ns in instants if at_ns <= length_ns} - changes)))

@@ -10,11 +10,29 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from importlib import import_module
 from pathlib import Path
+from traceback import extract_tb
+from typing import Final, NamedTuple
 
 from fieldrig.clock import S
 from fieldrig.master_time.block import virtual_time
-from fieldrig.master_time.errors import VirtualTimeError
+from fieldrig.master_time.errors import EndedError, VirtualTimeError
 from fieldrig.virtual.rig import Rig
+
+PATIENCE_S: Final = 20.0
+"""Processor time for which a master may compute without waiting."""
+
+
+class Failed(NamedTuple):
+    """The end of a program that would have an exit code other than 0."""
+
+    at_ns: int
+    what: str
+
+
+class Master:
+    """A program that acts as a master."""
+
+    failed: Failed | None = None
 
 
 def wait_until(rig: Rig, ns: int) -> None:
@@ -23,17 +41,19 @@ def wait_until(rig: Rig, ns: int) -> None:
 
 
 @contextmanager
-def mastered(rig: Rig, file: Path, jitter_ns: int, *, is_quiet: bool = False) -> Iterator[None]:
+def mastered(rig: Rig, file: Path, jitter_ns: int, *, is_quiet: bool = False) -> Iterator[Master]:
     """Have a program of Python as the master of a rig meanwhile; `is_quiet` keeps what it prints to itself.
 
     Its wake-ups are late by up to `jitter_ns`, by chance from the seed of the rig; those of the stage are not.
     """
+    master, jitter_s = Master(), jitter_ns / S
     with suppress(VirtualTimeError):  # the stage has noted it, or the master does not end, which is no concern here
         silence = redirect_stdout(io.StringIO()) if is_quiet else nullcontext()
-        with silence, virtual_time(rig, jitter=jitter_ns / S, seed=rig.config.seed, is_main_punctual=True):
+        block = virtual_time(rig, jitter=jitter_s, seed=rig.config.seed, patience_s=PATIENCE_S, is_main_punctual=True)
+        with silence, block:
             with suppress(VirtualTimeError):  # the next wait of the stage raises it as well
-                threading.Thread(target=_play, args=(file,), name="master").start()
-            yield
+                threading.Thread(target=_play, args=(rig, file, master), name="master").start()
+            yield master
 
 
 def load_libraries(file: Path) -> None:
@@ -47,9 +67,22 @@ def load_libraries(file: Path) -> None:
                     import_module(name)
 
 
-def _play(file: Path) -> None:
-    """Run the program; it may end whenever it likes, also with an exception, as the machine goes on without it."""
+def _play(rig: Rig, file: Path, master: Master) -> None:
+    """Run the program; it may end whenever it likes, as the machine goes on without it."""
     sys.argv = [str(file)]
     sys.path.insert(0, str(file.resolve().parent))
-    with suppress(Exception):
+    try:
         runpy.run_path(str(file), run_name="__main__")
+    except EndedError:  # the end of the block
+        raise
+    except SystemExit as end:
+        if end.code not in (None, 0):
+            master.failed = Failed(rig.now_ns, f"it ends with the exit code {end.code}")
+    except Exception as wrong:  # noqa: BLE001  the program is the user's
+        master.failed = Failed(rig.now_ns, f"{type(wrong).__name__}: {wrong}{_line(wrong, file)}")
+
+
+def _line(wrong: Exception, file: Path) -> str:
+    """Return the line of a program that has raised an exception, or has called what raised it."""
+    lines = [frame for frame in extract_tb(wrong.__traceback__) if frame.filename == str(file)]
+    return f" ({file.name}:{lines[-1].lineno} in {lines[-1].name})" if lines else ""

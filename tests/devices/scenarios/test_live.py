@@ -83,6 +83,7 @@ def test_a_scenario_starts_its_rig_and_judges_what_its_processes_record(tmp_path
     assert "tank/level = 1.5" in steps
     assert [one["why"] for one in found["unreached"]] == ["`tank/level == 7` was not true"]
     assert found["notes"][0].startswith("real time: actions were done up to")
+    assert all(0 <= one["late_s"] < 60 for one in found["steps"])
     assert found["hash"] == ""
 
 
@@ -125,6 +126,16 @@ def test_a_scenario_that_missed_messages_does_not_pass(tmp_path: Path, monkeypat
     [(name, reason)] = failures(outcome)
     assert name == SEES_ALL
     assert reason.startswith(f"the scenario missed {outcome.played.missed} message")
+
+
+def test_a_step_that_comes_later_than_it_may_fails_the_scenario(tmp_path: Path) -> None:
+    text = "rig: rig.yaml\nlateness: 0ms\nsteps: [{at: 10ms, set: {tank/level: 1.0}}]\nfor: 100ms\n"
+    file = written(tmp_path, f"{text}properties: {{low: {{never: tank/level > 1.5}}}}\n")
+    assert played(file).is_good, "nothing is late in virtual time"
+    outcome = played(file, ("time=real",))
+    assert outcome.violations == ()
+    [late_ns] = outcome.played.lateness
+    assert failures(outcome) == [("step: tank/level = 1.0", f"it was {late_ns / MS:.0f} ms late, and may be 0 ms")]
 
 
 def test_mistakes_are_told_before_a_rig_starts(tmp_path: Path) -> None:

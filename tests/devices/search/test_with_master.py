@@ -5,12 +5,15 @@ from pathlib import Path
 import pytest
 
 from fieldrig.clock import MS
+from fieldrig.master_time import program
 from fieldrig_devices.scenarios.act import Act
+from fieldrig_devices.scenarios.guard import MASTER_WORKS
 from fieldrig_devices.scenarios.running import played
 from fieldrig_devices.scenarios.with_master import GOES_ON
 from fieldrig_devices.search.bench import Bench
 from fieldrig_devices.search.corpus import Corpus
 from fieldrig_devices.search.crew import LocalCrew
+from fieldrig_devices.search.findings import write
 from fieldrig_devices.search.piece import Piece
 from fieldrig_devices.search.plan import load_plan
 from fieldrig_devices.search.search import Limits, Search
@@ -77,6 +80,52 @@ def test_the_master_itself_is_clean_in_a_scenario_and_late_with_jitter(tmp_path:
     ]
     assert len({outcome(plan) for plan in plans}) == 3
     assert outcome(plans[1]) == outcome(plans[1])
+
+
+@pytest.mark.parametrize(
+    ("end", "what"),
+    [
+        ("1 / 0", "ZeroDivisionError: division by zero (master.py:11 in <module>)"),
+        ("raise SystemExit(3)", "it ends with the exit code 3"),
+    ],
+)
+def test_a_master_that_fails_is_a_violation_and_the_rest_is_judged_too(tmp_path: Path, end: str, what: str) -> None:
+    text = PLAN[: PLAN.index("vary")].replace("for: 1s", "for: 1s\nsteps: [{at: 300ms, restart: io}]")
+    found = {one.property: one for one in played(planned(tmp_path, end, text)).played.violations}
+    assert list(found) == ["operational", MASTER_WORKS]
+    failed = found[MASTER_WORKS]
+    assert failed.what == what
+    assert 300 * MS < failed.at_ns < found["operational"].at_ns
+
+
+def test_a_master_may_end_when_it_likes(tmp_path: Path) -> None:
+    for end in ("raise SystemExit", "raise SystemExit(0)", "break"):
+        text = PLAN[: PLAN.index("vary")].replace("for: 1s", "for: 250ms\nsteps: [{at: 100ms, restart: io}]")
+        assert [one.property for one in played(planned(tmp_path, end, text)).played.violations] == [], end
+
+
+def test_a_search_finds_what_makes_a_master_fail_and_its_finding_repeats_it(tmp_path: Path) -> None:
+    plan, corpus = load_plan(planned(tmp_path, "raise OSError(frame)")), Corpus(None)
+    with Bench(plan) as bench, LocalCrew(bench, 2) as crew:
+        Search(plan, bench, crew, corpus, 1).go(["swarm"], Limits(600, 6), lambda _: None)
+    [finding] = [one for one in corpus.findings() if one.property == MASTER_WORKS]
+    assert [(act.verb, act.where) for act in finding.acts] == [("restart", "io")]
+    [file] = write(plan.scenario, [finding], tmp_path / "found")
+    again = played(file).played
+    assert MASTER_WORKS in [one.property for one in again.violations]
+    assert again.hash_then == finding.hash
+
+
+def test_a_master_that_computes_without_end_is_a_violation_with_its_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(program, "PATIENCE_S", 0.5)
+    file = planned(tmp_path, "pass", PLAN[: PLAN.index("vary")])
+    (tmp_path / "master.py").write_text("import time\ntime.sleep(0.2)\nwhile True:\n    pass\n")
+    [violation] = played(file).played.violations
+    assert (violation.property, violation.at_ns) == (GOES_ON, 200 * MS)
+    assert "thread master has run for 0.5 s without waiting" in violation.what
+    assert "master.py:" in violation.what
 
 
 def test_a_master_that_waits_for_nothing_in_the_rig_breaks_a_property_of_its_own(tmp_path: Path) -> None:
