@@ -109,8 +109,6 @@ def run(
     from fieldrig_devices.search.cluster import ClusterCrew
     from fieldrig_devices.search.corpus import Corpus, Origin
     from fieldrig_devices.search.crew import LocalCrew
-    from fieldrig_devices.search.findings import write
-    from fieldrig_devices.search.html_report import write_report
     from fieldrig_devices.search.rig_files import luggage_of
     from fieldrig_devices.search.search import Limits, Search
     from fieldrig_devices.search.tally import Tally
@@ -130,20 +128,29 @@ def run(
             typer.echo(line, err=as_json)
 
         one.go(chosen, limits, tell)
-        seen = Coverage(tuple(tally.seen(bench.places)))
+        store.cover(Coverage(tuple(tally.seen(bench.places))))
     found = store.findings()
     _show(found, as_json=as_json)
-    for folder in filter(None, (findings, html)):
-        with writing(folder):
-            files = write(given.scenario, found, folder)
-            for file in files:
-                typer.echo(f"fieldrig scenario run {file}", err=as_json)
-            if folder is html:
-                numbers = {one.number: file for one, file in zip(found, files, strict=True)}
-                title = f"Search of {given.scenario.rig.stem}"
-                typer.echo(f"{write_report(title, store, numbers, told, seen, folder)}", err=as_json)
+    if findings is not None:
+        _write_findings(given, store, findings, as_json=as_json)
+    if html is not None:
+        _write_report(given, store, told, html, as_json=as_json)
     if found:
         raise typer.Exit(Exit.TESTS_FAILED)
+
+
+@app.command()
+def report(
+    corpus: CorpusFile,
+    folder: Annotated[Path, argument("FOLDER", "The folder for the page and all that belongs to it.")],
+    plan: PlanOption = None,
+) -> None:
+    """Write the report of a corpus as a page, such as of one that `merge` has put together.
+
+    It has what `run --html` writes: findings with pictures, scenarios and a test, strategies, and the coverage.
+    """
+    store = _opened(corpus)
+    _write_report(_plan_of(store, plan), store, [], folder)
 
 
 @app.command()
@@ -215,6 +222,30 @@ def compare(
         typer.echo(f"{len(worse)} worse, {len(changes) - len(worse)} better")
     if worse:
         raise typer.Exit(Exit.TESTS_FAILED)
+
+
+def _write_findings(plan: "Plan", corpus: "Corpus", folder: Path, *, as_json: bool = False) -> dict[int, Path]:
+    """Write scenarios, pictures and a test, and return the scenarios by the numbers of the findings."""
+    from fieldrig_devices.search.findings import write
+
+    found = corpus.findings()
+    with writing(folder):
+        files = write(plan.scenario, found, folder)
+    for file in files:
+        typer.echo(f"fieldrig scenario run {file}", err=as_json)
+    return {one.number: file for one, file in zip(found, files, strict=True)}
+
+
+def _write_report(
+    plan: "Plan", corpus: "Corpus", told: "Sequence[str]", folder: Path, *, as_json: bool = False
+) -> None:
+    from fieldrig_devices.search.html_report import write_report
+
+    files = _write_findings(plan, corpus, folder, as_json=as_json)
+    title = f"Search of {plan.scenario.rig.stem}"
+    with writing(folder):
+        page = write_report(title, corpus, files, told, corpus.coverage(), folder)
+    typer.echo(f"{page}", err=as_json)
 
 
 def _opened(file: Path) -> "Corpus":

@@ -8,6 +8,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from fieldrig.coverage.data import read, written
+from fieldrig.coverage.summary import Coverage
 from fieldrig.errors import UsageError
 from fieldrig_devices.scenarios.act import Schedule
 from fieldrig_devices.search.piece import Run, World, acts_of, acts_text
@@ -21,7 +23,7 @@ CREATE TABLE IF NOT EXISTS finding (
     world TEXT, cause TEXT, reason TEXT, hash TEXT, UNIQUE (property, acts, world)
 );
 CREATE TABLE IF NOT EXISTS plan (file TEXT, rig TEXT, overrides TEXT, UNIQUE (file, rig, overrides));
-CREATE TABLE IF NOT EXISTS coverage (places TEXT PRIMARY KEY, marks BLOB);
+CREATE TABLE IF NOT EXISTS covered (data BLOB PRIMARY KEY);
 """
 _FINDING: Final = "property, acts, found, length_ns, at_ns, what, world, cause, reason, hash"
 
@@ -120,6 +122,18 @@ class Corpus:
         found = [_finding_of(*row) for row in rows]
         return sorted(found, key=lambda one: (one.property, len(one.acts), one.acts and one.acts[-1].at_ns, one.number))
 
+    def cover(self, coverage: Coverage) -> None:
+        """Add the coverage of the programs by a search."""
+        with self._store:
+            self._store.execute("INSERT OR IGNORE INTO covered VALUES (?)", (written(coverage),))
+
+    def coverage(self) -> Coverage:
+        """Return the coverage of the programs by all searches together."""
+        found = Coverage()
+        for (data,) in self._store.execute("SELECT data FROM covered ORDER BY rowid"):
+            found.add(read(data))
+        return found
+
     def come_from(self, origin: Origin) -> None:
         """Note the plan of the search, for those who play its findings again."""
         with self._store:
@@ -135,6 +149,8 @@ class Corpus:
         with self._store:
             for row in other._store.execute("SELECT acts, world, strategy, length_ns, violations FROM run"):
                 self._store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?, ?)", row)
+            for row in other._store.execute("SELECT data FROM covered ORDER BY rowid"):
+                self._store.execute("INSERT OR IGNORE INTO covered VALUES (?)", row)
         known = {(one.property, one.cause) for one in self.findings() if one.cause}
         for one in other.findings():
             if (one.property, one.cause) not in known:

@@ -103,3 +103,20 @@ def test_strategies_are_counted_by_their_runs(folder: Path) -> None:
     corpus.close()
     assert swarm.name == "swarm"
     assert 1 <= swarm.failing <= swarm.runs <= 12
+
+
+def test_a_corpus_that_was_merged_has_the_same_report(folder: Path, tmp_path: Path) -> None:
+    for number in (1, 2):
+        part = ["--strategy", "swarm", "--most", "4", "--shard", f"{number}/2", "--corpus", str(tmp_path / f"{number}")]
+        CliRunner().invoke(app, ["run", str(folder / "plan.yaml"), *part])
+    assert CliRunner().invoke(app, ["merge", *(str(tmp_path / name) for name in ("all", "1", "2"))]).exit_code == 0
+    done = CliRunner().invoke(app, ["report", str(tmp_path / "all"), str(tmp_path / "report")])
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "report" / "finding-1.yaml").exists()
+    page = Read((tmp_path / "report/index.html").read_text(encoding="utf-8"))
+    assert "1. the lamp <goes> out" in page.text
+    assert page.links == ["coverage.html"]
+    whole, parts = Corpus(tmp_path / "all"), [Corpus(tmp_path / name) for name in ("1", "2")]
+    assert whole.coverage().total.count() == max(one.coverage().total.count() for one in parts)
+    for corpus in (whole, *parts):
+        corpus.close()
