@@ -31,7 +31,7 @@ FEW = 10
 hypothesis.settings.register_profile("quick", USUAL, deadline=None, suppress_health_check=SLOWNESS, max_examples=FEW)
 hypothesis.settings.load_profile("whole")
 
-pytest_plugins = ["manual_rows"]
+pytest_plugins = ["manual_rows", "in_fork"]
 TIME_LIMIT_S = 120
 """Time limit of a test that states none."""
 MOST_BYTES = 1 << 30

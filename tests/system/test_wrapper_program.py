@@ -1,16 +1,19 @@
 """The program of the wrapper in configs/machine.yaml: packs, interlocks, and axes that it shares with other masters."""
 
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from in_fork import SHARED
 from rig_hands import CanMaster, ModbusClient
 
 from fieldrig.clock import MS, S
+from fieldrig.config.rig_file import load
 from fieldrig.pytest_plugin import RigMaker
 from fieldrig.virtual.rig import Rig
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.in_fork]
 
 RIG = Path(__file__).parents[2] / "configs/machine.yaml"
 DRIVES = ("infeed", "film", "jaw", "outfeed")
@@ -25,15 +28,15 @@ def modbus_client(rig: Rig) -> ModbusClient:
     return ModbusClient(rig, "modbus")
 
 
-@pytest.fixture
-def rig(fieldrig_rig: RigMaker) -> Rig:
+@pytest.fixture(scope=SHARED)
+def rig() -> Iterator[Rig]:
     """The machine, booted, while its film runs."""
-    rig = fieldrig_rig(RIG)
-    rig.run_until(5 * S)
-    rig.set("line", "F33", True)
-    rig.run_until(8 * S)
-    assert rig.get("max4", "I_bFilmRuns.Value") is True
-    return rig
+    with Rig(load(RIG, ["time=virtual"])) as rig:
+        rig.run_until(5 * S)
+        rig.set("line", "F33", True)
+        rig.run_until(8 * S)
+        assert rig.get("max4", "I_bFilmRuns.Value") is True
+        yield rig
 
 
 def speeds(rig: Rig) -> list[int]:
