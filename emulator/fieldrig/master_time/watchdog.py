@@ -62,7 +62,16 @@ class Watchdog:
             raise error
 
     def _run(self) -> None:
-        seen, since_s, asleep_s, ticks, first = (-1, -1), _real_monotonic(), _real_monotonic(), -1, 0
+        # On another processor it is woken at each switch of the members, and is too late for the lock of Python.
+        native = threading.get_native_id()
+        self._scheduler.one_cpu.take(native)
+        try:
+            self._watch()
+        finally:
+            self._scheduler.one_cpu.forget(native)
+
+    def _watch(self) -> None:
+        seen, since_s, asleep_s, ticks, first = (-1, -1), _real_monotonic(), _real_monotonic(), -1, -1
         while not self._is_over.wait(LOOK_S):
             scheduler, now_s = self._scheduler, _real_monotonic()
             scheduler.one_cpu.look()
@@ -70,11 +79,13 @@ class Watchdog:
             is_rig = scheduler.place is Place.RIG
             if scheduler.place is not Place.MEMBER:
                 member = scheduler.members.get(scheduler.worker, member)
-            is_asleep, ticks_now = _state(member.native)
             frame = sys._current_frames().get(member.ident)
             if at != seen or is_debugged(frame):
-                seen, since_s, asleep_s, ticks, first = at, now_s, now_s, ticks_now, ticks_now
+                seen, since_s, asleep_s, ticks, first = at, now_s, now_s, -1, -1
                 continue
+            is_asleep, ticks_now = _state(member.native)  # not before: while threads switch, each call costs 5 ms
+            if first < 0:
+                first = ticks_now
             if not is_asleep or ticks_now != ticks or is_rig:
                 asleep_s, ticks = now_s, ticks_now
             if now_s - asleep_s >= ASLEEP_S:
