@@ -1,6 +1,7 @@
 """Declarations of objects that consist of parameters, by the table of their kinds (section 1.3)."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
 from fieldrig_devices.pam.language.items import Application, BooleanEquation, Declaration, Parameter
@@ -67,6 +68,10 @@ def parameters(
     while not cursor.is_at_end and not cursor.is_word(*ends) and not _is_outside(cursor, rules, place):
         if cursor.accept(";"):
             continue
+        if "END" in ends and cursor.spells(f"END_{kind}", f"END{kind}"):
+            cursor.wrong(cursor.place, f"got {cursor.token.text}", "END", "")
+            cursor.tokens[cursor.i] = replace(cursor.token, text="END")
+            break
         begin, depth = cursor.i, cursor.depth
         try:
             if kind == "MULTI_COMPARATOR" and cursor.is_word("TRACE"):

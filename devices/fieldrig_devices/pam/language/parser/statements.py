@@ -33,6 +33,7 @@ _ELSE_IF: Final = ("ELSIF", "ELSEIF", "ELIF")
 _OTHER_LOOPS: Final = ("WHILE", "FOR", "REPEAT", "DO")
 _OTHER_ENDS: Final = ("END_WHILE", "END_FOR", "END_REPEAT", "UNTIL", "ENDWHILE", "ENDFOR")
 _OTHER_WAITS: Final = ("WAIT", "DELAY", "SLEEP", "PAUSE")
+_UNITS: Final = ("ms", "s", "sec", "min")
 MOST_STATEMENTS: Final = 20_000
 """Statements of one list."""
 
@@ -129,11 +130,33 @@ def _call(cursor: Cursor) -> tree.Call:
     return tree.Call(place, called)
 
 
+def _then(cursor: Cursor) -> None:
+    """Pass over THEN, also where it is spelled wrong in front of a statement."""
+    from difflib import get_close_matches
+
+    word = cursor.token.text
+    is_alike = word.upper() == "DO" or bool(get_close_matches(word.upper(), ("THEN",), 1, 0.7))
+    if cursor.token.kind == "name" and is_alike and not cursor.is_word("THEN") and not cursor.is_next("<-", "?", ":"):
+        cursor.wrong(cursor.place, f"got {word}", "THEN", "")
+        cursor.take()
+    else:
+        cursor.close("THEN")
+
+
+def _time(cursor: Cursor) -> tree.Expression:
+    """Read a time, whose unit is always the millisecond."""
+    time = expression(cursor)
+    if cursor.token.kind == "name" and cursor.token.text.lower() in _UNITS and not cursor.is_next("<-", "?", ":"):
+        cursor.wrong(cursor.place, f"got {cursor.token.text}", "a number of milliseconds without a unit", "")
+        cursor.take()
+    return time
+
+
 def _if(cursor: Cursor) -> tree.If:
     place, begin = cursor.place, cursor.i
     cursor.take()
     condition = expression(cursor)
-    cursor.close("THEN")
+    _then(cursor)
     then = statements(cursor)
     if cursor.is_word(*_ELSE_IF):
         hint = "An IF inside the ELSE has an END_IF of its own."
@@ -199,7 +222,7 @@ def _condition(cursor: Cursor) -> tree.Statement:
         cursor.semicolon()
         return tree.DuplicateStart(place)
     condition = expression(cursor)
-    timeout = expression(cursor) if cursor.accept("TIMEOUT") else None
+    timeout = _time(cursor) if cursor.accept("TIMEOUT") else None
     cursor.semicolon()
     return tree.Condition(place, condition, timeout)
 
@@ -207,7 +230,7 @@ def _condition(cursor: Cursor) -> tree.Statement:
 def _wait(cursor: Cursor) -> tree.Wait:
     place = cursor.place
     cursor.take()
-    wait = tree.Wait(place, expression(cursor))
+    wait = tree.Wait(place, _time(cursor))
     cursor.semicolon()
     return wait
 
@@ -241,7 +264,7 @@ def _exception(cursor: Cursor) -> tree.ArmException:
     condition = expression(cursor)
     has_timeout = cursor.accept("TIMEOUT")
     is_inherited = not has_timeout or cursor.is_word("SEQUENCE", "ENTRY", "XEQ_TASK", "ABORT_SEQUENCE")
-    timeout = None if is_inherited else expression(cursor)
+    timeout = None if is_inherited else _time(cursor)
     action = _exception_action(cursor)
     cursor.semicolon()
     return tree.ArmException(place, condition, action, has_timeout, timeout)
