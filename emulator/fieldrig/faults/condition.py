@@ -19,7 +19,7 @@ OPERATORS: Final[dict[str, Callable[[Any, Any], bool]]] = {
 LONGEST: Final = 1_000
 FORM: Final = "expected DEVICE/POINT, or DEVICE/POINT with ==, !=, <, >, <= or >= and a value"
 _PARTS: Final = re.compile(
-    r"\s*(?P<device>[^/\s]+)/(?P<key>\S+)\s*(&\s*(?P<mask>\S+)\s*)?((?P<operator>[=!<>]=|[<>])\s*(?P<value>.+?)\s*)?"
+    r"\s*(?P<device>[^/\s]+)/(?P<key>\S+?)\s*(&\s*(?P<mask>\S+?)\s*)?((?P<operator>[=!<>]=|[<>])\s*(?P<value>.+?)\s*)?"
 )
 
 

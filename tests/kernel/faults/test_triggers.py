@@ -138,6 +138,10 @@ def test_a_condition_that_cannot_be_is_refused(when: str, wrong: str) -> None:
         ("a/b != true", [False, 0], [True, 1]),
         ("a/2/x.y == operational", ["operational"], ["stopped", 3]),
         ("a/b < -3", [-4], [-3]),
+        ("a/b>1", [2], [1]),
+        ("a/b>=1.5", [1.5], [1.4]),
+        ("a/6041:00&0x6f==0x27", [0x27], [0x2F]),
+        ("a/x.y!=-3", [3], [-3]),
     ],
 )
 def test_what_a_condition_means(text: str, met: list[Any], not_met: list[Any]) -> None:
