@@ -174,6 +174,11 @@ class Hmiscu(Device):
 
         return replace(point, write=write)
 
+    @property
+    def plc(self) -> Plc:
+        """The programs of the controller (`iec.controller.exchange.Programmed`)."""
+        return self._plc
+
     def _own_points(self) -> Iterator[tuple[str, Point]]:
         yield from self._plc.points()
         yield from self._terminals.points()

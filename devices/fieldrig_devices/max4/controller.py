@@ -31,6 +31,7 @@ from fieldrig_devices.max4.front import front_of
 from fieldrig_devices.max4.network import Network
 from fieldrig_devices.max4.opcua import OpcUaNodes
 from fieldrig_devices.max4.operations import Operations
+from fieldrig_devices.max4.plc.plc import Plc
 from fieldrig_devices.max4.points import input_points, memory_points, parameter_points, state_points
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.modbus.tools import identification_lines
@@ -93,6 +94,11 @@ class Max4(Device):
 
     def stop(self) -> None:
         self.firmware.cycles.stop()
+
+    @property
+    def plc(self) -> Plc:
+        """The program of the controller (`iec.controller.exchange.Programmed`)."""
+        return self.firmware.plc
 
     # ---- points
 

@@ -122,6 +122,11 @@ class Plc:
         self.on_load()
         self._owner.on_program()
 
+    def present_order(self) -> Order:
+        """Return the order to compile the present program again."""
+        assert self.program is not None, "there is a program"
+        return self.compiler.order(self.program.compiled.files)
+
     def on_changed(self, _order: Order, _compiled: Compiled) -> None:
         self.on_load()
         self._owner.on_program()

@@ -7,6 +7,7 @@ do is what CoDeSys V2.3 refuses: a changed task configuration.
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Final, Protocol
 
 from fieldrig.clock import MS, Alarm, Clock
@@ -103,6 +104,17 @@ class Downloads:
                 self._change(program, order, compiled, on_done)
 
         self._compile(order, load, on_done)
+
+    def exchange(self, order: Order) -> None:
+        """Go on with another program at this instant, as if the controller had had it before; for tests of programs.
+
+        No task may be within a cycle.  CompileError with every mistake, which leaves the present program.
+        """
+        program = self._plc.program
+        assert program is not None, "there is a program to exchange"
+        assert program.scheduler.is_quiet, "no task is within a cycle"
+        compiled = replace(order, previous=program.compiled.layout).compiled()
+        program.change(compiled, partial(self._plc.on_changed, order, compiled))
 
     def _change(self, program: LoadedProgram, order: Order, compiled: Compiled, on_done: OnDone) -> None:
         def on_changed() -> None:

@@ -10,12 +10,13 @@ from typing import Final
 from fieldrig.errors import RigError
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.mutation import switch
 from fieldrig_devices.iec.testing import gathered
 from fieldrig_devices.iec.testing.alone import Alone
 from fieldrig_devices.iec.testing.case import FAULT, MISTAKE, TIMEOUT, Case, Failure, Limits, Outcome, Verdict
 from fieldrig_devices.iec.testing.compiled import Tested, compile_tests
 from fieldrig_devices.iec.testing.extension import CaseBlock
-from fieldrig_devices.iec.testing.in_rig import Rigs
+from fieldrig_devices.iec.testing.in_rig import Rigs, is_in
 from fieldrig_devices.iec.testing.rig_places import mistakes_of_rigs
 from fieldrig_devices.iec.testing.runner import Runner
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
@@ -33,6 +34,7 @@ class BlockSource:
         """UsageError if the file cannot be read."""
         self._file, self._dialect = file, dialect
         self._test = gathered.read(file, dialect)
+        self._kept: Tested | None = None
 
     def cases(self) -> Sequence[Case]:
         made = [
@@ -60,7 +62,7 @@ class BlockSource:
 
     def run(self, chosen: Sequence[Case], limits: Limits) -> Iterator[Outcome]:
         try:
-            tested = self._compiled()
+            tested = self._present()
         except CompileError as wrong:
             yield from (_not_compiled(case, wrong.mistakes) for case in chosen)
             return
@@ -72,6 +74,16 @@ class BlockSource:
                     yield from self._without_rig(tests, tested, limits)
                 else:
                     yield from rigs.run(use, tests, tested, limits)
+
+    def _present(self) -> Tested:
+        """Return the compiled tests; those that a change of the program leaves as they are, are compiled once."""
+        change = switch.present()
+        if self._kept is not None and change is not None and not is_in(change, self._kept):
+            return self._kept
+        tested = self._compiled()
+        if change is not None and not is_in(change, tested):
+            self._kept = tested
+        return tested
 
     def _elsewhere(self, files: int, mistakes: Sequence[Mistake]) -> list[Mistake]:
         """Return what to do if nothing beside the test file declares what it names."""

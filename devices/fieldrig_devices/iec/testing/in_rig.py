@@ -16,8 +16,11 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.elementary import UNITS_NS, Elementary
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.memory import limited
+from fieldrig_devices.iec.mutation import switch
+from fieldrig_devices.iec.mutation.changes import Change
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol
+from fieldrig_devices.iec.testing import stands
 from fieldrig_devices.iec.testing.beginning import begin_program
 from fieldrig_devices.iec.testing.case import MISTAKE, TIMEOUT, Case, Failure, Limits, Outcome, Verdict
 from fieldrig_devices.iec.testing.compiled import Tested
@@ -46,6 +49,12 @@ class Rigs:
 
     def run(self, use: tree.RigUse, tests: Sequence[RigTest], tested: Tested, limits: Limits) -> Iterator[Outcome]:
         """Run tests that have the same rig, and yield their outcomes in order."""
+        tried = self._tried(use, tests, tested, limits)
+        if tried is not None:
+            switch.note((), is_refused=tried.is_refused)
+            for test, outcome in zip(tests, tried.outcomes, strict=False):
+                yield _not_run(test, use, outcome) if isinstance(outcome, RigError) else outcome
+            return
         try:
             program = Prepared(tested)  # before the branches, which then share its memory
             calls = [partial(_run, case=case, block=block, program=program, limits=limits) for case, block in tests]
@@ -73,6 +82,26 @@ class Rigs:
             return outcome
         return again._replace(wall_s=outcome.wall_s, busy_s=outcome.busy_s)
 
+    def _tried(self, use: tree.RigUse, tests: Sequence[RigTest], tested: Tested, limits: Limits) -> stands.Tried | None:
+        """Run the tests of a changed program from where the change begins to act; None if that cannot be."""
+        change, present = switch.present(), stands.present()
+        if change is None or present is None or is_in(change, tested):
+            return None
+        blocks = {block.test.name: block for block in tested.blocks}
+        cases = [case for case, _ in tests]
+
+        def make() -> stands.Stand:
+            with switch.applied(None):
+                program = Prepared(tested)
+
+                def run(rig: "Rig", case: Case, limits: Limits) -> Outcome:
+                    return _run(rig, case, blocks[case.name], program, limits)
+
+                return stands.Stand(cases, limits, after_ns(use), run, partial(self._rig, use))
+
+        stand = present.of((self._folder, tested.blocks[0].file, use.file, after_ns(use)), make)
+        return None if stand is None else stand.tried(change, cases, limits)
+
     def _alone(self, use: tree.RigUse, call: "Callable[[Rig], Outcome]") -> Outcome | RigError:
         """Run a test in a rig of its own, where a rig cannot be branched."""
         try:
@@ -94,16 +123,19 @@ class Rigs:
         return self._booted[key]
 
     def _made(self, use: tree.RigUse) -> "Rig":
-        from fieldrig.config.rig_file import load
-        from fieldrig.virtual.rig import Rig
-
-        rig = Rig(load(rig_file(self._folder, use), ("time=virtual",)))
+        rig = self._rig(use)
         try:
             rig.run_until(after_ns(use))
         except BaseException:
             rig.close()
             raise
         return rig
+
+    def _rig(self, use: tree.RigUse) -> "Rig":
+        from fieldrig.config.rig_file import load
+        from fieldrig.virtual.rig import Rig
+
+        return Rig(load(rig_file(self._folder, use), ("time=virtual",)))
 
 
 def rig_file(folder: Path, use: tree.RigUse) -> Path:
@@ -124,6 +156,11 @@ def after_ns(use: tree.RigUse) -> int:
         case tree.Literal(kind=tree.LiteralKind.LTIME, value=int(value)):
             return value
     raise UsageError(f"the time behind AFTER in line {use.position.line} is no time", "expected one such as T#10s")
+
+
+def is_in(change: Change, tested: Tested) -> bool:
+    """Return whether a change is in the tests themselves, or in a file that is compiled with them."""
+    return any(Path(file.name).name == Path(change.file).name for file in tested.compiled.files)
 
 
 def _not_run(test: RigTest, use: tree.RigUse, wrong: RigError) -> Outcome:

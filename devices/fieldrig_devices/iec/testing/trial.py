@@ -15,6 +15,7 @@ from fieldrig.coverage.collecting import collecting
 from fieldrig.coverage.places import Kind, News
 from fieldrig_devices.iec.mutation.changes import Change
 from fieldrig_devices.iec.mutation.switch import applied, surveying
+from fieldrig_devices.iec.testing import stands
 from fieldrig_devices.iec.testing.case import Case, Limits, Outcome, Verdict
 from fieldrig_devices.iec.testing.parallel import Work, run
 from fieldrig_devices.iec.tree import Position
@@ -106,6 +107,7 @@ def results(
     waiting = [change for change in changes if change not in fates]
     trial = Trial(work, with_changes(limits, before.longest_s), before.outcomes)
     with ExitStack() as stack:
+        stack.enter_context(stands.kept())
         judged: Iterator[Result] = map(trial.result, waiting)
         if workers > 1:
             begin = partial(_begin, trial)
@@ -151,12 +153,14 @@ class Trial:
         return (self._noticed[case] + 1) / (self._tried[case] + 2) / self._costs_s.get(case, _LEAST_COST_S)
 
 
+_until_the_end = ExitStack()
 _trials: list[Trial] = []
 """The trial of this process, if it is a worker."""
 
 
 def _begin(trial: Trial) -> None:
     _trials.append(trial)
+    _until_the_end.enter_context(stands.kept())
 
 
 def _of_worker(change: Change) -> Result:

@@ -158,6 +158,10 @@ class Plc:
         self._load(compiled, is_cold=True)
         self._owner.renew_points()
 
+    def present_order(self) -> Order:
+        """Return the order to compile the stored program again."""
+        return self.order(Container.decode(self._project.program))
+
     def on_changed(self, order: Order, compiled: Compiled) -> None:
         self._compiler.keep(order, compiled)
         self.problem = ""
