@@ -9,6 +9,7 @@ No library does this: those that are kept well (pyftpdlib, aioftp) own their soc
 sessions run over a stack of our own as well, and in virtual time.
 """
 
+import re
 from collections import deque
 from functools import partial
 from typing import Final
@@ -33,7 +34,11 @@ FEATURES: Final = (
     "EPRT", "EPSV", "MDTM", "MLST type*;size*;modify*;perm*;", "PASV", "REST STREAM", "SIZE", "TVFS", "UTF8",
 )  # fmt: skip
 HELP_COLUMNS: Final = 8
-TELNET_SIGNALS: Final = (b"\xff\xf4", b"\xff\xf2")  # RFC 959, 4.1.3: before ABOR
+TELNET: Final = re.compile(rb"\xff(?:[\xf0-\xfa]|[\xfb-\xfe].)|\xff(?=[A-Za-z])", re.DOTALL)
+"""Commands of Telnet among those of FTP (RFC 959, 4.1.3: before ABOR): a signal, or an option that is offered.
+
+The data mark of a signal is urgent data, so that its FFh may arrive alone.
+"""
 
 
 def serving(clock: Clock, files: Files, login: FtpLogin) -> Serve:
@@ -105,8 +110,7 @@ class FtpSession:
         if len(line) > LONGEST_LINE:
             self._reply(Reply.TOO_LONG)
             return
-        for signal in TELNET_SIGNALS:
-            line = line.replace(signal, b"")
+        line = TELNET.sub(b"", line)
         word, _, argument = line.decode("utf-8", "replace").strip("\r\n").partition(" ")
         verb = word.upper()
         verb = ALIASES.get(verb, verb)

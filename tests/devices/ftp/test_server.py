@@ -434,6 +434,22 @@ def test_half_a_file_leaves_the_old_one(how: str) -> None:
     assert data.is_closed
 
 
+@pytest.mark.parametrize(
+    "signals",
+    [
+        b"\xff\xf4\xff\xf2",  # interrupt process, data mark
+        b"\xff\xf4\xff",  # the data mark was urgent data, and is read apart
+        b"\xff\xf2",
+        b"\xff\xfd\x03\xff\xfb\x18",  # do suppress go ahead, will terminal type
+        b"\xff\xfe\x0c",  # do not use an option
+        b"\xff\xf1",
+    ],
+)
+def test_commands_of_telnet_before_one_of_ftp_are_skipped(signals: bytes) -> None:
+    client = Client()
+    assert client.control.send(signals + b"ABOR\r\n") == b"226 Closing data connection; transfer aborted.\r\n"
+
+
 def test_a_file_that_does_not_fit_is_refused() -> None:
     client = Client()
     client.do("EPSV")
