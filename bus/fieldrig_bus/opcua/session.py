@@ -13,7 +13,7 @@ from asyncua import ua
 from asyncua.common.utils import ServiceError
 from asyncua.crypto.permission_rules import User, UserRole
 from asyncua.server.internal_server import InternalServer
-from asyncua.server.internal_session import InternalSession
+from asyncua.server.internal_session import InternalSession, SessionState
 
 from fieldrig_bus.opcua import calls
 from fieldrig_bus.opcua.address_space import AddressSpace
@@ -21,6 +21,7 @@ from fieldrig_bus.opcua.browsing import Continuations, check_view, with_fields
 from fieldrig_bus.opcua.devices import Devices
 from fieldrig_bus.opcua.mapping import STATUS_CODES, WrongValueError, from_variant, to_variant
 from fieldrig_bus.opcua.message import Kind, Node, Outcome, Status
+from fieldrig_bus.opcua.requests import check_some, with_status, wrong_browse, wrong_call, wrong_path
 from fieldrig_bus.opcua.sampler import Sampler, revised_ms
 from fieldrig_bus.opcua.subscriptions import Subscription, Subscriptions
 from fieldrig_bus.opcua.users import Users
@@ -112,26 +113,40 @@ class Session(InternalSession):  # type: ignore[misc]
         return self.iserver.users.may_write(self.user)
 
     async def browse(self, params: ua.BrowseParameters) -> list[ua.BrowseResult]:
+        check_some(params.NodesToBrowse)
         check_view(params)
         for asked in params.NodesToBrowse:
             await self._space.browse(asked.NodeId)
         results: list[ua.BrowseResult] = await super().browse(params)
-        for asked, result in zip(params.NodesToBrowse, results, strict=True):
+        for index, (asked, result) in enumerate(zip(params.NodesToBrowse, results, strict=True)):
+            wrong = wrong_browse(asked, self.aspace)
+            if wrong:
+                results[index] = with_status(ua.BrowseResult(), wrong)
+                continue
             result.References = with_fields(result.References, asked.ResultMask)
             self._continuations.first(result, params.RequestedMaxReferencesPerNode)
         return results
 
     async def browse_next(self, parameters: ua.BrowseNextParameters) -> list[ua.BrowseResult]:
+        check_some(parameters.ContinuationPoints)
         return self._continuations.next(parameters)
 
     async def translate_browsepaths_to_nodeids(self, params: list[ua.BrowsePath]) -> list[ua.BrowsePathResult]:
+        check_some(params)
+        results = []
         for path in params:
+            await self._space.ensure(path.StartingNode)
+            wrong = wrong_path(path, self.aspace)
+            if wrong:
+                results.append(with_status(ua.BrowsePathResult(), wrong))
+                continue
             await self._walk(path)
-        results: list[ua.BrowsePathResult] = await super().translate_browsepaths_to_nodeids(params)
+            results += await super().translate_browsepaths_to_nodeids([path])
         return results
 
     async def read(self, params: ua.ReadParameters) -> list[ua.DataValue]:
-        if params.MaxAge < 0:
+        check_some(params.NodesToRead)
+        if not params.MaxAge >= 0:  # or NaN
             raise ServiceError(ua.StatusCodes.BadMaxAgeInvalid)
         check_timestamps(params.TimestampsToReturn)
         for asked in params.NodesToRead:
@@ -153,7 +168,13 @@ class Session(InternalSession):  # type: ignore[misc]
             results[index] = stamped(value, params.TimestampsToReturn)
         return results
 
+    async def history_read(self, params: ua.HistoryReadParameters) -> list[ua.HistoryReadResult]:
+        check_some(params.NodesToRead)
+        wrong = ua.StatusCodes.BadHistoryOperationUnsupported  # the recording of signals has the history
+        return [with_status(ua.HistoryReadResult(HistoryData=ua.HistoryData()), wrong) for _ in params.NodesToRead]
+
     async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:
+        check_some(params.NodesToWrite)
         results = []
         for asked in params.NodesToWrite:
             await self._space.ensure(asked.NodeId)
@@ -161,9 +182,15 @@ class Session(InternalSession):  # type: ignore[misc]
         return results
 
     async def call(self, params: list[ua.CallMethodRequest]) -> list[ua.CallMethodResult]:
+        check_some(params)
         results = []
         for asked in params:
             await self._space.ensure(asked.MethodId)
+            await self._space.ensure(asked.ObjectId)
+            wrong = wrong_call(asked, self.aspace)
+            if wrong:
+                results.append(calls.refused(wrong))
+                continue
             node = self._space.node(asked.MethodId)
             if node is None or node.kind is not Kind.METHOD:
                 results += await super().call([asked])
@@ -174,8 +201,9 @@ class Session(InternalSession):  # type: ignore[misc]
     async def create_monitored_items(
         self, params: ua.CreateMonitoredItemsParameters
     ) -> list[ua.MonitoredItemCreateResult]:
+        check_some(params.ItemsToCreate)
         check_timestamps(params.TimestampsToReturn)
-        subscription = self.subscription_service.of(params.SubscriptionId)
+        subscription = self._own(params.SubscriptionId)
         results = []
         for asked in params.ItemsToCreate:
             await self._space.ensure(asked.ItemToMonitor.NodeId)
@@ -204,8 +232,9 @@ class Session(InternalSession):  # type: ignore[misc]
     async def modify_monitored_items(
         self, params: ua.ModifyMonitoredItemsParameters
     ) -> list[ua.MonitoredItemModifyResult]:
+        check_some(params.ItemsToModify)
         check_timestamps(params.TimestampsToReturn)
-        subscription = self.subscription_service.of(params.SubscriptionId)
+        subscription = self._own(params.SubscriptionId)
         results = []
         for asked in params.ItemsToModify:
             result = subscription.items.modify(asked, params.TimestampsToReturn)
@@ -220,17 +249,56 @@ class Session(InternalSession):  # type: ignore[misc]
         return (subscription.data.SubscriptionId, number) in self.iserver.sampler
 
     async def delete_monitored_items(self, params: ua.DeleteMonitoredItemsParameters) -> list[ua.StatusCode]:
+        check_some(params.MonitoredItemIds)
+        self._own(params.SubscriptionId)
         self.iserver.sampler.remove((params.SubscriptionId, number) for number in params.MonitoredItemIds)
         results: list[ua.StatusCode] = await super().delete_monitored_items(params)
         return results
 
-    async def delete_subscriptions(self, ids: Sequence[int]) -> list[ua.StatusCode]:
-        for number in ids:
-            self.iserver.sampler.remove_subscription(number)
-        results: list[ua.StatusCode] = await super().delete_subscriptions(ids)
+    async def set_monitoring_mode(self, params: ua.SetMonitoringModeParameters) -> list[ua.StatusCode]:
+        check_some(params.MonitoredItemIds)
+        self._own(params.SubscriptionId)
+        results: list[ua.StatusCode] = await super().set_monitoring_mode(params)
         return results
 
+    async def set_publishing_mode(self, params: ua.SetPublishingModeParameters) -> list[ua.StatusCode]:
+        check_some(params.SubscriptionIds)
+        results = []
+        for number in params.SubscriptionIds:
+            if self._is_own(number):
+                results += await super().set_publishing_mode(replace(params, SubscriptionIds=[number]))
+            else:
+                results.append(ua.StatusCode(ua.StatusCodes.BadSubscriptionIdInvalid))
+        return results
+
+    def republish(self, params: ua.RepublishParameters) -> ua.NotificationMessage:
+        self._own(params.SubscriptionId)
+        return super().republish(params)
+
+    async def delete_subscriptions(self, ids: Sequence[int]) -> list[ua.StatusCode]:
+        if self.state is not SessionState.Closed:  # a session that closes may have none
+            check_some(ids)
+        results = []
+        for number in ids:
+            if self._is_own(number):
+                self.iserver.sampler.remove_subscription(number)
+                results += await super().delete_subscriptions([number])
+            else:
+                results.append(ua.StatusCode(ua.StatusCodes.BadSubscriptionIdInvalid))
+        return results
+
+    def _is_own(self, number: int) -> bool:
+        """True for a subscription of this session: another session neither sees nor changes it."""
+        subscription = self.subscription_service.subscriptions.get(number)
+        return subscription is not None and subscription.session_id == self.session_id
+
+    def _own(self, number: int) -> Subscription:
+        if not self._is_own(number):
+            raise ServiceError(ua.StatusCodes.BadSubscriptionIdInvalid)
+        return self.subscription_service.of(number)
+
     async def change_subscription(self, params: ua.ModifySubscriptionParameters) -> ua.ModifySubscriptionResult:
+        self._own(params.SubscriptionId)
         return await self.subscription_service.change(params)
 
     async def transfer_subscriptions(self, params: Any, callback: Any) -> list[ua.TransferResult]:
