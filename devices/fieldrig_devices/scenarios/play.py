@@ -94,6 +94,8 @@ class Stage(ExitStack):
         self._seen = Watching(properties, self._places.add_all(place for one in properties for place in one.places))
         self._hands = Hands(rig, self._read, self._write, self._places.send, partial(has_power, rig))
         self._healed = False
+        self._looked_ns = -1
+        """The instant of the last look: between two events of the rig nothing is different at the same instant."""
         self.forgives = forgives
         """True if a value that a device refuses is not an error, but a consequence of what has happened: after a fault
         or a restart, when a program is not there yet, and in a search."""
@@ -212,7 +214,7 @@ class Stage(ExitStack):
         while self._rig.now_ns < end_ns and not self.is_over:
             look_ns = min(end_ns, self._begin_ns + (self.now_ns // LOOK_NS + 1) * LOOK_NS)
             # With a call of on_instant the rig asks after each instant whether it has to stop, of which there are many.
-            if self._rig.run_until(look_ns, self._has_to_stop):
+            if self._rig.run_until(look_ns, self._has_to_stop) and self._looked_ns != self._rig.now_ns:
                 self._on_instant()
             if self._takes_reached():
                 return
@@ -282,6 +284,7 @@ class Stage(ExitStack):
 
     def _on_instant(self) -> None:
         """Look at the present values; a place of a device without power keeps its last one."""
+        self._looked_ns = self._rig.now_ns
         self._seen.look(self.now_ns, self._places.read_all())
         self._note_hash()
 

@@ -112,3 +112,16 @@ def test_a_wrong_step_is_refused_with_its_line(tmp_path: Path, step: str, mistak
     [found] = caught.value.mistakes
     assert found.line == 4
     assert mistake in f"{found.key}: {found.what}"
+
+
+def test_a_key_is_released_before_what_happens_at_the_same_instant(tmp_path: Path) -> None:
+    """It does not matter whether the next step was known when the key was pressed."""
+    found = played(
+        tmp_path,
+        "- {at: 10ms, press: {drive/speed_set: 40}, hold: 20ms}\n- {at: 30ms, set: {drive/speed_set: 7}}\n",
+    )
+    assert instants_ms(found) == [
+        ("drive/speed_set = 40 for 20 ms", 10.0),
+        ("drive/speed_set = 0.0", 30.0),
+        ("drive/speed_set = 7", 30.0),
+    ]
