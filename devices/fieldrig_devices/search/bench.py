@@ -16,6 +16,8 @@ from fieldrig_devices.search import run
 from fieldrig_devices.search.choices import Choice
 from fieldrig_devices.search.piece import Piece, Run, World, acts_text
 from fieldrig_devices.search.plan import Plan, in_world
+from fieldrig_devices.search.run import Nominal
+from fieldrig_devices.search.trunk import Trunk
 from fieldrig_devices.search.vary import choices_of
 
 if TYPE_CHECKING:
@@ -36,6 +38,7 @@ class Bench:
         self.plan = plan
         self._worlds: dict[World, _Standing] = {}
         self._parked: OrderedDict[_Key, Branch] = OrderedDict()
+        self._cpu_s = 0.0
         self._first = self._standing(())
 
     @property
@@ -65,6 +68,19 @@ class Bench:
         """The places of all programs, each with the number of its mark in `Run.marks`."""
         return self._first.places
 
+    @cached_property
+    def nominal(self) -> Nominal:
+        """The run of the first world without any action besides."""
+        with self.root.branch() as branch:
+            found = branch.call(run.nominal, self.plan.edges, self.plan.scenario.length_ns)
+        self._cpu_s += found.cpu_s
+        return found
+
+    @property
+    def cpu_s(self) -> float:
+        """The processor time in seconds that went into nominal runs, and into what `play` has played."""
+        return self._cpu_s + sum(standing.trunk.cpu_s for standing in self._worlds.values())
+
     def play(self, piece: Piece) -> Run:
         """Play a piece."""
         branch = self.start(piece)
@@ -73,6 +89,7 @@ class Bench:
         except BaseException:
             branch.close()
             raise
+        self._cpu_s += played.cpu_s
         self.park(branch, piece, played)
         return played
 
@@ -127,12 +144,13 @@ class Bench:
         standing, before = self._standing(piece.world), piece.before
         if self.plan.scenario.master is not None:
             return standing.root  # a master begins with the scenario, and has threads that no branch can have
-        if not before:
-            return standing.at(piece.from_ns)
+        if not before and piece.from_ns:
+            return standing.trunk.at(piece.from_ns)
         key = (piece.world, acts_text(before), piece.from_ns)
         if key in self._parked:
             self._parked.move_to_end(key)
-        return self._parked.get(key, standing.root)
+            return self._parked[key]
+        return standing.trunk.before(_first_ns(piece))
 
 
 _Key = tuple[World, str, int]
@@ -146,8 +164,14 @@ def _in_world(plan: Plan, world: World) -> Plan:
     return plan._replace(scenario=in_world(plan.scenario, world))
 
 
+def _first_ns(piece: Piece) -> int:
+    """Return an instant until which a piece is the nominal run, and no states on the way are asked for."""
+    begin_ns = piece.until_ns if piece.is_whole else piece.from_ns
+    return min((begin_ns, *(0 if act.when else act.at_ns for act in piece.acts))) if piece.acts else 0
+
+
 class _Standing:
-    """A rig at the begin of the scenario, and the trunk: a branch that goes along its nominal run."""
+    """A rig at the begin of the scenario, and the trunk: branches along its nominal run."""
 
     def __init__(self, plan: Plan) -> None:
         scenario = plan.scenario
@@ -166,20 +190,8 @@ class _Standing:
             for one in collector.programs:
                 self.places += [(first + mark, place) for mark, place in one.places]
                 first += len(one.hits)
-            self._trunk, self._trunk_ns = self.root.branch(), 0
+            self.trunk = Trunk(self.root, scenario.length_ns)
             self._stack = stack.pop_all()
-
-    def at(self, ns: int) -> Branch:
-        """Return a branch at an instant of the nominal run."""
-        if ns == 0:
-            return self.root
-        if ns < self._trunk_ns:
-            self._trunk.close()
-            self._trunk, self._trunk_ns = self.root.branch(), 0
-        if ns > self._trunk_ns:
-            self._trunk.call(run.advance, ns)
-            self._trunk_ns = ns
-        return self._trunk
 
     def close(self) -> None:
         self._stack.close()

@@ -21,7 +21,7 @@ from fieldrig_devices.search.bench import Bench
 from fieldrig_devices.search.choices import kind_of
 from fieldrig_devices.search.corpus import Corpus, Finding
 from fieldrig_devices.search.minimal import fewest_acts, minimal
-from fieldrig_devices.search.piece import Piece, Run
+from fieldrig_devices.search.piece import Piece, Run, World, acts_text
 
 MOST_CAUSES: Final = 12
 """Findings of one property."""
@@ -32,6 +32,9 @@ MOST_ALIKE: Final = 3
 MOST_EXPLAINED: Final = 100
 """Runs of one property for which it is asked whether a known finding explains them."""
 
+MOST_TRIES: Final = 80
+"""Runs in which one finding is made small; a finding with many actions may stay larger."""
+
 Sorts = frozenset[tuple[str, str, str]]
 
 
@@ -41,12 +44,15 @@ class Causes:
         self._seen: set[tuple[str, Sorts, str]] = set()
         self._known: dict[str, list[tuple[Sorts, bytes]]] = {}
         """The actions and the way of each finding of a property."""
+        self._outcomes: dict[tuple[str, World, int], Run] = {}
+        """The runs that one failing run was made small with."""
         self._shrunk: Counter[str] = Counter()
         self._alike: Counter[tuple[str, Sorts]] = Counter()
         self._asked: Counter[str] = Counter()
 
     def take(self, failing: Run) -> None:
         """Take a run in which a property does not hold, and note it as a finding if its cause is new."""
+        self._outcomes.clear()
         for violation in failing.violations:
             name, sorts, way = _name(violation), sorts_of(failing.acts), _digest(failing.way)
             if (name, sorts, way) not in self._seen and self._is_worth(name, sorts):
@@ -59,14 +65,18 @@ class Causes:
 
     def small(self, violation: Violation, failing: Run) -> Finding:
         """Return a finding of a property that does not hold in a run, as small as possible."""
+        self._outcomes.clear()
         return self._small(_name(violation), failing)[0]
 
     def _small(self, name: str, failing: Run) -> tuple[Finding, bytes]:
         """Return the finding, and the way to it."""
         length_ns = max(failing.length_ns, self._bench.plan.scenario.length_ns)
-        broken = self._breaks(name, failing, length_ns)
+        found = self._breaks(name, failing, length_ns)(failing.acts)
+        assert found is not None, "a run is the same each time"
+        length_ns = self._shortest(name, failing, failing.acts, found, length_ns)
+        broken = self._breaks(name, failing, length_ns, MOST_TRIES)
         acts = fewest_acts(failing.acts, lambda some: broken(some) is not None)
-        first = broken(acts)
+        first = self._breaks(name, failing, length_ns)(acts)
         assert first is not None, "a run is the same each time"
 
         def is_same(some: Schedule) -> bool:
@@ -106,11 +116,24 @@ class Causes:
         known.append((sorts, way))
         self._corpus.note(finding)
 
-    def _breaks(self, name: str, failing: Run, length_ns: int) -> Callable[[Schedule], Run | None]:
-        """Return a function that plays actions, and returns the run if the property does not hold."""
+    def _breaks(
+        self, name: str, failing: Run, length_ns: int, most: int | None = None
+    ) -> Callable[[Schedule], Run | None]:
+        """Return a function that plays actions, and returns the run if the property does not hold.
+
+        What was played is not played again, and after `most` further runs nothing fails any more.
+        """
+        end = None if most is None else len(self._outcomes) + most
 
         def broken(acts: Schedule) -> Run | None:
-            played = self._bench.play(Piece(acts, 0, length_ns, world=failing.world))
+            if not acts and not failing.world:
+                return None  # the control run was clean
+            key = (acts_text(acts), failing.world, length_ns)
+            if key not in self._outcomes:
+                if end is not None and len(self._outcomes) >= end:
+                    return None
+                self._outcomes[key] = self._bench.play(Piece(acts, 0, length_ns, world=failing.world))
+            played = self._outcomes[key]
             return played if any(_name(one) == name for one in played.violations) else None
 
         return broken

@@ -1,5 +1,6 @@
 """`fieldrig search`: looks for the faults and instants that break a program."""
 
+import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -64,9 +65,21 @@ def run(
     ] = None,
     overrides: Overrides = None,
     strategies: Annotated[
-        str, typer.Option("--strategy", metavar="NAMES", help="The strategies, one after the other.")
+        str, typer.Option("--strategy", metavar="NAMES", help="The strategies, which take turns.")
     ] = "sweep,archive",
-    budget: Annotated[str, typer.Option("--budget", metavar="DURATION", help="The time of this machine.")] = "60s",
+    budget: Annotated[
+        str | None,
+        typer.Option("--budget", metavar="DURATION", help="The time of this machine; 60s without --cpu."),
+    ] = None,
+    cpu: Annotated[
+        str | None,
+        typer.Option(
+            "--cpu",
+            metavar="DURATION",
+            help="The time of processors, of all branches together: the same on a loaded machine.",
+            show_default=False,
+        ),
+    ] = None,
     most: Annotated[int, typer.Option("--most", metavar="N", min=1, help="At most N runs.")] = 1_000_000,
     is_first: Annotated[bool, typer.Option("--first", help="End at the first finding.")] = False,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="The seed of what is left to chance.")] = 1,
@@ -121,7 +134,7 @@ def run(
     with Bench(given) as bench, ClusterCrew(dask, luggage) if dask and luggage else LocalCrew(bench, workers) as crew:
         tally, told = Tally(crew), list[str]()
         one = Search(given, bench, tally, store, seed, part)
-        limits = Limits(duration_ns(budget) / S, most, is_first)
+        limits = Limits(_seconds(budget or (None if cpu else "60s")), most, _seconds(cpu), is_first)
 
         def tell(line: str) -> None:
             told.append(line)
@@ -246,6 +259,10 @@ def _write_report(
     with writing(folder):
         page = write_report(title, corpus, files, told, corpus.coverage(), folder)
     typer.echo(f"{page}", err=as_json)
+
+
+def _seconds(duration: str | None) -> float:
+    return math.inf if duration is None else duration_ns(duration) / S
 
 
 def _opened(file: Path) -> "Corpus":

@@ -17,6 +17,7 @@ GRIDS_NS: Final = (1 * S, 500 * MS, 100 * MS, 50 * MS, 10 * MS, 1 * MS)
 MOST_LATER_NS: Final = 100 * MS
 """The time by which an action may become later so that its instant is round."""
 SHORTEST_MS: Final = 1
+EIGHTHS: Final = 8
 DURATION: Final = "duration_ms"
 
 Fails = Callable[[Schedule], bool]
@@ -31,7 +32,7 @@ def minimal(acts: Schedule, fails: Fails, choices: Sequence[Choice] = ()) -> Sch
     """Return actions that still fail; `acts` fail.  Values stay among those of the choices."""
     kept = fewest_acts(acts, fails)
     for number in range(len(kept)):
-        kept = _first(kept, number, _earlier(kept[number]), fails)
+        kept = _earlier(kept, number, fails)
         kept = _first(kept, number, _rounder(kept[number]), fails)
         kept = _plainer(kept, number, fails, choices)
         kept = _shorter(kept, number, fails)
@@ -49,8 +50,17 @@ def _with(acts: Schedule, number: int, act: Act) -> Schedule:
     return (*acts[:number], act, *acts[number + 1 :])
 
 
-def _earlier(act: Act) -> Iterator[Act]:
-    return (act._replace(at_ns=act.at_ns * part // 8 // MS * MS) for part in range(8) if act.at_ns > 0)
+def _earlier(acts: Schedule, number: int, fails: Fails) -> Schedule:
+    """Return the actions with one of them at the begin, or else at the earliest eighth of its time that is found."""
+    act = acts[number]
+
+    def moved(part: int) -> Schedule:
+        return _with(acts, number, act._replace(at_ns=act.at_ns * part // EIGHTHS // MS * MS))
+
+    if act.at_ns == 0 or fails(moved(0)):
+        return acts if act.at_ns == 0 else moved(0)
+    part = least(EIGHTHS, 1, lambda one: fails(moved(one)))
+    return acts if part == EIGHTHS else moved(part)
 
 
 def _rounder(act: Act) -> Iterator[Act]:

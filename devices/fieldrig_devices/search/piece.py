@@ -47,6 +47,8 @@ class Run(NamedTuple):
     """A byte for each mark of the programs: 1 if it was passed since the begin of the scenario."""
     way: bytes = b""
     """The same of the last 50 ms, if a property did not hold."""
+    cpu_s: float = 0.0
+    """The time for which its process had a processor; it is no part of what a run is."""
     refused: str = ""
     """The answer of the rig if it has refused an action, such as a second fault of the same kind; it ends the run."""
 

@@ -6,13 +6,15 @@ and what crosses the pipe is small.
 
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from fieldrig.errors import ControlError, RigError
+from fieldrig.system.stopwatch import Stopwatch
 from fieldrig_devices.scenarios.act import Act
 from fieldrig_devices.scenarios.places import RigPlace, place_of
 from fieldrig_devices.scenarios.play import Played, Stage
-from fieldrig_devices.scenarios.property import Kind
+from fieldrig_devices.scenarios.property import Kind, Violation
 from fieldrig_devices.scenarios.sending import message_of
 from fieldrig_devices.search.choices import Choice
 from fieldrig_devices.search.eye import Eye
@@ -28,12 +30,19 @@ LATER_MS: Final = 1_000_000
 """The start of a fault that is only tried."""
 
 
-class Edges(NamedTuple):
-    """The instants of a scenario from its begin, in nanoseconds, in their order."""
+MOST_VALUES: Final = 16
+"""Values of a place whose changes are edges; one that has more moves all the time, such as an axis."""
 
-    changes: tuple[int, ...]
+
+class Nominal(NamedTuple):
+    """The run without any action besides; instants are nanoseconds from the begin of the scenario, in their order."""
+
+    violations: tuple[Violation, ...]
+    changes: tuple[tuple[int, ...], ...]
+    """The instants of each kind of change: a place goes from one value to another."""
     others: tuple[int, ...]
     """The instants at which something else happens, such as a message or the cycle of a task."""
+    cpu_s: float
 
 
 class Present(NamedTuple):
@@ -68,18 +77,22 @@ def begin(rig: "Rig", plan: Plan, *, is_hashed: bool = False) -> None:
     _present[:] = [Present(plan, stage, Eye(rig, plan.sorts, plan.states), recovers)]
 
 
-def advance(rig: "Rig", until_ns: int) -> None:
-    """Play on to an instant."""
-    _present[0].stage.run_until(until_ns)
+def advance(rig: "Rig", until_ns: int) -> float:
+    """Play on to an instant of the nominal run, and return the processor time in seconds."""
+    watch, stage = Stopwatch(), _present[0].stage
+    stage.run_until(until_ns)
+    return watch.busy_seconds
 
 
 def play_piece(rig: "Rig", piece: Piece) -> Run:
     """Play a piece from where this branch is, which has done what comes before that."""
+    watch = Stopwatch()
     with _acting():
         try:
-            return _play_piece(rig, piece)
+            played = _play_piece(rig, piece)
         except RigError as wrong:  # each action alone was tried, so it is the state of the machine that refuses it
-            return _run(piece)._replace(refused=wrong.what)
+            played = _run(piece)._replace(refused=wrong.what)
+    return played._replace(cpu_s=played.cpu_s + watch.busy_seconds)
 
 
 def _play_piece(rig: "Rig", piece: Piece) -> Run:
@@ -98,7 +111,7 @@ def _play_piece(rig: "Rig", piece: Piece) -> Run:
         return _run(piece)._replace(states=states)
     with rig.branch() as end:  # whether the machine comes back is seen beside, as the next piece may go on from here
         ended = end.call(play_piece, piece._replace(from_ns=piece.until_ns, is_whole=True))
-    return _run(piece)._replace(states=states, violations=ended.violations, way=ended.way)
+    return _run(piece)._replace(states=states, violations=ended.violations, way=ended.way, cpu_s=ended.cpu_s)
 
 
 def play_told(rig: "Rig", plan: Plan, piece: Piece) -> Played:
@@ -156,17 +169,24 @@ def try_alone(rig: "Rig", act: Act) -> None:
     place_of(rig, act.where).write(act.value)
 
 
-def edges(rig: "Rig", places: Sequence[str], length_ns: int) -> Edges:
+def nominal(rig: "Rig", places: Sequence[str], length_ns: int) -> Nominal:
     """Play on to the end, and return the edges on the way: those of these places, and of all that is judged."""
-    stage = _present[0].stage
+    watch, stage = Stopwatch(), _present[0].stage
     instants = set[int]()
     rig.on_instant(lambda: instants.add(stage.now_ns))
     for name in places:
         stage.follow(name)
     with _acting():
-        tracks = stage.finish(length_ns).tracks
-    changes = {at_ns for track in tracks.values() for at_ns, _ in track if 0 < at_ns <= length_ns}
-    return Edges(tuple(sorted(changes)), tuple(sorted({at_ns for at_ns in instants if at_ns <= length_ns} - changes)))
+        played = stage.finish(length_ns)
+    kinds: dict[tuple[object, ...], list[int]] = {}
+    for name, track in played.tracks.items():
+        if len({value for _, value in track}) <= MOST_VALUES:
+            for (_, before), (at_ns, after) in pairwise(track):
+                if 0 < at_ns <= length_ns:
+                    kinds.setdefault((name, before, after), []).append(at_ns)
+    changes = tuple(map(tuple, kinds.values()))
+    others = {at_ns for at_ns in instants if at_ns <= length_ns}.difference(*changes)
+    return Nominal(played.violations, changes, tuple(sorted(others)), watch.busy_seconds)
 
 
 def _go_to(piece: Piece) -> None:

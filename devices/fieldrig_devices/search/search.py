@@ -1,5 +1,7 @@
 """A search: a control run, the strategies, and for each property the smallest ways in which it does not hold."""
 
+import math
+from collections import deque
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -22,6 +24,8 @@ class Limits(NamedTuple):
     budget_s: float
     """The time of the host."""
     most_runs: int
+    cpu_s: float = math.inf
+    """The time of processors, of all branches together; that of the workers of a cluster counts as well."""
     is_first: bool = False
     """True if one finding is enough."""
 
@@ -34,45 +38,59 @@ class Search:
         self._plan, self._bench, self._crew, self._corpus = plan, bench, crew, corpus
         self._seed, self._shard = seed, shard
         self._causes = Causes(bench, corpus)
+        self._watch = Stopwatch()
+        self._played_s = 0.0
         self.runs = 0
+
+    @property
+    def cpu_s(self) -> float:
+        """The processor time of the search so far, in seconds, with that of its branches."""
+        return self._watch.busy_seconds + self._bench.cpu_s + self._played_s
 
     def go(self, strategies: Sequence[str], limits: Limits, tell: Callable[[str], None]) -> None:
         """Search.  RigError if the scenario does not hold without any action besides."""
         self._check_control()
+        task = Task(self._plan, self._bench, self._seed, self._shard)
+        from_begin = self._plan.scenario.master is not None  # no branch has its threads
+        turns = [_Turns(name, STRATEGIES[name](task), from_begin=from_begin) for name in strategies]
         watch = Stopwatch()
-        for number, name in enumerate(strategies, 1):
-            until_s = limits.budget_s * number / len(strategies)
-            strategy = STRATEGIES[name](Task(self._plan, self._bench, self._seed, self._shard))
 
-            def may_start(until_s: float = until_s) -> bool:
-                is_over = limits.is_first and bool(self._corpus.findings())
-                return watch.seconds < until_s and self.runs < limits.most_runs and not is_over
+        def is_over() -> bool:
+            found = limits.is_first and bool(self._corpus.findings())
+            return found or watch.seconds >= limits.budget_s or self.cpu_s >= limits.cpu_s
 
-            self._follow(name, strategy, may_start)
-            tell(strategy.told())
+        self._follow(turns, limits.most_runs, is_over)
+        for one in turns:
+            tell(one.strategy.told())
 
-    def _follow(self, name: str, strategy: Strategy, may_start: Callable[[], bool]) -> None:
-        """Have the pieces of a strategy played: always the same number ahead, so that the crew has work.
+    def _follow(self, turns: "Sequence[_Turns]", most: int, is_over: Callable[[], bool]) -> None:
+        """Have the pieces of the strategies played: always the same number ahead, so that the crew has work.
 
         A piece is chosen when the outcome of the one `ahead` before it is known, whether more of them are known or not.
+        The strategy that has had the least virtual time has the next turn.
         """
-        open_pieces = 0
-        while True:
-            while open_pieces < strategy.ahead and may_start() and (piece := strategy.piece()) is not None:
+        opened: deque[_Turns] = deque()
+        while not is_over():
+            while self.runs < most and (turn := _next(turns)) is not None and turn.open < turn.strategy.ahead:
+                piece = turn.strategy.piece()
+                if piece is None:
+                    turn.is_done = True
+                    continue
+                turn.begin(piece)
+                opened.append(turn)
                 self._crew.start(piece)
                 self.runs += 1
-                open_pieces += 1
-            if not open_pieces:
+            if not opened:
                 return
-            played = self._crew.next()
-            open_pieces -= 1
-            self._take(played, name)
-            if not strategy.take(played):
+            played, turn = self._crew.next(), opened.popleft()
+            turn.open -= 1
+            self._played_s += played.cpu_s
+            self._take(played, turn.name)
+            if not turn.strategy.take(played):
                 self._crew.drop(played)
 
     def _check_control(self) -> None:
-        played = self._bench.play(Piece((), 0, self._plan.scenario.length_ns))
-        for wrong in played.violations:
+        for wrong in self._bench.nominal.violations:
             what = f"{wrong.property} does not hold without any action besides: at {seconds(wrong.at_ns)} {wrong.what}"
             raise RigError(what, "fix the property or the scenario first; `fieldrig scenario run` shows it as well")
 
@@ -80,3 +98,24 @@ class Search:
         self._corpus.add(played, strategy)
         if played.violations:
             self._causes.take(played)
+
+
+class _Turns:
+    """A strategy with the virtual time that it has had."""
+
+    def __init__(self, name: str, strategy: Strategy, *, from_begin: bool) -> None:
+        """With `from_begin` a piece is played with all that comes before it."""
+        self.name, self.strategy, self._from_begin = name, strategy, from_begin
+        self.played_ns = 0
+        self.open = 0
+        """Pieces that were started and have no outcome yet."""
+        self.is_done = False
+
+    def begin(self, piece: Piece) -> None:
+        self.open += 1
+        self.played_ns += piece.until_ns - (0 if self._from_begin else piece.from_ns)
+
+
+def _next(turns: Sequence[_Turns]) -> _Turns | None:
+    """Return the strategy that has had the least virtual time, of those that have something left."""
+    return min((one for one in turns if not one.is_done), key=lambda one: one.played_ns, default=None)

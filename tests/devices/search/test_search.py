@@ -1,13 +1,14 @@
 """The search finds bugs that were planted in a small program, makes them small, and says when there is nothing."""
 
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
-from st_tests import LAMP_RIG
+from lamp_search import HISTORY, PLAN, RACE, SHORT, TWO_BUGS, planted, searched
 from typer.testing import CliRunner, Result
 
 from fieldrig.clock import MS, S
@@ -25,73 +26,6 @@ from fieldrig_devices.search.search import Limits, Search
 from fieldrig_devices.search.strategy import WHOLE, Shard
 
 pytestmark = pytest.mark.long
-
-PROGRAM = """\
-VAR_GLOBAL presses : INT; END_VAR
-PROGRAM PLC_PRG
-VAR
-  switch AT %IX0.0 : BOOL;
-  lamp AT %QX0.0 : BOOL;
-  hold : TON;
-  edge : R_TRIG;
-  was, stuck : BOOL;
-  last : TIME;
-END_VAR
-edge(CLK := switch);
-IF edge.Q THEN presses := presses + 1; END_IF
-hold(IN := switch, PT := T#200ms);
-lamp := hold.Q;
-{bug}
-END_PROGRAM
-"""
-RACE = """
-IF NOT switch AND was AND last > T#150ms AND last < T#170ms THEN stuck := TRUE; END_IF
-was := switch;
-last := hold.ET;
-lamp := lamp OR stuck;
-"""
-"""A switch that opens in a window of 20 ms lights the lamp."""
-HISTORY = "IF presses >= 3 THEN lamp := TRUE; END_IF"
-"""The third press leaves the lamp on."""
-PLAN = """\
-rig: rig.yaml
-after: 500ms
-for: 2s
-steps:
-- {at: 100ms, set: {wires/switch.on: true}}
-- {at: 600ms, set: {wires/switch.on: false}}
-properties:
-  the lamp goes out: {never: wires/lamp.on and not wires/switch.on, longer: 50ms}
-vary:
-- {set: {wires/switch.on: false}}
-- {press: {wires/switch.on: true}, hold: 50ms}
-states: [terminal/presses, wires/lamp.on]
-"""
-
-SHORT = PLAN.replace("for: 2s", "for: 800ms").replace("- {press: {wires/switch.on: true}, hold: 50ms}\n", "")
-"""A plan for sweeps, which try every instant."""
-
-
-def planted(folder: Path, bug: str, plan: str = PLAN) -> Path:
-    (folder / "rig.yaml").write_text(LAMP_RIG)
-    (folder / "lamp.st").write_text(PROGRAM.format(bug=bug))
-    (folder / "plan.yaml").write_text(plan)
-    return folder / "plan.yaml"
-
-
-def searched(
-    plan_file: Path,
-    *strategies: str,
-    most: int = 10_000,
-    seed: int = 1,
-    shard: Shard = WHOLE,
-    workers: int = 2,
-    is_first: bool = False,
-) -> tuple[Corpus, list[str]]:
-    plan, corpus, told = load_plan(plan_file), Corpus(None), list[str]()
-    with Bench(plan) as bench, LocalCrew(bench, workers) as crew:
-        Search(plan, bench, crew, corpus, seed, shard).go(strategies, Limits(600.0, most, is_first), told.append)
-    return corpus, told
 
 
 class Forgetful:
@@ -137,7 +71,20 @@ def test_a_bug_with_a_history_needs_branches_that_go_on(tmp_path: Path) -> None:
 def test_a_search_may_end_at_its_first_finding(tmp_path: Path) -> None:
     corpus, _ = searched(planted(tmp_path, HISTORY), "archive", most=60, is_first=True)
     assert len(corpus.findings()) == 1
-    assert len(list(corpus.runs())) < 60
+    *before, (*_, wrong) = corpus.runs()
+    assert wrong
+    assert not any(violations for *_, violations in before)
+
+
+def test_processor_time_ends_a_search(tmp_path: Path) -> None:
+    with Bench(load_plan(planted(tmp_path, ""))) as bench, LocalCrew(bench, 1) as crew:
+        search = Search(bench.plan, bench, crew, Corpus(None), 1)
+        search.go(["swarm"], Limits(math.inf, 2, cpu_s=0.0), lambda _: None)
+        assert search.runs == 0
+        before_s = search.cpu_s
+        search.go(["swarm"], Limits(math.inf, 2, cpu_s=math.inf), lambda _: None)
+        assert search.runs == 2
+        assert search.cpu_s > before_s > 0.0
 
 
 def test_a_bug_behind_the_end_of_the_scenario_is_repeated(tmp_path: Path) -> None:
@@ -184,7 +131,7 @@ worlds: {seed: [2]}
 @pytest.mark.parametrize("strategy", ["archive", "swarm"])
 def test_the_outcome_does_not_depend_on_who_plays_what(tmp_path: Path, strategy: str) -> None:
     """One worker, several, and one without branches, which plays everything from the begin and the last piece first."""
-    plan = planted(tmp_path, HISTORY, EVERYTHING)
+    plan = planted(tmp_path, HISTORY.replace(">= 3", ">= 2"), EVERYTHING)
     hashes = {searched(plan, strategy, most=12, workers=workers)[0].hash() for workers in (1, 3)}
     corpus = Corpus(None)
     with Bench(load_plan(plan)) as bench:
@@ -291,18 +238,6 @@ def test_what_is_found_is_made_few_round_and_short() -> None:
     assert minimal(acts, fails) == (Act(1 * S, "fault", "can0", {"what": "drop", "duration_ms": "1"}),)
 
 
-TWO_BUGS = """
-IF NOT switch AND was AND last > T#150ms AND last < T#170ms THEN stuck := TRUE; END_IF
-IF presses >= 2 THEN
-  lamp := TRUE;
-END_IF
-was := switch;
-last := hold.ET;
-lamp := lamp OR stuck;
-"""
-"""A race, and a counter, behind the same property."""
-
-
 def run_of(bench: Bench, *acts: Act) -> Run:
     played = bench.play(Piece(acts, 0, 2 * S))
     assert played.violations
@@ -324,6 +259,17 @@ def test_one_finding_of_each_cause(tmp_path: Path) -> None:
     assert sorted(one.acts[0].verb for one in found) == ["press", "set"]
     assert len({one.cause for one in found}) == 2
     assert all("in the 50 ms before:" in one.reason for one in found)
+
+
+def test_a_finding_is_made_small_without_a_run_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with Bench(load_plan(planted(tmp_path, HISTORY))) as bench:
+        causes, play, played = Causes(bench, Corpus(None)), bench.play, list[Piece]()
+        many = [Act(at_ms * MS, "press", "wires/switch.on", True, 50 * MS) for at_ms in range(800, 1800, 100)]
+        failing = run_of(bench, *many)
+        monkeypatch.setattr(bench, "play", lambda piece: played.append(piece) or play(piece))  # type: ignore[func-returns-value]
+        assert len(causes.small(failing.violations[0], failing).acts) == 2
+    assert len({(acts_text(piece.acts), piece.until_ns) for piece in played}) == len(played)
+    assert not any(piece.acts == () for piece in played)
 
 
 COMES_BACK = """\
