@@ -104,7 +104,7 @@ class _Turns:
     """A strategy with the virtual time that it has had."""
 
     def __init__(self, name: str, strategy: Strategy, *, from_begin: bool) -> None:
-        """With `from_begin` a piece is played with all that comes before it."""
+        """`from_begin`: a piece is played with all that comes before it."""
         self.name, self.strategy, self._from_begin = name, strategy, from_begin
         self.played_ns = 0
         self.open = 0
