@@ -2,6 +2,7 @@ import gc
 import logging
 import os
 import signal
+import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -93,6 +94,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def free_port() -> int:
     """A free TCP port of 127.0.0.1."""
     return testing.free_port()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def process_of_commands() -> Iterator[None]:
+    """End the process whose forks are commands, if a test has needed it."""
+    yield
+    forked_cli = sys.modules.get("forked_cli")
+    if forked_cli is not None:
+        forked_cli.USUAL.end()
 
 
 @pytest.hookimpl(wrapper=True)

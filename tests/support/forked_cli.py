@@ -6,66 +6,146 @@ For tests of what a command says and does, not of how it starts.
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from multiprocessing import get_context
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from select import select
+from shlex import join
+from tempfile import TemporaryDirectory
 from typing import Final
 
-_CONTEXT: Final = get_context("forkserver")  # a fork of this process would have its half of Zenoh, and no threads
-_CONTEXT.set_forkserver_preload(
-    [
-        "pytest",  # which each fork imports as the main module of this process
-        "fieldrig.cli.outcome",
-        "fieldrig.cli.app",
-        "fieldrig.control.messages",
-        "fieldrig_devices.arp.commands",
-        "fieldrig_devices.arp.user_port.client",
-        "fieldrig_devices.languages.debugging.debug_command",
-        "serial",
-        "zenoh",
-    ]
-)
+from forked_command import begin, number_from
+
+HERE: Final = Path(__file__).parent
+
+
+class Server:
+    """A process that is forked.  It starts with the first command, in the network of the thread that gives it."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def path(self) -> str:
+        """Return the path of its socket, once it listens there."""
+        if self._process is None:
+            self._folder = TemporaryDirectory(prefix="forks")
+            command = [sys.executable, str(HERE / "command_server.py"), self._socket]
+            # A session of its own: Ctrl-C reaches the tests, which end their commands.
+            self._process = subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
+            while not Path(self._socket).exists():
+                assert self._process.poll() is None, "the server of the commands has ended"
+                time.sleep(0.02)
+        return self._socket
+
+    @property
+    def _socket(self) -> str:
+        return f"{self._folder.name}/socket"
+
+    def end(self) -> None:
+        """End the process with its commands; the next command starts another."""
+        if self._process is not None:
+            self._process.communicate()
+            self._process = None
+            self._folder.cleanup()
+
+
+USUAL: Final = Server()
+
+
+class ForkedProcess(subprocess.Popen[bytes]):
+    """A command that runs in a fork, as `subprocess.Popen` would have it."""
+
+    def __init__(
+        self,
+        arguments: Sequence[str],
+        folder: Path,
+        environment: Mapping[str, str],
+        files: Sequence[int],
+        module: str = "fieldrig",
+        server: Server = USUAL,
+    ) -> None:
+        """Start it, with these open files as its standard input, output and errors."""
+        self.args, self.returncode = [module, *arguments], None
+        self._connection = begin(server.path(), module, arguments, str(folder), environment, files)
+        self.pid = number_from(self._connection)
+
+    def poll(self) -> int | None:
+        with suppress(subprocess.TimeoutExpired):
+            self.wait(0.0)
+        return self.returncode
+
+    def wait(self, timeout: float | None = None) -> int:
+        if self.returncode is None:
+            if not select([self._connection], [], [], timeout)[0]:
+                raise subprocess.TimeoutExpired(self.args, timeout or 0.0)
+            self.returncode = number_from(self._connection)
+            self._connection.close()
+        return self.returncode
+
+    def send_signal(self, sig: int) -> None:
+        if self.poll() is None:
+            os.kill(self.pid, sig)
 
 
 def run(
-    arguments: Sequence[str], folder: Path, environment: Mapping[str, str], script: str = "", limit_s: float = 120.0
+    arguments: Sequence[str],
+    folder: Path,
+    environment: Mapping[str, str],
+    script: str = "",
+    limit_s: float = 120.0,
+    module: str = "fieldrig",
+    server: Server = USUAL,
 ) -> subprocess.CompletedProcess[str]:
-    """Run `fieldrig` with these arguments in a folder, with `script` as its standard input, to its end."""
+    """Run `fieldrig`, or `python -m pytest`, with these arguments in a folder, to its end.
+
+    `script` is its standard input.
+    """
     with files_in_memory("in", "out", "err") as files:
-        files[0].write_text(script, encoding="utf-8")
-        process = _CONTEXT.Process(target=_command, args=([*arguments], str(folder), {**environment}, files))
-        process.start()
-        process.join(limit_s)
-        if process.is_alive():
+        Path(f"/proc/self/fd/{files[0]}").write_text(script, encoding="utf-8")
+        process = ForkedProcess(arguments, folder, environment, files, module, server)
+        try:
+            code = process.wait(limit_s)
+        except subprocess.TimeoutExpired:
             process.kill()
-            process.join()
-            raise subprocess.TimeoutExpired(["fieldrig", *arguments], limit_s)
-        assert process.exitcode is not None
-        output, errors = (file.read_text(encoding="utf-8") for file in files[1:])
-        return subprocess.CompletedProcess(["fieldrig", *arguments], process.exitcode, output, errors)
+            process.wait()
+            raise
+        output, errors = (Path(f"/proc/self/fd/{file}").read_text(encoding="utf-8") for file in files[1:])
+        return subprocess.CompletedProcess([module, *arguments], code, output, errors)
+
+
+def start(
+    arguments: Sequence[str], folder: Path | None, environment: Mapping[str, str], output: int
+) -> subprocess.Popen[bytes]:
+    """Start `fieldrig` in a folder, or in the current one, with both outputs into one open file and no input."""
+    with Path(os.devnull).open("rb") as nothing:
+        files = (nothing.fileno(), output, output)
+        return ForkedProcess(arguments, folder or Path.cwd(), environment, files)
+
+
+def save_commands(folder: Path) -> None:
+    """Save the commands `fieldrig` and `python` in a folder, for the PATH of a shell.
+
+    `python` is only another one for `python -m pytest`.
+    """
+    folder.mkdir()
+    fork = join([sys.executable, "-IS", str(HERE / "forked_command.py"), USUAL.path()])
+    _save_program(folder / "fieldrig", f'exec {fork} fieldrig "$@"\n')
+    text = f'if [ "$1 $2" = "-m pytest" ]; then shift 2; exec {fork} pytest "$@"; fi\nexec {sys.executable} "$@"\n'
+    _save_program(folder / "python", text)
+
+
+def _save_program(file: Path, text: str) -> None:
+    file.write_text(f"#!/bin/sh\n{text}", encoding="utf-8")
+    file.chmod(0o755)
 
 
 @contextmanager
-def files_in_memory(*names: str) -> Iterator[list[Path]]:
-    """Return files that need no disk, as some tests fill theirs."""
+def files_in_memory(*names: str) -> Iterator[list[int]]:
+    """Return open files that need no disk, as some tests fill theirs."""
     opened = [os.memfd_create(name) for name in names]
     try:
-        yield [Path(f"/proc/{os.getpid()}/fd/{number}") for number in opened]
+        yield opened
     finally:
         for number in opened:
             os.close(number)
-
-
-def _command(arguments: list[str], folder: str, environment: dict[str, str], files: list[Path]) -> None:
-    os.chdir(folder)
-    os.environ.clear()
-    os.environ.update(environment)
-    for number, file in enumerate(files):
-        os.dup2(os.open(file, os.O_RDWR), number)
-    sys.stdin, sys.stdout = os.fdopen(0), os.fdopen(1, "w")
-    sys.stderr = os.fdopen(2, "w", buffering=1, errors="backslashreplace")  # as Python itself opens it
-    sys.argv = ["fieldrig", *arguments]
-    from fieldrig.cli import main
-
-    main()

@@ -39,6 +39,11 @@ class RunningRig(UpProcess):
         """Start another `fieldrig up` with the same file; the first is `process`."""
         return self.start_up(self.file, *options, folder=self.folder)
 
+    def start_up(self, file: Path, *options: str, folder: Path | None = None) -> subprocess.Popen[bytes]:
+        """Start `fieldrig up` in a fork: a rig is what it is after it has imported its modules."""
+        with self._output.open("ab") as output:
+            return forked_cli.start(("up", str(file), *options), folder, self.environment, output.fileno())
+
     @property
     def run(self) -> Path:
         return self.folder / "run/lab"

@@ -1,7 +1,8 @@
 """The documentation does what it says: every block of every page is run, as `doc_pages` tells.
 
 Each page is tried in a folder of its own that looks like a clone with an activated .venv.  Ports are exchanged for
-free ones in what is run, and back in what is printed.
+free ones in what is run, and back in what is printed.  `fieldrig` and `python -m pytest` are forks of one process, as
+`forked_cli` says; a block that activates the .venv itself, as in README.md and begin.md, has the commands of a user.
 """
 
 import os
@@ -17,6 +18,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
+import forked_cli
 import pytest
 from addresses import exchanged, ports_in
 from doc_pages import PAGES, ROOT, Block, blocks, place_of
@@ -54,8 +56,9 @@ class Desk:
         for file, text in rigs.items():
             file.write_text(self._with_free_ports(text), encoding="utf-8")
         self._originals = {free: port for port, free in self._ports.items()}
-        programs = f"{self.folder / '.venv/bin'}{os.pathsep}{os.environ['PATH']}"
-        self._environment = {**os.environ, "PATH": programs}
+        forked_cli.save_commands(self.folder / "forked")
+        programs = (str(self.folder / "forked"), str(self.folder / ".venv/bin"), os.environ["PATH"])
+        self._environment = {**os.environ, "PATH": os.pathsep.join(programs)}
         self._environment.pop("FIELDRIG_CONTROL", None)
         if any("page to operate" in block.text for block in page):
             self._environment.pop(NO_PAGE_VARIABLE, None)

@@ -5,16 +5,19 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Final
 
+import forked_cli
 import network_namespace
 import pytest
 from doc_pages import ROOT, blocks, page_named
+from network_namespace import inside
 from process_group import kill_group
-from running_rig import until
+from running_rig import PATIENCE_S, until
 from two_hosts import Host, Line, two_hosts
 
 from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
@@ -32,12 +35,24 @@ FAR: Final = {"panel", "infeed", "film", "jaw", "jaw_encoder", "outfeed"}
 class Rig:
     """The rig of the page, seen from the host of its controller."""
 
-    def __init__(self, near: Host, far: Host, folder: Path) -> None:
-        self.near, self.far, self.folder = near, far, folder
+    def __init__(self, near: Host, far: Host, folder: Path, scripts: "Sequence[subprocess.Popen[bytes]]") -> None:
+        self.near, self.far, self.folder, self.scripts = near, far, folder, scripts
+        self.commands = forked_cli.Server()
 
     def tool(self, *words: str) -> str:
-        done = self.near.run(["fieldrig", *words, "--control", CONTROL], self.folder)
+        arguments = (*words, "--control", CONTROL)
+        with inside(self.near.network):
+            done = forked_cli.run(arguments, self.folder, os.environ, limit_s=PATIENCE_S, server=self.commands)
         return done.stdout if done.returncode == 0 else ""
+
+    def until_ready(self) -> None:
+        """Wait until the rig is ready.  What its processes have printed is in the message if it never is."""
+        status = self.status()
+        give_up_s = time.monotonic() + PATIENCE_S
+        while status["state"] != "ready":
+            is_late = time.monotonic() > give_up_s or any(script.poll() is not None for script in self.scripts)
+            assert not is_late, f"{status}\n{self.log('controller-host')}\n{self.log('drive-host')}"
+            status = self.status()
 
     def status(self) -> dict[str, Any]:
         """Return nothing while the control service waits for those that are cut off."""
@@ -61,6 +76,7 @@ class Rig:
 @contextmanager
 def running(near: Host, far: Host, folder: Path) -> Iterator[Rig]:
     """Start the scripts of the page on both hosts, which have no folder in common."""
+    scripts = list["subprocess.Popen[bytes]"]()
     with ExitStack() as stack:
         for host, script in ((near, "controller-host"), (far, "drive-host")):
             own = folder / script
@@ -69,8 +85,11 @@ def running(near: Host, far: Host, folder: Path) -> Iterator[Rig]:
             for block in blocks(PAGE):
                 if block.info[1:2] in (("file",), ("rig",)):
                     (own / block.info[2]).write_text(block.text, encoding="utf-8")
-            stack.callback(_end, host.start(["sh", f"{script}.sh"], own, folder / f"{script}.out"))
-        yield Rig(near, far, folder)
+            scripts.append(host.start(["sh", f"{script}.sh"], own, folder / f"{script}.out"))
+            stack.callback(_end, scripts[-1])
+        rig = Rig(near, far, folder, scripts)
+        stack.callback(rig.commands.end)
+        yield rig
 
 
 def _end(process: "subprocess.Popen[bytes]") -> None:
@@ -87,7 +106,7 @@ def hosts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Rig
     monkeypatch.setenv(NO_PAGE_VARIABLE, "1")
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     with two_hosts() as (near, far, line), running(near, far, tmp_path) as rig:
-        until(lambda: rig.status()["state"] == "ready")
+        rig.until_ready()
         yield rig, line
 
 
@@ -109,7 +128,7 @@ def test_a_cut_between_two_hosts_is_reported_on_both_and_the_rig_comes_back(host
 
     line.mend()
     line.loss(0.5)
-    until(lambda: rig.status()["state"] == "ready")
+    rig.until_ready()
     until(lambda: rig.ring_closed == 1)
     assert all(one["restarts"] == 0 for one in rig.status()["processes"].values())
     assert rig.tool("set", "jaw/mains=false")
