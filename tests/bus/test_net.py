@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 from in_loop import in_loop
+from patience import PATIENCE_S
 from pydantic import ValidationError
 
 from fieldrig.clock import VirtualClock
@@ -83,7 +84,7 @@ async def test_client_that_does_not_read_loses_what_it_can_not_take() -> None:
     server = TcpServer("127.0.0.1:0", Echo)
     await server.open()
     client = socket.create_connection(("127.0.0.1", server.port))
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(PATIENCE_S):
         while not server.connections:
             await asyncio.sleep(0.001)
     (connection,) = server.connections
@@ -108,7 +109,7 @@ async def test_client_that_floods_leaves_others_their_turn() -> None:
     await server.open()
     _, writer = await asyncio.open_connection("127.0.0.1", server.port)
     writer.write(bytes(1_000_000))
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(PATIENCE_S):
         while sum(taken) < 1_000_000:
             await asyncio.sleep(0)
     assert max(taken) <= MOST_AT_ONCE
@@ -131,7 +132,7 @@ async def test_client_that_has_to_wait_waits_after_a_flood_too() -> None:
     await server.open()
     _, writer = await asyncio.open_connection("127.0.0.1", server.port)
     writer.write(bytes(3 * MOST_AT_ONCE))
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(PATIENCE_S):
         while not taken:
             await asyncio.sleep(0)
     for _ in range(20):

@@ -17,6 +17,7 @@ from typing import Any
 
 import pytest
 from in_loop import in_loop
+from patience import PATIENCE_S
 from strangers import Stranger, hello, hub_of
 
 from fieldrig.hub.hub import LocalHub
@@ -34,7 +35,6 @@ MOST_SENT = 24 << 20
 """Bytes that the system may keep of a client: its own buffer and that of the port, which grow to some MB each."""
 QUIET = 50
 """Attempts to send in a row that fail while the port reads nothing, after which the client counts as stopped."""
-PATIENCE_S = 20.0
 
 READ = bytes.fromhex("0001 0000 0006 01 03 0000 000a")  # Modbus TCP: ten registers of unit 1
 READ_ASCII = b":01030000000AF2\r\n"  # the same on a line (Modbus over serial line V1.02, 2.5.2)

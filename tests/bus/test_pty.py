@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from in_loop import in_loop
+from patience import PATIENCE_S
 
 from fieldrig.errors import BusError
 from fieldrig_bus.pty import MOST_PENDING, Pty
@@ -45,7 +46,7 @@ def read_some(descriptor: int) -> bytes:
 
 
 async def heard(received: list[bytes], count: int) -> bytes:
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(PATIENCE_S):
         while sum(map(len, received)) < count:
             await asyncio.sleep(0.001)
     return b"".join(received)
@@ -132,7 +133,7 @@ async def test_writing_without_a_reader_neither_blocks_nor_grows_and_loses_whole
         for _ in range(20_000):
             pty.write(message)
         with client_of(pty) as client:
-            async with asyncio.timeout(10):
+            async with asyncio.timeout(PATIENCE_S):
                 while len(got) < MOST_PENDING:
                     await asyncio.sleep(0.001)
                     got += read_some(client)

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 from in_loop import in_loop
+from patience import PATIENCE_S
 
 from fieldrig_bus import pty as pty_module
 from fieldrig_bus.pty import MOST_PENDING, Pty
@@ -51,7 +52,7 @@ class Owner:
         return [entry for entry in self.noted if isinstance(entry, bool)]
 
     async def until(self, is_so: Callable[[], bool]) -> None:
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(PATIENCE_S):
             while not is_so():
                 await asyncio.sleep(0.001)
 

@@ -19,6 +19,7 @@ from typing import Any, cast
 import pytest
 from arp_user_port import PortBench, frame
 from ip_line import CALLER, CONTROLLER, Peer
+from patience import PATIENCE_S
 from sendable import GOOD
 from spoiling import spoilt
 from strangers import Stranger, bus_of, hello, hub_kinds, hub_of, kind_names
@@ -318,7 +319,7 @@ def test_a_way_in_for_outsiders_goes_on(name: str, tmp_path: Path, inputs_a_targ
                 with suppress(ConnectionError):
                     await writer.wait_closed()
                 await swallowing
-            async with asyncio.timeout(60):
+            async with asyncio.timeout(PATIENCE_S):
                 while set(hub._members) - members:  # a client that is gone has left the bus
                     await asyncio.sleep(0.001)
             reader, writer = await asyncio.open_connection("127.0.0.1", free_tcp)

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
+from patience import PATIENCE_S
+
 from fieldrig.bus import ModelBus
 from fieldrig.hub.attach import RemoteLink, attach
 from fieldrig.hub.hub import LocalHub
@@ -14,7 +16,6 @@ from fieldrig.link import Link
 from fieldrig.loop.real_clock import RealClock
 
 Where = Literal["here", "unix", "tcp"]
-PATIENCE_S = 30.0
 
 
 class LoopBench:

@@ -7,6 +7,8 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
+from patience import PATIENCE_S
+
 from fieldrig.bus import Bus, DirectBus, ModelBus
 from fieldrig.config import kinds
 from fieldrig.hub.hub import LocalHub
@@ -93,7 +95,7 @@ class Stranger:
     async def until_put_off(self) -> str:
         """Why the hub closed this connection; "" if it said nothing."""
         why = ""
-        async with asyncio.timeout(30):
+        async with asyncio.timeout(PATIENCE_S):
             try:
                 while True:
                     kind, said = await self.heard()

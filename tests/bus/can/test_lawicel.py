@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from in_loop import in_loop
+from patience import PATIENCE_S
 from segments import segments
 
 from fieldrig.clock import MS, VirtualClock
@@ -324,7 +325,7 @@ async def test_python_can_joins_sends_and_hears(way: str, tmp_path: Path) -> Non
     bus = await asyncio.to_thread(join)
     bus.send(can.Message(arbitration_id=0x123, data=[1, 0xF1], is_extended_id=False))
     bus.send(can.Message(arbitration_id=0x123, is_remote_frame=True, dlc=3))
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(PATIENCE_S):
         assert await heard.get() == CanFrame(0x123, b"\x01\xf1")
         assert await heard.get() == CanFrame(0x123, is_extended=True, is_remote=True, remote_length=3)
     node.send(CanFrame(0x1, b"\xff\x00", is_extended=True))

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from in_loop import in_loop
+from patience import PATIENCE_S
 from segments import segments
 
 from fieldrig.clock import MS, S, VirtualClock
@@ -371,7 +372,7 @@ async def test_python_can_joins_sends_and_hears(tmp_path: Path) -> None:
     first, second = await asyncio.to_thread(join), await asyncio.to_thread(join)
     first.send(can.Message(arbitration_id=0x123, data=[1, 0xF1], is_extended_id=False))
     first.send(can.Message(arbitration_id=0x123, is_extended_id=True))
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(PATIENCE_S):
         assert await heard.get() == CanFrame(0x123, b"\x01\xf1")
         assert await heard.get() == CanFrame(0x123, is_extended=True)
     node.send(CanFrame(0x1, b"\xff\x00", is_extended=True))

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from in_loop import in_loop
+from patience import PATIENCE_S
 from strangers import hub_of
 
 from fieldrig.hub.hub import LocalHub
@@ -19,7 +20,6 @@ from fieldrig_bus.ip.message import Closed, LinkUp, Opened, RelayMessage
 pytestmark = pytest.mark.system
 
 OF_A_PEER, OF_ALL = 48, 64
-PATIENCE_S = 20.0
 
 
 async def until(condition: Callable[[], bool]) -> None:

@@ -6,6 +6,7 @@ from ipaddress import IPv4Address
 
 import pytest
 from in_loop import in_loop
+from patience import PATIENCE_S
 
 from fieldrig.errors import BusError
 from fieldrig_bus.ip.stream import Opening
@@ -104,7 +105,7 @@ async def _is_to_speak(server: TcpServer, *said: bytes) -> bool:
             writer.write(part)
             if part == SOCKS_HELLO:
                 await reader.readexactly(2)
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(PATIENCE_S):
             while not server.connections or (SOCKS_CONNECT in said and server.door.next_s() is not None):
                 await asyncio.sleep(0.01)
         return server.door.next_s() is not None

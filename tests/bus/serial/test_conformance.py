@@ -16,6 +16,7 @@ from typing import Any, ClassVar
 
 import pytest
 import serial
+from patience import PATIENCE_S
 
 from fieldrig.clock import MS, S
 from fieldrig.hub.hub import LocalHub
@@ -29,7 +30,6 @@ from fieldrig_bus.serial.tcp import SerialTcp, SerialTcpSettings, TcpPort
 
 EVERYTHING = ("data", "lines", "format", "break")
 EVERY_BYTE = bytes(range(256))
-LIMIT_S = 20.0
 
 
 class Bench(ABC):
@@ -157,7 +157,7 @@ class Real(Bench):
         self._near.send(message)
 
     async def until(self, is_so: Callable[[], bool]) -> None:
-        async with asyncio.timeout(LIMIT_S):
+        async with asyncio.timeout(PATIENCE_S):
             while not is_so():
                 await asyncio.sleep(0.001)
 
@@ -197,7 +197,7 @@ class APty(Real):
 
     def _read(self, count: int) -> bytes:
         data = b""
-        while len(data) < count and select.select([self._client], [], [], LIMIT_S)[0]:
+        while len(data) < count and select.select([self._client], [], [], PATIENCE_S)[0]:
             data += os.read(self._client, count)
         return data
 
@@ -213,7 +213,7 @@ class Tcp(Real):
 
     async def open(self) -> None:
         await super().open()
-        self._client = socket.create_connection(("127.0.0.1", self.port.place.port), LIMIT_S)
+        self._client = socket.create_connection(("127.0.0.1", self.port.place.port), PATIENCE_S)
         await self.until(lambda: ControlLines() in self.near)
 
     async def close(self) -> None:
@@ -243,7 +243,7 @@ class Rfc2217(Real):
     async def open(self) -> None:
         await super().open()
         url = f"rfc2217://127.0.0.1:{self.port.place.port}"
-        self._client: Any = await asyncio.to_thread(serial.serial_for_url, url, self.baud, timeout=LIMIT_S)
+        self._client: Any = await asyncio.to_thread(serial.serial_for_url, url, self.baud, timeout=PATIENCE_S)
 
     async def close(self) -> None:
         await asyncio.to_thread(self._client.close)

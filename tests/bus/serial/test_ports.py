@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 import serial
 import uvloop
+from patience import PATIENCE_S
 from pydantic import ValidationError
 
 from fieldrig.clock import MS
@@ -55,7 +56,7 @@ class Bench:
         self.clock.close()
 
     async def until(self, is_so: Callable[[], bool]) -> None:
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(PATIENCE_S):
             while not is_so():
                 await asyncio.sleep(0.001)
 

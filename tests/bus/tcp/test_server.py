@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE_S
 from pydantic import ValidationError
 
 from fieldrig.errors import BusError
@@ -18,8 +19,6 @@ from fieldrig_devices.connections.connection import Connection
 from fieldrig_devices.connections.face import TcpFace
 
 pytestmark = pytest.mark.system
-
-LIMIT_S = 60.0
 
 
 class Capitals:
@@ -82,7 +81,7 @@ def run(scene: Callable[[Bench], Awaitable[None]], folder: Path, **settings: obj
         face = TcpFace(hub.join("device"), {"echo": Capitals})
         face.open()
         try:
-            async with asyncio.timeout(LIMIT_S):
+            async with asyncio.timeout(PATIENCE_S):
                 await scene(Bench(hub, port, face))
         finally:
             await port.close()

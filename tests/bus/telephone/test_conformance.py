@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 import pytest
+from patience import PATIENCE_S
 
 from fieldrig.clock import S, VirtualClock
 from fieldrig.hub.hub import LocalHub
@@ -21,7 +22,6 @@ from fieldrig_bus.telephone.outside import OutsideModem
 
 SETTINGS: dict[str, Any] = {"numbers": {"near": "100", "far": "200"}, "delay_ms": 1.0, "ring_off_ms": 200.0}
 EVERY_BYTE = bytes(range(256))
-LIMIT_S = 20.0
 
 
 class Bench(ABC):
@@ -75,7 +75,7 @@ class Virtual(Bench):
         while not is_so():
             instants = [when for when in (self.model.next_ns(), self.clock.next_ns()) if when is not None]
             assert instants
-            assert min(instants) < LIMIT_S * S
+            assert min(instants) < PATIENCE_S * S
             self.clock.advance_to(min(instants))
             for delivery in self.model.collect(self.clock.now_ns()):
                 for receiver in delivery.receivers:
@@ -100,7 +100,7 @@ class Exchange(Bench):
         self.clock.close()
 
     async def until(self, is_so: Callable[[], bool]) -> None:
-        async with asyncio.timeout(LIMIT_S):
+        async with asyncio.timeout(PATIENCE_S):
             while not is_so():
                 await asyncio.sleep(0.001)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from patience import PATIENCE_S
 
 from fieldrig.hub.hub import LocalHub
 from fieldrig.loop.real_clock import RealClock
@@ -70,7 +71,7 @@ def incoming(telnet: bool = False) -> dict[str, Any]:
 
 
 async def until(is_so: Callable[[], bool]) -> None:
-    async with asyncio.timeout(20):
+    async with asyncio.timeout(PATIENCE_S):
         while not is_so():
             await asyncio.sleep(0.001)
 

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from in_loop import in_loop
 from ip_line import CONTROLLER, Line, User
+from patience import PATIENCE_S
 
 from fieldrig.hub.hub import LocalHub
 from fieldrig.loop.real_clock import RealClock
@@ -153,7 +154,7 @@ async def test_a_connection_is_carried_to_a_listener_of_this_host(tmp_path: Path
 
 async def until(condition: Any, line: Line) -> None:
     """Let the line and the loop run until the condition is true."""
-    async with asyncio.timeout(60):
+    async with asyncio.timeout(PATIENCE_S):
         while not condition():
             line.run_for(0.01)
             await asyncio.sleep(0)

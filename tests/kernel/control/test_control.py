@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from in_loop import in_loop
+from patience import PATIENCE_S
 
 from fieldrig.control import endpoint as endpoints
 from fieldrig.control.messages import Client, Control, NoAnswerError
@@ -38,7 +39,7 @@ async def rig_and_process(endpoint: str) -> AsyncIterator[tuple[Control, Control
 
 
 async def until(condition: Callable[[], bool]) -> None:
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(PATIENCE_S):
         while not condition():
             await asyncio.sleep(0.005)
 

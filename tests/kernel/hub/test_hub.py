@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from in_loop import in_loop
+from patience import PATIENCE_S
 
 from fieldrig.bus import Delivery
 from fieldrig.errors import BusError, ControlError
@@ -68,7 +69,7 @@ class Listener:
         self._changed.set()
 
     async def heard(self, count: int) -> list[Any]:
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(PATIENCE_S):
             while len(self.messages) < count:
                 self._changed.clear()
                 await self._changed.wait()
@@ -96,7 +97,7 @@ async def test_who_leaves_may_come_again_and_a_taken_name_is_refused(tmp_path: P
         with pytest.raises(BusError, match="already has a member 'pump'"):
             await bench.remote("pump")
         await first.close()
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(PATIENCE_S):
             while True:  # until the hub has seen the first one leave
                 try:
                     again = await bench.remote("pump")
@@ -112,7 +113,7 @@ async def test_a_lost_hub_is_told_and_the_link_attaches_again_with_its_interest(
         link = await bench.remote("panel")
         listener = Listener(link, ["pump.run"])
         await bench.hub.close()
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(PATIENCE_S):
             assert "gone" in await bench.lost
         link.send(RUN)  # into the void: no error
         second = LocalHub(bench.bus, bench.clock, tmp_path)
@@ -247,7 +248,7 @@ async def test_a_stranger_that_talks_nonsense_is_put_off_and_the_bus_goes_on(tmp
     async with open_hub(tmp_path) as bench:
         reader, writer = await asyncio.open_unix_connection(str(tmp_path / "wires.sock"))
         writer.write(garbage)
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(PATIENCE_S):
             try:
                 while await reader.read(4096):
                     pass

@@ -5,6 +5,7 @@ import logging
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE_S
 from strangers import Stranger, bus_of, hello, hub_kinds, hub_of
 
 from fieldrig.errors import BusError
@@ -234,7 +235,7 @@ def test_an_answer_that_is_none_is_an_error_with_the_buss_name(words: bytes, tmp
         server = await asyncio.start_server(on_client, "127.0.0.1", port)
         clock = RealClock(asyncio.get_running_loop())
         bus = bus_of("wires.hub", connect=f"127.0.0.1:{port}")
-        async with asyncio.timeout(30):
+        async with asyncio.timeout(PATIENCE_S):
             with pytest.raises(BusError, match=r"^bus0: "):
                 await attach(bus, "lamp", clock, tmp_path, pytest.fail)  # type: ignore[arg-type]
         clock.close()

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from in_loop import in_loop
+from patience import PATIENCE_S
 from recording_bench import HandLine, process_on
 
 from fieldrig.errors import ControlError
@@ -27,7 +28,7 @@ def column(rows: list[Rows], number: int) -> list[float]:
 
 
 async def until(condition: Any) -> None:
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(PATIENCE_S):
         while not condition():
             await asyncio.sleep(0.001)
 
