@@ -111,6 +111,10 @@ class CanopenNames:
         """Return the node-ID of the node that sends or receives this PDO; None for a frame that is no PDO."""
         return self._pdos.node_of(frame)
 
+    def pdo(self, key: int, data: bytes) -> tuple[int, str, str] | None:
+        """Return node-ID, kind and content of a PDO by its identifier, where bit 31 marks one of 29 bits; else None."""
+        return self._pdos.of_data(key, data)
+
     @property
     def nodes(self) -> Mapping[int, KnownNode]:
         """The nodes that are known, by node-ID."""

@@ -7,7 +7,7 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.pdo_maps import PARAMETERS, Accessed, Layout, Pdo, PdoMaps
-from fieldrig_devices.canopen.sdo_names import object_words, typed_words
+from fieldrig_devices.canopen.sdo_names import number_words, object_words, typed_words
 from fieldrig_devices.canopen.variable import Variable
 
 MOST_TEXTS: Final = 1_024
@@ -58,17 +58,21 @@ class PdoNames:
 
     def named(self, frame: CanFrame) -> tuple[int, str, str] | None:
         """Return node-ID, name and content of a PDO; None for any other frame."""
-        key = _key(frame)
+        if frame.is_remote:
+            pdo = self._maps.pdo_of(_key(frame))
+            return None if pdo is None else (pdo.node_id, f"{pdo.kind} request", "")
+        return self.of_data(_key(frame), frame.data)
+
+    def of_data(self, key: int, data: bytes) -> tuple[int, str, str] | None:
+        """Return the same for a data frame, by its identifier, where bit 31 marks one of 29 bits."""
         pdo = self._maps.pdo_of(key)
         if pdo is None:
             return None
-        if frame.is_remote:
-            return pdo.node_id, f"{pdo.kind} request", ""
-        text = self._texts.get((key, frame.data))
+        text = self._texts.get((key, data))
         if text is None:
             if len(self._texts) >= MOST_TEXTS:
                 self._texts.clear()
-            text = self._texts[key, frame.data] = self._content(pdo, frame.data)
+            text = self._texts[key, data] = self._content(pdo, data)
         return pdo.node_id, pdo.kind, text
 
     def values(self, frame: CanFrame) -> tuple[int, str, list[tuple[int, int, bytes]]] | None:
@@ -95,8 +99,11 @@ class PdoNames:
                 words.append("too short for its mapping")
                 break
             if field.label:
-                part = (bits >> field.begin & field.mask).to_bytes(field.size, "little")
-                words.append(field.label + typed_words(field.variable, part))
+                number = bits >> field.begin & field.mask
+                if field.words is not None:
+                    words.append(field.label + field.words(number))
+                else:
+                    words.append(field.label + typed_words(field.variable, number.to_bytes(field.size, "little")))
         return ", ".join(words) or data.hex(" ").upper()
 
     def _fields_of(self, pdo: Pdo) -> "list[_Field]":
@@ -115,12 +122,13 @@ class PdoNames:
 class _Field:
     """One object in a PDO."""
 
-    __slots__ = ("begin", "end", "label", "mask", "size", "variable")
+    __slots__ = ("begin", "end", "label", "mask", "size", "variable", "words")
 
     def __init__(self, begin: int, end: int, variable: Variable | None, label: str) -> None:
         """`begin` and `end` are in bits."""
         self.begin, self.end, self.variable, self.label = begin, end, variable, label
         self.mask, self.size = (1 << end - begin) - 1, (end - begin + 7) // 8
+        self.words = number_words(variable, end - begin)
 
 
 def _label(variable: Variable | None, index: int, subindex: int) -> str:

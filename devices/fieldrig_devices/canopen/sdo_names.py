@@ -112,6 +112,25 @@ def typed_words(variable: Variable | None, data: bytes) -> str:
     return f"{value} ({int(value):X}h)" if is_word and int(value) > 9 else str(value)
 
 
+def number_words(variable: Variable | None, length: int) -> Callable[[int], str] | None:
+    """Return what `typed_words` is for a whole number of `length` bits, as a function of the bits; None for others.
+
+    Logs are full of such numbers, and this takes a third of the time.
+    """
+    if variable is None or type(variable.type) is not Integer or variable.type.bits != length:
+        return None
+    return _signed_words(length) if variable.type.is_signed else _unsigned_words
+
+
+def _unsigned_words(number: int) -> str:
+    return f"{number} ({number:X}h)" if number > 9 else str(number)
+
+
+def _signed_words(length: int) -> Callable[[int], str]:
+    sign, above = 1 << length - 1, 1 << length
+    return lambda number: str(number - above if number & sign else number)
+
+
 def raw_words(data: bytes) -> str:
     """Return bytes whose type is not known, with the number that they are if they are the size of one."""
     number = f" ({int.from_bytes(data, 'little')})" if len(data) in (1, 2, 4) else ""

@@ -119,6 +119,14 @@ class SdoDialogues:
             self._is_short = True
         return (self._client if end.is_client else self._server)(number, entry, end, message)
 
+    def is_of_channel(self, entry: TraceEntry) -> bool:
+        """Return whether a CAN message belongs to an SDO channel, or may end a transfer otherwise."""
+        data = entry.data
+        if len(data) < _HEAD:
+            return True
+        word: int = _WORD(data)[0]
+        return word in self.channels(entry.bus).ends or word - ERROR_CONTROL in NODES
+
     def unfinished(self) -> Sequence[Dialogue]:
         """Return the transfers that are open, the oldest first, and forget them."""
         left = [open_.ended(bus, None, None, False, "the log ends before") for (bus, _), open_ in self._open.items()]

@@ -6,8 +6,11 @@ from typing import Any, Final
 
 from fieldrig.traces.instants import instant, span
 from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.can.acceptance import REMOTE
 from fieldrig_bus.can.codec import decode
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.can.linux_flags import ERROR
+from fieldrig_bus.traces.can_fields import fields_of
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.names import NODES, SDO_REQUEST, SDO_RESPONSE, CanopenNames
@@ -21,6 +24,8 @@ SERVICES: Final = {
     "boot-up": ("heartbeat", "boot-up"), "heartbeat": ("heartbeat",), "guarding request": ("guarding",),
     "LSS request": ("lss",), "LSS answer": ("lss",),
 }  # fmt: skip
+PDO: Final = {"T": ("pdo", "tpdo"), "R": ("pdo", "rpdo")}
+"""Services by the first letter of the kind of a PDO."""
 OF_ONE_NODE: Final = frozenset({"EMCY", "boot-up", "heartbeat", "guarding request"})
 """Services whose identifiers end in a node-ID, besides SDO."""
 DEVICE_TYPE: Final = 0x1000
@@ -42,21 +47,40 @@ class CanRows:
 
     def row(self, number: int, entry: TraceEntry) -> Row:
         """Return the row of a single frame."""
+        row = self.pdo(number, entry)
+        return self.any_row(number, entry) if row is None else row
+
+    def pdo(self, number: int, entry: TraceEntry) -> Row | None:
+        """Return the row of a PDO without making a frame, as `any_row` does in twice the time; None for all others."""
+        fields = None if self._has_values else fields_of(entry.data)
+        if fields is None or fields.is_fd or fields.word & (REMOTE | ERROR):
+            return None
+        found = self.names.pdo(fields.word, fields.data)
+        if found is None:
+            return None
+        node_id, kind, text = found
+        return Row(
+            entry.time_ns, entry.bus, entry.family, entry.sender, PDO[kind[0]], kind, self.names.name(node_id), text,
+            (number,), None, entry.data, (node_id,), (fields.word,),
+        )  # fmt: skip
+
+    def any_row(self, number: int, entry: TraceEntry) -> Row:
+        """Return the row of a frame or notice of any kind."""
         try:
             message = decode(entry.data)
         except ValueError:
             return row_of(number, entry, ("other",), "", "", entry.data.hex(" "))
-        if isinstance(message, CanFrame) and message.identifier & 0x780 in (SDO_REQUEST, SDO_RESPONSE):
+        if not isinstance(message, CanFrame):
+            named = self.names(message, entry.sender)
+            return row_of(number, entry, ("error",), named.kind, named.node, named.text)
+        if message.identifier & 0x780 in (SDO_REQUEST, SDO_RESPONSE):
             self.meet(message.identifier & 0x7F)
         named = self.names(message, entry.sender)
         row = row_of(number, entry, _services(named.kind), named.kind, named.node, named.text)
-        if isinstance(message, CanFrame):
-            row.identifiers = (message.identifier | EXTENDED_KEY if message.is_extended else message.identifier,)
-            row.node_ids = self._nodes_of(message, named.kind)
-            if self._has_values:
-                row.details = partial(dict, values=self._values(message))
-        else:
-            row.services = ("error",)
+        row.node_ids = self._nodes_of(message, named.kind)
+        row.identifiers = (message.identifier | EXTENDED_KEY if message.is_extended else message.identifier,)
+        if self._has_values:
+            row.details = partial(dict, values=self._values(message))
         return row
 
     def _values(self, frame: CanFrame) -> list[dict[str, Any]]:
@@ -135,10 +159,8 @@ class CanRows:
 
 
 def _services(kind: str) -> tuple[str, ...]:
-    if kind.startswith("TPDO"):
-        return "pdo", "tpdo"
-    if kind.startswith("RPDO"):
-        return "pdo", "rpdo"
+    if kind.startswith(("TPDO", "RPDO")):
+        return PDO[kind[0]]
     return SERVICES.get(kind) or (("sdo",) if kind.startswith("SDO") else ("other",))
 
 

@@ -84,10 +84,21 @@ class Rows:
     def of(self, entries: Iterable[TraceEntry]) -> Iterator[Row]:
         """Yield the rows of these messages."""
         for number, entry in enumerate(entries):
-            yield from self._take(number, entry)
+            row = None if self._places else self._alone(number, entry)
+            if row is not None:
+                yield row
+            else:
+                yield from self._take(number, entry)
         for dialogue in (*self._sdo.unfinished(), *self._modbus.unfinished()):
             yield from self._end(dialogue)
         yield from self._ready(None)
+
+    def _alone(self, number: int, entry: TraceEntry) -> Row | None:
+        """Return the row of a PDO when nothing waits, as `_take` does in more steps; None for all other messages."""
+        rows = self._rows(entry)
+        if not isinstance(rows, CanRows) or entry.time_ns >= rows.next_loss_ns or self._sdo.is_of_channel(entry):
+            return None
+        return rows.pdo(number, entry)
 
     def _take(self, number: int, entry: TraceEntry) -> Iterator[Row]:
         rows = self._rows(entry)

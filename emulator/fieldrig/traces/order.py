@@ -32,7 +32,12 @@ def in_order(entries: Iterable[TraceEntry], most: int = MOST_WAITING) -> Iterato
             queue.append((now_ns, number, entry))
         else:
             heappush(late, (now_ns, number, entry))
-        while len(queue) + len(late) > most or _first(queue, late)[0] < newest_ns - DISORDER_NS:
+        before_ns = newest_ns - DISORDER_NS
+        if not late:
+            while queue[0][0] < before_ns or len(queue) > most:
+                yield queue.popleft()[2]
+            continue
+        while len(queue) + len(late) > most or _first(queue, late)[0] < before_ns:
             yield _take(queue, late)
     while queue or late:
         yield _take(queue, late)
