@@ -65,7 +65,7 @@ def converted(body: str, source: Path, target: Path) -> tuple[int, float, float]
     target.unlink(missing_ok=True)
     code = MEASURED.format(imported=IMPORTED[body], body=body.format(source=str(source), target=str(target)))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    count, seconds, memory_mb = done.stdout.split()
+    count, seconds, memory_mb = done.stdout.splitlines()[-1].split()  # asammdf prints its own progress
     return int(count), float(seconds), float(memory_mb)
 
 

@@ -97,7 +97,7 @@ def chunks(file: BinaryIO, odd: Oddities) -> Iterator[bytes]:
         signature, _, _, size, kind = OBJ_HEADER_BASE_STRUCT.unpack(head)
         if signature != SIGNATURE or not BASE_SIZE <= size <= LARGEST:
             odd.report("bytes that are no objects are skipped", _why(signature, size, file.tell()))
-            if not _resynchronise(file, head):
+            if not _resynchronise(file, head, odd):
                 return
             continue
         body = file.read(size - BASE_SIZE)
@@ -142,19 +142,24 @@ def _inflated(data: bytes, odd: Oddities) -> Iterator[bytes]:
 
 _PIECE: Final = 1 << 20
 _UNWRITTEN: Final = bytes(_PIECE)
-"""A piece of room on the disk that was never written; gigabytes of it are not searched, only compared."""
+"""A piece of room on the disk that was never written; it is not searched, only compared."""
+_MOST_UNWRITTEN: Final = 64
+"""Such pieces in a row after which nothing more is expected, as a disk takes seconds for each gigabyte of them."""
 
 
-def _resynchronise(file: BinaryIO, seen: bytes) -> bool:
+def _resynchronise(file: BinaryIO, seen: bytes, odd: Oddities) -> bool:
     """Go to the next signature after the first of these bytes, which the file has just given.  False without one."""
-    rest = seen[1:]
+    rest, unwritten = seen[1:], 0
     while True:
         at = rest.find(SIGNATURE)
         if at >= 0:
             file.seek(at - len(rest), 1)
             return True
-        while (more := file.read(_PIECE)) == _UNWRITTEN:
-            rest = _UNWRITTEN[:3]
+        while (more := file.read(_PIECE)) == _UNWRITTEN and unwritten < _MOST_UNWRITTEN:
+            rest, unwritten = _UNWRITTEN[:3], unwritten + 1
+        if more == _UNWRITTEN:
+            odd.report("the rest of the file is zeros", f", as the {unwritten} MiB before byte {file.tell()} are")
+            return False
         if not more:
             return False
         rest = rest[-3:] + more
