@@ -1,5 +1,8 @@
 """`can.Bus(interface="fieldrig", channel="can0")` beside a rig in real time, whose bus has no port."""
 
+import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -62,6 +65,10 @@ def test_a_bus_that_is_not_there_is_named_and_one_that_goes_is_an_error(
 ) -> None:
     (tmp_path / "rig.yaml").write_text(RIG.replace("KIND", "can.hub"))
     with LiveRig(tmp_path / "rig.yaml") as rig:
+        monkeypatch.setenv("FIELDRIG_CONTROL", rig.endpoint)
+        assert can.detect_available_configs("fieldrig") == [{"interface": "fieldrig", "channel": "can0"}]
+        with pytest.raises(can.CanInitializationError, match="needs the channel of a bus: can0"):
+            can.Bus(interface="fieldrig")
         with pytest.raises(can.CanInitializationError, match="has no bus 'can1'"):
             opened(rig, monkeypatch, "can1")
         with pytest.raises(can.CanInitializationError, match=r"wires is a bus of the kind wires\.hub"):
@@ -72,3 +79,23 @@ def test_a_bus_that_is_not_there_is_named_and_one_that_goes_is_an_error(
     with pytest.raises(can.CanOperationError):
         bus.send(ASK)
     bus.shutdown()
+    assert can.detect_available_configs("fieldrig") == [], "the rig has gone"
+
+
+def test_the_logger_of_python_can_shows_what_is_on_the_bus(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "rig.yaml").write_text(RIG.replace("KIND", "can.hub"))
+    command = [sys.executable, "-u", "-m", "can.logger", "-i", "fieldrig", "-c", "can0"]
+    with (
+        LiveRig(tmp_path / "rig.yaml") as rig,
+        opened(rig, monkeypatch) as bus,
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as logger,
+    ):
+        assert logger.stdout is not None
+        assert "fieldrig can0" in logger.stdout.readline()  # it has joined the bus
+        bus.send(ASK)
+        seen = ""
+        while "585" not in seen:
+            seen += logger.stdout.readline()
+        logger.send_signal(signal.SIGINT)
+    assert "40 00 10 00 00 00 00 00" in seen
+    assert logger.returncode == 0

@@ -26,8 +26,11 @@ NS: float = 1e-9
 class FieldrigBus(can.BusABC):
     """One end of a CAN bus of the rig."""
 
-    def __init__(self, channel: Any, can_filters: Any = None, **options: Any) -> None:
+    def __init__(self, channel: Any = None, can_filters: Any = None, **options: Any) -> None:
         """`channel` is the name of a bus in the rig file.  CanInitializationError if there is no such CAN bus."""
+        if channel is None:
+            known = ", ".join(_channels()) or "no rig answers, or it has no CAN bus"
+            raise can.CanInitializationError(f"the interface fieldrig needs the channel of a bus: {known}")
         try:
             self._end = _end(str(channel))
         except RigError as wrong:
@@ -35,6 +38,11 @@ class FieldrigBus(can.BusABC):
         self.channel_info = f"fieldrig {channel}"
         super().__init__(channel, can_filters)
         self._can_protocol = can.CanProtocol.CAN_FD if options.get("fd") else can.CanProtocol.CAN_20
+
+    @staticmethod
+    def _detect_available_configs() -> list[Any]:
+        """Return what `can.Bus` takes for each CAN bus of the rig, in the time of this thread."""
+        return [{"interface": "fieldrig", "channel": name} for name in _channels()]
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Send a message.  CanOperationError for one that this bus cannot carry."""
@@ -76,6 +84,16 @@ def _end(bus: str) -> "_VirtualEnd | ProgramEnd[CanMessage]":
     from fieldrig.hub.program_end import ProgramEnd
 
     return ProgramEnd(bus, "can", "python-can", is_wanted=_is_frame)
+
+
+def _channels() -> list[str]:
+    """Return the CAN buses that this thread may join; none without a rig."""
+    scheduler = waiting_scheduler()
+    if scheduler is not None:
+        return [name for name, entry in scheduler.rig.config.buses.items() if entry.bus.family == "can"]
+    from fieldrig.hub.program_end import joinable
+
+    return joinable("can")
 
 
 def _is_frame(message: CanMessage) -> bool:

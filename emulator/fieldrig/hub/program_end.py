@@ -110,11 +110,26 @@ class ProgramEnd(Generic[M]):
             raise BusError("this end of the bus is closed", "join the bus again")
 
 
+def joinable(family: str) -> list[str]:
+    """Return the buses of this family that a program may join, in the rig at the control endpoint; none without one."""
+    try:
+        status = _status()
+        if status["time"] != "real":
+            return []
+        buses = load(status["file"], status["overrides"], only=list(status["buses"])).buses
+    except RigError:
+        return []
+    return [name for name, entry in buses.items() if entry.bus.family == family]
+
+
+def _status() -> Any:
+    with Client(os.environ.get(ENDPOINT_VARIABLE, DEFAULT_ENDPOINT)) as client:
+        return client.ask("rig/status")
+
+
 def _bus_of_rig(name: str, family: str) -> tuple[Bus[Any], Path]:
     """Return a bus of the rig at the control endpoint, and the rig's run folder.  RigError if there is none."""
-    endpoint = os.environ.get(ENDPOINT_VARIABLE, DEFAULT_ENDPOINT)
-    with Client(endpoint) as client:
-        status = client.ask("rig/status")
+    status = _status()
     if status["time"] != "real":
         raise RigError(
             f"{status['rig']} runs in virtual time, and this thread does not",

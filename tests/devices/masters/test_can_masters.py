@@ -91,12 +91,16 @@ def test_an_unknown_bus_is_named(fieldrig_master: MasterRigMaker) -> None:
     fieldrig_master(AXES)
     with pytest.raises(can.CanInitializationError, match="no bus 'can1'"):
         can.Bus(interface="fieldrig", channel="can1")
+    with pytest.raises(can.CanInitializationError, match="needs the channel of a bus: can0"):
+        can.Bus(interface="fieldrig")
+    assert can.detect_available_configs("fieldrig") == [FIELDRIG]
 
 
 def test_a_program_in_real_time_without_a_rig_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FIELDRIG_CONTROL", f"tcp/127.0.0.1:{free_port()}")
     with pytest.raises(can.CanInitializationError, match="no rig"):
         can.Bus(**FIELDRIG)
+    assert can.detect_available_configs("fieldrig") == []
 
 
 def test_a_frame_that_no_bus_carries_is_refused(fieldrig_master: MasterRigMaker) -> None:
