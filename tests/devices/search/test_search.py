@@ -121,7 +121,7 @@ properties:
   the lamp goes out: {never: wires/lamp.on and not wires/switch.on, longer: 50ms}
   it comes back: {eventually: not wires/lamp.on, within: 100ms}
 vary:
-- {faults: {where: wires, durations: [30ms, 500ms]}}
+- {faults: {where: wires, kinds: [stuck], durations: [30ms, 500ms]}}
 - {press: {wires/switch.on: [true, false]}, hold: [20ms, 50ms]}
 - {restart: terminal}
 worlds: {seed: [2]}
