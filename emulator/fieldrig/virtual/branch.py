@@ -6,27 +6,19 @@ A rig in virtual time has one thread and no socket, so a fork of its process (co
 import os
 import pickle
 import signal
-import sys
-import threading
-import time
-import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
-from importlib import import_module
 from multiprocessing import reduction
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Concatenate, Final, NamedTuple, ParamSpec, Protocol, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, Self, TypeVar, overload
 
-from fieldrig.config.rig_file import RigConfig
-from fieldrig.coverage import collecting
 from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, RigError
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
-from fieldrig.storage.store import MemoryStore, Store
 from fieldrig.system.exits import KILL
-from fieldrig.system.threads import threads
+from fieldrig.virtual.branch_process import GONE, Asked, start
+from fieldrig.virtual.may_branch import Branchable
 from fieldrig.virtual.readings import Readings
 from fieldrig.virtual.until import run_until_met, run_while_met
 
@@ -36,41 +28,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 P = ParamSpec("P")
-
-HAS_FORK: Final = hasattr(os, "fork")
-ENDING_S: Final = 0.2
-"""How long the system may take to end a thread that Python has joined: some microseconds, on a loaded host more."""
-GONE: Final = (EOFError, ConnectionResetError, BrokenPipeError)
-
-
-class Asked(NamedTuple):
-    """A call from outside that changed a rig."""
-
-    at_ns: int
-    has_run: bool
-    """True if the rig ran between the call before and this one."""
-    call: str
-    arguments: tuple[Any, ...]
-
-
-class Branchable(Protocol):
-    """The rig, as far as a branch needs it."""
-
-    config: RigConfig
-    _stores: dict[str, Store]
-    _threads: set[int]
-
-    @property
-    def now_ns(self) -> int: ...
-
-    @property
-    def _is_playing(self) -> bool: ...
-
-    def run_until(self, until_ns: int) -> bool: ...
-
-    def _has_clients(self) -> bool: ...
-
-    def _become_branch(self, seed: int | None) -> None: ...
 
 
 class Parking(Protocol):
@@ -306,51 +263,12 @@ class Branch:
         return answer
 
 
-def check_may_branch(rig: Branchable) -> None:
-    """RigError if a fork of this process would not be the whole rig, or would share something with it."""
-    if not HAS_FORK:
-        raise RigError("this system cannot branch a rig", "branches need fork, which Linux has and Windows has not")
-    if rig.config.processes == "each":
-        raise RigError(
-            "a rig with `processes: each` cannot be branched: the branch would share its devices",
-            'load it with the override "processes=one"',
-        )
-    if rig._is_playing:
-        raise RigError("a rig cannot be branched in the middle of an instant", "a call of on_instant can branch it")
-    if rig._has_clients():
-        raise RigError("a rig with programs at its ports cannot be branched", "branch it before `virtual_time`")
-    for name, store in rig._stores.items():
-        if not isinstance(store, MemoryStore):
-            raise RigError(
-                f"a branch would write the memory of {name}, which is a {type(store).__name__}",
-                "give the rig a MemoryStore(store.load())",
-            )
-    _check_threads(rig)
-
-
-def _check_threads(rig: Branchable) -> None:
-    give_up_s = time.monotonic() + ENDING_S
-    while (newer := threads() - rig._threads) and not newer & _python_threads() and time.monotonic() < give_up_s:
-        time.sleep(0.001)
-    if newer:
-        names = {thread.native_id: thread.name for thread in threading.enumerate()}
-        told = ", ".join(sorted(names.get(number, "one outside Python") for number in newer))
-        raise RigError(
-            f"a rig cannot be branched while threads run that are younger than it: {told}",
-            "a branch has no threads; end them, or start them before the rig is built",
-        )
-
-
-def _python_threads() -> set[int | None]:
-    return {thread.native_id for thread in threading.enumerate()}
-
-
 def branch_of(rig: Branchable, seed: int | None = None, first: Callable[[Any], Any] | None = None) -> Branch:
     """Return a branch of the rig, which has been checked.  It calls `first`, and answers it before any question."""
     ours, theirs = new_pipe()
     with theirs:
         try:
-            pid = _start(rig, theirs, seed, first)
+            pid = start(rig, theirs, seed, first)
         except BaseException:
             ours.close()
             raise
@@ -362,101 +280,6 @@ def new_pipe() -> tuple[Any, Any]:
     from multiprocessing import Pipe
 
     return Pipe()
-
-
-def _start(
-    rig: Branchable, pipe: "Connection[Any, Any]", seed: int | None, first: Callable[[Any], Any] | None = None
-) -> int:
-    return int(_forked().fork(pipe, partial(_serve, rig, seed, first)))
-
-
-def _forked() -> Any:
-    """Return the module that forks, which Windows cannot import."""
-    return import_module("fieldrig.virtual.forked")
-
-
-def _serve(rig: Branchable, seed: int | None, first: Callable[[Any], Any] | None, pipe: "Connection[Any, Any]") -> None:
-    """Answer in the branch until the pipe ends."""
-    rig._become_branch(seed)
-    with suppress(*GONE):
-        if first is not None:
-            reply(pipe, partial(first, rig), lambda: rig.now_ns)
-        serve(rig, pipe)
-
-
-def serve(rig: Branchable, pipe: "Connection[Any, Any]") -> None:
-    """Answer questions about a rig until the pipe ends."""
-    end_if_gone = _forked().end_if_gone
-    with suppress(*GONE):
-        while True:
-            request = pipe.recv_bytes()
-            end_if_gone(pipe.fileno())
-            reply(pipe, partial(_answer, rig, pipe, request), lambda: rig.now_ns)
-
-
-def reply(pipe: "Connection[Any, Any]", work: Callable[[], Any], now_ns: Callable[[], int]) -> None:
-    """Send what `work()` returns or raises, with the instant of the rig."""
-    answer: tuple[Any, ...]
-    try:
-        answer = ("done", work(), "", now_ns())
-    except Exception as fault:  # noqa: BLE001  it is raised where the question came from
-        answer = ("failed", *_portable(fault), now_ns())
-    sys.stdout.flush()
-    collecting.flush()  # before the answer, as a branch is killed when it is not needed any more
-    try:
-        data = reduction.ForkingPickler.dumps(answer)
-    except (pickle.PicklingError, AttributeError, TypeError) as cause:
-        wrong = ArgumentError(f"a result cannot leave the branch: {cause}", "expected data, such as numbers and texts")
-        data = reduction.ForkingPickler.dumps(("failed", wrong, "", now_ns()))
-    pipe.send_bytes(data)
-
-
-def _answer(rig: Branchable, pipe: "Connection[Any, Any]", request: bytes) -> Any:
-    verb, arguments = pickle.loads(request)
-    if verb == "call":
-        function, values, named = arguments
-        return function(rig, *values, **named)
-    if verb == "branch":
-        return _branch_again(rig, pipe, *arguments)
-    if verb == "repeat":
-        return repeat(rig, *arguments)
-    answer = getattr(rig, verb)(*arguments)
-    return dict(answer) if isinstance(answer, Mapping) else answer
-
-
-def repeat(rig: Branchable, asked: Sequence[Asked], until_ns: int) -> None:
-    """Do again what was asked, each at its instant, and run to `until_ns`."""
-    for at_ns, has_run, call, arguments in asked:
-        if has_run:
-            rig.run_until(at_ns)
-        repeat_one(rig, call, arguments)
-    rig.run_until(until_ns)
-
-
-def repeat_one(rig: Branchable, call: str, arguments: tuple[Any, ...]) -> None:
-    with suppress(RigError):  # it was refused the first time as well
-        getattr(rig, call)(*arguments)
-
-
-def _branch_again(rig: Branchable, pipe: Any, seed: int | None) -> int:
-    from multiprocessing.connection import Connection
-
-    if hasattr(signal, "SIGCHLD"):
-        # Its branches belong to the process that asks: the system reaps them.
-        signal.signal(signal.SIGCHLD, signal.SIG_IGN)
-    with Connection(reduction.recv_handle(pipe)) as given:
-        check_may_branch(rig)
-        return _start(rig, given, seed)
-
-
-def _portable(fault: Exception) -> tuple[Exception, str]:
-    """Return an error that can cross the pipe, and its traceback."""
-    text = "".join(traceback.format_exception(fault))
-    try:
-        again = pickle.loads(pickle.dumps(fault))
-    except Exception:  # noqa: BLE001  an error of anybody's own class
-        return RigError(f"{type(fault).__name__}: {fault}", text), text
-    return (again if type(again) is type(fault) else RigError(str(fault), text)), text
 
 
 def _how_it_ended(pid: int) -> str:

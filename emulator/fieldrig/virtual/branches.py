@@ -8,7 +8,8 @@ from fieldrig.config.rig_file import RigConfig
 from fieldrig.device import Value
 from fieldrig.errors import ArgumentError, RigError
 from fieldrig.outside.untrusted import shown
-from fieldrig.virtual.branch import Branch, Branchable, branch_of, check_may_branch
+from fieldrig.virtual.branch import Branch, branch_of
+from fieldrig.virtual.may_branch import Branchable, check_may_branch
 
 T = TypeVar("T")
 

@@ -11,7 +11,8 @@ from typing import Any, Final, NamedTuple
 
 from fieldrig.errors import RigError
 from fieldrig.system.this_process import own_bytes
-from fieldrig.virtual.branch import Asked, Branch, Parking
+from fieldrig.virtual.branch import Branch, Parking
+from fieldrig.virtual.branch_process import Asked
 from fieldrig.virtual.readings import seconds
 
 MOST_ASKED: Final = 100_000

@@ -14,7 +14,7 @@ from fieldrig.clock import MS, NEVER_NS, S
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import shown
-from fieldrig.virtual.branch import Asked
+from fieldrig.virtual.branch_process import Asked
 from fieldrig.virtual.checkpoints import Checkpoints
 from fieldrig.virtual.keeper import KeptRig
 from fieldrig.virtual.readings import seconds

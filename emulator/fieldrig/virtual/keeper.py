@@ -9,7 +9,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from fieldrig.config.rig_file import RigConfig
-from fieldrig.virtual.branch import HAS_FORK, Branch, new_pipe, reply, serve
+from fieldrig.virtual.branch import Branch, new_pipe
+from fieldrig.virtual.branch_process import reply, serve
+from fieldrig.virtual.may_branch import HAS_FORK
 from fieldrig.virtual.served import Begun, News, Played, Recorded, ServedRig
 
 if TYPE_CHECKING:

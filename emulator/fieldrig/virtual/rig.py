@@ -20,11 +20,12 @@ from fieldrig.recording.signals import Rhythm, wish_of
 from fieldrig.storage.store import Store
 from fieldrig.system.threads import threads
 from fieldrig.text.nearest import closest
-from fieldrig.virtual.branch import Branch, branch_of, check_may_branch
+from fieldrig.virtual.branch import Branch, branch_of
 from fieldrig.virtual.branches import check_seed, run_branches
 from fieldrig.virtual.checkpoints import Checkpoints
 from fieldrig.virtual.clients import Clients
 from fieldrig.virtual.engine import Engine, OnChange, OnDelivery
+from fieldrig.virtual.may_branch import check_may_branch
 from fieldrig.virtual.node import EventNode, Node
 from fieldrig.virtual.readings import Readings, seconds
 from fieldrig.virtual.rig_faults import RigFaults

@@ -17,7 +17,7 @@ from fieldrig.config.rig_file import RigConfig
 from fieldrig.recording.record_set import RecordSet
 from fieldrig.recording.signals import Column, Rhythm
 from fieldrig.system.this_process import brief_facts, facts
-from fieldrig.virtual.branch import Asked, repeat_one
+from fieldrig.virtual.branch_process import Asked, repeat_one
 from fieldrig.virtual.recorded import RigSource
 from fieldrig.virtual.rig import Rig
 

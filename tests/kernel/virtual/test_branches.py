@@ -15,7 +15,7 @@ from shipped import RIGS, in_virtual_time
 
 from fieldrig import MS, ArgumentError, BranchMaker, MemoryStore, Rig, RigError, S, UnmetError, from_dict, virtual_time
 from fieldrig.storage.store import FileStore
-from fieldrig.virtual import branch as branch_module
+from fieldrig.virtual import may_branch
 from fieldrig.virtual.branches import warm
 
 pytestmark = [
@@ -361,7 +361,7 @@ def test_the_middle_of_an_instant_cannot_be_branched_and_its_end_can(rig: Rig) -
 
 
 def test_windows_is_told_that_it_has_no_fork(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(branch_module, "HAS_FORK", False)
+    monkeypatch.setattr(may_branch, "HAS_FORK", False)
     with pytest.raises(RigError, match=r"this system cannot branch a rig\n.*Windows has not"):
         rig.branch()
 

@@ -68,8 +68,8 @@ class Rigs:
                 yield _not_run(test, use, wrong)
 
     def _outcomes(self, use: tree.RigUse, calls: "Sequence[Callable[[Rig], Outcome]]") -> Iterator[Outcome | RigError]:
-        from fieldrig.virtual.branch import HAS_FORK
         from fieldrig.virtual.branches import one_by_one
+        from fieldrig.virtual.may_branch import HAS_FORK
 
         return one_by_one(self._of(use), calls) if HAS_FORK else (self._alone(use, call) for call in calls)
 

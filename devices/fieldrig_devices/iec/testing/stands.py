@@ -133,7 +133,7 @@ def kept() -> Iterator[None]:
 
 def present() -> Stands | None:
     """Return the stands that are kept now, where rigs can be branched."""
-    from fieldrig.virtual.branch import HAS_FORK
+    from fieldrig.virtual.may_branch import HAS_FORK
 
     return _kept[-1] if _kept and HAS_FORK else None
 

@@ -73,7 +73,7 @@ def test_the_rig_may_be_named_behind_the_variables(folder: Path) -> None:
 
 @pytest.mark.long
 def test_without_branches_each_test_has_a_rig_of_its_own(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fieldrig.virtual.branch.HAS_FORK", False)
+    monkeypatch.setattr("fieldrig.virtual.may_branch.HAS_FORK", False)
     body = "switch := TRUE; ASSERT_EQ(presses, 0); ASSERT_WITHIN(lamp, T#50ms); ASSERT_EQ(presses, 1);"
     test = f"TEST '{{}}' {PLACES} {body} END_TEST\n"
     written(folder, lamp_test="RIG 'lamp.yaml' AFTER T#5s;\n" + "".join(test.format(name) for name in "ab"))
