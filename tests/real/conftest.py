@@ -5,9 +5,12 @@ import signal
 from collections.abc import Iterator
 
 import pytest
+import socketcand_answers
 from lab_masters import CanopenMaster, Pump, canopen_master, modbus_tcp, socketcand
 from lab_process import LabProcess
 from ring_process import RingProcess
+
+socketcand_answers.install()
 
 collect_ignore = [] if os.environ.get("ROS_CANOPEN") else ["test_ros_canopen.py"]
 """The tests of a master that no registry has, and that need a checkout of it."""
