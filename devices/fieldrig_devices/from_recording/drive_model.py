@@ -10,7 +10,7 @@ from fieldrig_devices.cia402.single.own_objects import EDS
 from fieldrig_devices.cia402.single.personality import PersonalitySettings, personality, scale_speeds
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 from fieldrig_devices.from_recording.drive_fit import Fit, fit
-from fieldrig_devices.from_recording.drive_mains import late_mains
+from fieldrig_devices.from_recording.drive_mains import mains_lost
 from fieldrig_devices.from_recording.drive_signs import brake_lift_ms, signs_of
 from fieldrig_devices.from_recording.drive_words import words_of
 from fieldrig_devices.from_recording.node_model import NodeModel
@@ -47,12 +47,10 @@ class DriveModel:
             variable = model.dictionary.get(int(key[:4], 16), int(key[5:], 16))
             if variable is not None:
                 model.objects.setdefault(key, variable.type.decode(variable.start))
-        mains = late_mains(self._words, start_ns)
-        if mains:
-            model.faults += mains
-            model.decisions.append(
-                "its mains come later (bit 4 of the status word), which its fault `mains_lost` repeats"
-            )
+        for fault in mains_lost(self._words, start_ns):
+            model.faults.append(fault)
+            come = "come later" if "duration_ms" in fault else "did not come"
+            model.decisions.append(f"its mains {come} (bit 4 of the status word), which its fault `mains_lost` repeats")
         model.decisions += chosen.why
 
     @property

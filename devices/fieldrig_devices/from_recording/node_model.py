@@ -111,12 +111,14 @@ def heartbeat_ms(log: NodeLog) -> int:
 def runs_by_itself(log: NodeLog, pdos: list[PdoModel]) -> bool:
     """True if the node is operational although no NMT command of the recording has started it.
 
-    The PDOs of a node that boots in the recording may be from before.
+    The PDOs before its first boot-up are those of a node that was on, and started by a command before the recording.
     """
-    first = [model.log.first_ns for model in pdos if model.pdo.is_transmitted]
-    started_ns = log.life.started_ns
-    is_before = started_ns is None or (not log.life.boots and min(first, default=started_ns) < started_ns)
-    return log.life.runs_by_itself or (bool(first) and is_before)
+    sent = [model.log.first_ns for model in pdos if model.pdo.is_transmitted]
+    if log.life.runs_by_itself or not sent:
+        return log.life.runs_by_itself
+    first_ns, boots, started_ns = min(sent), log.life.boots, log.life.started_ns
+    was_on = bool(boots) and first_ns < boots[0].instant_ns
+    return started_ns is None or (first_ns < started_ns and not was_on)
 
 
 def fill(model: NodeModel) -> None:

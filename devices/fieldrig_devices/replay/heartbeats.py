@@ -64,7 +64,10 @@ class Heartbeats:
             if self._grounds.tolerances.is_left_out(node, f"{0x700 + node_id:03X}", "heartbeat"):
                 continue
             self._grounds.compared(bus, node, "heartbeat")
-            if not log.states:
+            if not log.states and all(state == BOOT_UP for _, state in rig.states):
+                # a node must send one (CiA 301), and the log of one that was on before cannot show it
+                self._grounds.result.note(f"{node} sent a boot-up, and the log has no error control of it")
+            elif not log.states:
                 self._add(What.MORE, rig.states[0][0], bus, node, f"{node} sent heartbeats, and the log has none of it")
             elif log.period_ns and not rig.period_ns and len(rig.states) <= 1:
                 words = f"{node} sent no heartbeat, the log has one every {time_words(log.period_ns)}"

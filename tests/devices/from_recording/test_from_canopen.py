@@ -363,8 +363,18 @@ def test_a_drive_with_the_file_of_its_maker_keeps_it(tmp_path: Path) -> None:
         assert running.get("node3/6083:00") == 10_000_000
 
 
-@pytest.mark.parametrize("words", [(0x0240, 0x0240, 0x0250), (0x0240, 0x0240, 0x0237), (0x0250, 0x0250)])
-def test_mains_that_come_later_come_later(tmp_path: Path, words: tuple[int, ...]) -> None:
+@pytest.mark.parametrize(
+    ("words", "lost"),
+    [
+        ((0x0240, 0x0240, 0x0250), [{"what": "mains_lost", "duration_ms": 3000}]),
+        ((0x0240, 0x0240, 0x0240), [{"what": "mains_lost"}]),
+        ((0x0240, 0x0240), None),  # too few to say it
+        ((0x0240, 0x0221, 0x0221), None),
+        ((0x0240, 0x0240, 0x0237), None),
+        ((0x0250, 0x0250), None),
+    ],
+)
+def test_a_drive_has_its_mains_when_it_had_them(tmp_path: Path, words: tuple[int, ...], lost: object) -> None:
     """Bit 4 is "voltage enabled"; a drive that sets it with the enabled state says nothing of its mains."""
     read = [
         line
@@ -372,8 +382,7 @@ def test_mains_that_come_later_come_later(tmp_path: Path, words: tuple[int, ...]
         for line in read_by_sdo(1 + turn, 3, f"4B416000{word.to_bytes(2, 'little').hex()}0000")
     ]
     keys = keys_of(rig_file(written_log(tmp_path, "0 703#00", *read_by_sdo(0.5, 3, "4300100092010200"), *read)))
-    late = [{"what": "mains_lost", "duration_ms": 3000}] if words[-1] == 0x0250 and len(words) == 3 else None
-    assert keys["devices"]["node3"].get("faults") == late
+    assert keys["devices"]["node3"].get("faults") == lost
 
 
 @pytest.mark.parametrize(("first_s", "runs"), [(0.1, True), (2, False)])
@@ -385,6 +394,16 @@ def test_a_node_that_sends_before_it_is_started_runs_by_itself(tmp_path: Path, f
             tmp_path, "0.01 605#4000100000000000", *sorted([started, *sent], key=lambda line: float(line.split()[0]))
         )
     )
+    assert ("it starts by itself (1F80h)" in rig.read_text()) == runs
+
+
+@pytest.mark.parametrize(("boot_s", "runs"), [(0.05, True), (0.35, False)])
+def test_a_node_that_boots_and_sends_before_it_is_started_runs_by_itself(
+    tmp_path: Path, boot_s: float, runs: bool
+) -> None:
+    """PDOs before the boot-up are of a node that was on."""
+    lines = [f"{boot_s} 705#00", *(f"{0.1 + turn / 10:.1f} 185#01" for turn in range(9)), "1.5 000#0100"]
+    rig = rig_file(written_log(tmp_path, *sorted(lines, key=lambda line: float(line.split()[0]))))
     assert ("it starts by itself (1F80h)" in rig.read_text()) == runs
 
 

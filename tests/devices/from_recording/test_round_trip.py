@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from made_rigs import SdoMaster, keys_of, played, put, recorded, rig_file, save, virtual
+from made_rigs import SdoMaster, keys_of, played, recorded, rig_file, save, virtual
 
 from fieldrig import Rig
 from fieldrig.clock import MS, S
@@ -15,8 +15,6 @@ from fieldrig_bus.can.frame import EXTENDED_MASK, CanFrame
 from fieldrig_bus.can.notices import NOTICE
 from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_devices.cia402.single.personality import Name
-from fieldrig_devices.from_recording.content import content_for
-from fieldrig_devices.replay import replay
 
 pytestmark = pytest.mark.long
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -238,53 +236,6 @@ def test_the_cell_differs_only_in_what_its_rig_file_lists(tmp_path: Path) -> Non
         found = differences(log, played(rig, log))
     missing = [f"('can0', {identifier}): only in one of the two" for identifier in (0x24B, 0x24C)]
     assert sorted(found) == sorted(missing)
-
-
-ASKED = ("40 00 10", "40 18 10 01", "40 17 10", *(f"40 00 1a {place:02x}" for place in range(5)), "40 00 60 01")
-POLLED = (("modbus", 1, "03 8001 0003"), ("mb_tcp", 1, "04 0000 0003"), ("labels", 1, "03 0000 0004"))
-
-
-def machine() -> list[TraceEntry]:
-    """Record the first seconds of the whole machine: a master asks the nodes of all its buses, and polls its units."""
-    with Rig(load(CONFIGS / "machine.yaml", ["time=virtual"])) as rig:
-        entries = recorded(rig)
-        member = rig.attach("master")
-        can = {bus: member.link(bus) for bus in ("can0", "can1", "can2", "can3")}
-        modbus = {bus: member.link(bus) for bus, _, _ in POLLED}
-        rig.run_until(500 * MS)
-        for bus, node_id in [
-            ("can0", 5),
-            ("can0", 6),
-            ("can1", 1),
-            ("can1", 11),
-            ("can1", 20),
-            ("can2", 20),
-            ("can3", 7),
-        ]:
-            for request in ASKED:
-                can[bus].send(CanFrame(0x600 + node_id, bytes.fromhex(request).ljust(8, b"\0")))
-                rig.run_for(5 * MS)
-        can["can0"].send(CanFrame(0, b"\x01\x00"))
-        for number in range(30):
-            bus, unit, pdu = POLLED[number % len(POLLED)]
-            modbus[bus].send(ModbusRequest(unit, bytes.fromhex(pdu), number))
-            rig.run_for(20 * MS)
-        return [entry for entry in entries if entry.family in ("can", "modbus", "serial")]
-
-
-def test_the_machine_answers_as_it_was_recorded(tmp_path: Path) -> None:
-    """All its CAN buses, its Modbus servers and its DualPort; no device can be made of its other lines."""
-    log = save(machine(), tmp_path / "machine.jsonl")
-    made = content_for(log)
-    rig = put(made, tmp_path / "rig")
-    result = replay(log, rig)
-    assert [(each.bus, each.words.partition(" that ")[0]) for each in result.differences] == [
-        (bus, "the rig has no bus") for bus in made.without
-    ]
-    assert result.compared > 400
-    text = " ".join(rig.read_text().replace("#", " ").split())
-    assert "node 7 never answered 9 SDO requests" in text
-    assert "messages of the family serial: no device can be made of them" in text
 
 
 def test_frames_are_compared() -> None:
