@@ -14,7 +14,7 @@ Left out: events, changes of the error counters (EC), and the parts of messages 
 
 import re
 from collections.abc import Callable, Mapping
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal, DecimalException
 from typing import Final, NamedTuple
 
 from fieldrig.clock import MS, US
@@ -68,7 +68,7 @@ def start_ns(days: str) -> int:
     try:
         since = Decimal(days.strip()) - EPOCH_DAY
         return round(since * (DAY_NS // US)) * US if abs(since) < 3 * 10**6 else _refuse(days)
-    except InvalidOperation:
+    except DecimalException:  # no number, or one beyond the range of decimals
         return _refuse(days)
 
 

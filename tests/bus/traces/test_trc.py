@@ -71,3 +71,12 @@ def test_an_identifier_that_no_frame_has_is_left_out(digits: str) -> None:
     (found,) = trc.read(io.BytesIO(text.encode()), odd)
     assert decode(found.data) == CanFrame(0x123, b"\x01")
     assert [one.place for one in odd] == ["line 2"]
+
+
+@pytest.mark.parametrize("days", ["today", "1e999000000", "-1e999999999", "nan"])
+def test_a_start_that_is_none_is_odd(days: str) -> None:
+    odd = Oddities()
+    text = f";$FILEVERSION=2.1\n;$STARTTIME={days}\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n 1 1.000 DT 1 0123 Rx - 1 05\n"
+    [found] = trc.read(io.BytesIO(text.encode()), odd)
+    assert "the start is none, and times count from 0" in " ".join(map(str, odd))
+    assert found.time_ns == 1_000_000
