@@ -16,6 +16,8 @@ from fieldrig_devices.canopen.port import Port
 from fieldrig_devices.canopen.service import ALLOWED, Object, Reset, Service, State
 
 COB_ID, PERIOD, WINDOW, OVERFLOW = 0x1005, 0x1006, 0x1007, 0x1019
+USUAL_COB_ID = 0x80
+"""The default of 1005h.  A device whose EDS file has synchronous PDOs and no 1005h takes part in this SYNC."""
 MAX_COUNTER = 240
 
 Order = tuple[int, int]
@@ -51,6 +53,8 @@ class Sync(Service):
         else:
             self._subscribers[order] = handler
         self._handlers = tuple(self._subscribers[order] for order in sorted(self._subscribers))
+        if self._cob_id is None:
+            self._listen()
 
     @property
     def is_window_open(self) -> bool:
@@ -82,13 +86,16 @@ class Sync(Service):
             self._overflow.writer = self._on_overflow_written
 
     def _configure(self) -> None:
-        key = None if self._cob_id is None else can_key(self._cob_id.number)
         self._length = 1 if self._overflow is not None and self._overflow.number > 0 else 0
-        self._port.listen(self, Object.SYNC, key, self._on_frame)
+        self._listen()
         self._due.stop()
         self._start()
         if not self._due.is_set:
             self._counter = 0  # a producer that was stopped starts with 1 (7.2.5.2.1, as in CiA's own log)
+
+    def _listen(self) -> None:
+        cob_id = (USUAL_COB_ID if self._handlers else None) if self._cob_id is None else self._cob_id.number
+        self._port.listen(self, Object.SYNC, None if cob_id is None else can_key(cob_id), self._on_frame)
 
     @property
     def _period_ns(self) -> int:

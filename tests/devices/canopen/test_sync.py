@@ -1,7 +1,10 @@
 """SYNC, CiA 301 7.2.5."""
 
+import re
+from pathlib import Path
+
 import pytest
-from canopen_bench import CanopenBench
+from canopen_bench import IO32, CanopenBench
 
 PRODUCE_EVERY_10_MS = ("23 06 10 00 10 27 00 00", "23 05 10 00 80 00 00 40")
 
@@ -74,3 +77,21 @@ def test_sync_of_another_length_is_reported_and_not_taken(bench: CanopenBench) -
     assert bench.send("080#01") == ["085#40 82 11 01 00 00 00 00"]
     assert bench.send("080#02") == []
     assert bench.send("080#") == ["085#00 00 00 00 00 00 00 00", "185#00 00 00 00"]
+
+
+def test_synchronous_pdos_without_1005h_follow_the_usual_sync(tmp_path: Path) -> None:
+    """CiA 301 7.5.2.5: its default is 80h.  Public files of drives have synchronous PDOs and no 1005h."""
+    text = IO32.read_text(encoding="utf-8")
+    for index in ("1005", "1006", "1007", "1019"):
+        text = re.sub(rf"(?ms)^\[{index}\]$.*?(?=^\[)", "", re.sub(rf"(?m)^(\d+)=0x{index}$", r"\1=0x1003", text))
+    eds = tmp_path / "thin.eds"
+    eds.write_text(text, encoding="utf-8")
+    bench = CanopenBench(eds)
+    assert bench.sdo("40 05 10 00 00 00 00 00") == "80 05 10 00 00 00 02 06"
+    bench.send("000#01 05")
+    assert bench.send("080#") == []
+    assert not any(frame.startswith("085") for frame in bench.send("080#01")), "nothing here hears a SYNC"
+    bench.write("2f 00 18 02 01 00 00 00")
+    assert bench.send("080#") == ["185#00 00 00 00"]
+    bench.write("2f 00 18 02 ff 00 00 00")
+    assert bench.send("080#") == []
