@@ -126,13 +126,27 @@ def _of_suite(path: str, block: str, items: dict[str, Item]) -> Iterator[Case]:
 
 
 def _named(declaration: tree.Declaration) -> Iterator[tuple[str, int]]:
-    """Yield the texts that a declaration gives to TEST and TEST_ORDERED, with their lines."""
-    for node in tree.walk(declaration):
+    """Yield the names that a declaration gives to TEST and TEST_ORDERED as texts or __POUNAME(), with their lines."""
+    if not isinstance(declaration, tree.Pou):
+        return
+    yield from _named_in(declaration.body, declaration.name)
+    parts: list[tree.Action | tree.Method] = [*declaration.actions, *declaration.methods]
+    for part in parts:
+        yield from _named_in(part.body, f"{declaration.name}.{part.name}")
+
+
+def _named_in(body: tree.Body, unit: str) -> Iterator[tuple[str, int]]:
+    for node in tree.walk(body):
         if isinstance(node, tree.Call) and node.arguments:
             name = getattr(node.called, "text", "") or getattr(node.called, "name", "")
             value = node.arguments[0].value
-            if name.casefold() in _NAMING and isinstance(value, tree.Literal) and isinstance(value.value, str):
-                yield value.value.strip(" "), node.called.position.line or node.position.line
+            line = node.called.position.line or node.position.line
+            if name.casefold() not in _NAMING:
+                continue
+            if isinstance(value, tree.Literal) and isinstance(value.value, str):
+                yield value.value.strip(" "), line
+            elif isinstance(value, tree.Call) and getattr(value.called, "text", "").upper() == "__POUNAME":
+                yield unit, line
 
 
 # ---- outcomes

@@ -180,6 +180,15 @@ def test_the_runner_lists_and_runs_the_tests_of_a_project(tmp_path: Path) -> Non
     assert path in source.files()
 
 
+def test_a_test_may_have_the_name_of_its_method(tmp_path: Path) -> None:
+    method = "METHOD Fills\nTEST(__POUNAME()); AssertTrue(TRUE, 'm'); TEST_FINISHED();\nEND_METHOD"
+    (tmp_path / "a.st").write_text(suite("Fills();", methods=method))
+    (source,) = sources_in(tmp_path)
+    (case,) = source.cases()
+    (outcome,) = source.run([case], Limits())
+    assert (case.name, outcome.verdict) == ("Suite.Fills", Verdict.PASSED)
+
+
 def test_the_runner_gets_failures_skips_faults_and_tests_without_an_end(tmp_path: Path) -> None:
     body = """
     TEST('fails'); AssertEquals_INT(1, 2, 'm'); TEST_FINISHED();
