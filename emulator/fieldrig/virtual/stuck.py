@@ -6,6 +6,7 @@ Left out: systems without timers of processor time, such as Windows, and calls o
 """
 
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,7 +20,6 @@ LIMIT_S: Final = 20.0
 """Processor time without a millisecond of virtual time.  Compiling a large program takes seconds at one instant."""
 LOOKS: Final = 4
 """Looks in this time."""
-HAS_TIMERS: Final = hasattr(signal, "setitimer")
 
 
 class StuckError(BaseException):
@@ -33,7 +33,10 @@ def never_stuck(now_ns: Callable[[], int]) -> Iterator[None]:
     Within itself it does nothing, nor does it outside of the main thread, or beside another user of this timer.
     """
     is_main = threading.current_thread() is threading.main_thread()
-    if not HAS_TIMERS or not is_main or signal.getitimer(signal.ITIMER_VIRTUAL)[0]:
+    if sys.platform == "win32" or not hasattr(signal, "setitimer"):
+        yield
+        return
+    if not is_main or signal.getitimer(signal.ITIMER_VIRTUAL)[0]:
         yield
         return
     seen_ns, looks = now_ns(), 0

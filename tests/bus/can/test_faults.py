@@ -64,7 +64,7 @@ def test_a_frame_of_one_sender_is_dropped_where_another_sends_the_same_at_once(s
             model.submit(0, member, SHORT)
         came = model.collect(LATER)
         frames = {each.sender: set(each.receivers) for each in came if isinstance(each.message, CanFrame)}
-        assert frames == {sender: {sender}, other: {other, "c"}}, "who sends a frame does not receive it"
+        assert frames == {sender: {sender}, other: {other, "c"}}, "the sender of a frame does not receive it"
         assert [note[1:] for note in notes(list(came))] == [(sender, "dropped")]
 
 
