@@ -33,10 +33,10 @@ def never_stuck(now_ns: Callable[[], int]) -> Iterator[None]:
     Within itself it does nothing, nor does it outside of the main thread, or beside another user of this timer.
     """
     is_main = threading.current_thread() is threading.main_thread()
-    if sys.platform == "win32" or not hasattr(signal, "setitimer"):
+    if sys.platform == "win32":
         yield
         return
-    if not is_main or signal.getitimer(signal.ITIMER_VIRTUAL)[0]:
+    if not is_main or not hasattr(signal, "setitimer") or signal.getitimer(signal.ITIMER_VIRTUAL)[0]:
         yield
         return
     seen_ns, looks = now_ns(), 0
