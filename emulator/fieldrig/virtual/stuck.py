@@ -32,31 +32,35 @@ def never_stuck(now_ns: Callable[[], int]) -> Iterator[None]:
 
     Within itself it does nothing, nor does it outside of the main thread, or beside another user of this timer.
     """
+    if sys.platform == "win32" or not _is_free():
+        yield
+    else:
+        seen_ns, looks = now_ns(), 0
+
+        def on_look(_signal: int, frame: FrameType | None) -> None:
+            nonlocal seen_ns, looks
+            if abs(now_ns() - seen_ns) >= MS:
+                seen_ns, looks = now_ns(), 0
+                return
+            looks += 1
+            if looks >= LOOKS:
+                raise StuckError(f"it has computed for {LIMIT_S:g} s and no time has passed{_where(frame)}")
+
+        before = signal.signal(signal.SIGVTALRM, on_look)
+        signal.setitimer(signal.ITIMER_VIRTUAL, LIMIT_S / LOOKS, LIMIT_S / LOOKS)
+        try:
+            yield
+        finally:
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+            signal.signal(signal.SIGVTALRM, before)
+
+
+def _is_free() -> bool:
+    """True where this thread can have the timer of the process, and nothing else uses it."""
     is_main = threading.current_thread() is threading.main_thread()
-    if sys.platform == "win32":
-        yield
-        return
-    if not is_main or not hasattr(signal, "setitimer") or signal.getitimer(signal.ITIMER_VIRTUAL)[0]:
-        yield
-        return
-    seen_ns, looks = now_ns(), 0
-
-    def on_look(_signal: int, frame: FrameType | None) -> None:
-        nonlocal seen_ns, looks
-        if abs(now_ns() - seen_ns) >= MS:
-            seen_ns, looks = now_ns(), 0
-            return
-        looks += 1
-        if looks >= LOOKS:
-            raise StuckError(f"it has computed for {LIMIT_S:g} s and no time has passed{_where(frame)}")
-
-    before = signal.signal(signal.SIGVTALRM, on_look)
-    signal.setitimer(signal.ITIMER_VIRTUAL, LIMIT_S / LOOKS, LIMIT_S / LOOKS)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        signal.signal(signal.SIGVTALRM, before)
+    if sys.platform != "win32" and is_main and hasattr(signal, "setitimer"):
+        return not signal.getitimer(signal.ITIMER_VIRTUAL)[0]
+    return False
 
 
 def _where(frame: FrameType | None) -> str:
