@@ -520,13 +520,6 @@ class Rig:
                 "it may read and write points; run the rig after it",
             )
 
-    def _telling(self) -> Iterator[None]:
-        was_telling, self._engine.is_telling = self._engine.is_telling, True
-        try:
-            yield
-        finally:
-            self._engine.is_telling = was_telling
-
     def _instant(self, until_ns: int) -> int:
         """Return an instant that has not passed.  ArgumentError for anything else."""
         instant_ns = _whole(until_ns)
