@@ -18,36 +18,39 @@ from typing import Final
 from forked_command import begin, number_from
 
 HERE: Final = Path(__file__).parent
+NETWORK: Final = Path("/proc/thread-self/ns/net")
 
 
 class Server:
-    """A process that is forked.  It starts with the first command, in the network of the thread that gives it."""
+    """Processes that are forked, one for each network.  One starts with the first command in its network."""
 
     def __init__(self) -> None:
-        self._process: subprocess.Popen[bytes] | None = None
+        self._processes: dict[str, tuple[subprocess.Popen[bytes], TemporaryDirectory[str]]] = {}
 
     def path(self) -> str:
-        """Return the path of its socket, once it listens there."""
-        if self._process is None:
-            self._folder = TemporaryDirectory(prefix="forks")
-            command = [sys.executable, str(HERE / "command_server.py"), self._socket]
+        """Return the path of the socket of the one in the network of this thread, once it listens there."""
+        network = NETWORK.readlink().name if NETWORK.exists() else ""
+        if network not in self._processes:
+            folder = TemporaryDirectory(prefix="forks")
+            command = [sys.executable, str(HERE / "command_server.py"), _socket(folder)]
             # A session of its own: Ctrl-C reaches the tests, which end their commands.
-            self._process = subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
-            while not Path(self._socket).exists():
-                assert self._process.poll() is None, "the server of the commands has ended"
+            process = subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
+            self._processes[network] = process, folder
+            while not Path(_socket(folder)).exists():
+                assert process.poll() is None, "the server of the commands has ended"
                 time.sleep(0.02)
-        return self._socket
-
-    @property
-    def _socket(self) -> str:
-        return f"{self._folder.name}/socket"
+        return _socket(self._processes[network][1])
 
     def end(self) -> None:
-        """End the process with its commands; the next command starts another."""
-        if self._process is not None:
-            self._process.communicate()
-            self._process = None
-            self._folder.cleanup()
+        """End the processes with their commands; the next command starts another."""
+        while self._processes:
+            process, folder = self._processes.popitem()[1]
+            process.communicate()
+            folder.cleanup()
+
+
+def _socket(folder: TemporaryDirectory[str]) -> str:
+    return f"{folder.name}/socket"
 
 
 USUAL: Final = Server()
