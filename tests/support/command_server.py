@@ -138,6 +138,7 @@ def _code_of(module: str, arguments: list[str], folder: str) -> int:
     code = 1
     sys.argv = [module, *arguments, *(IS_IMPORTED if module == FOREIGN else ())]
     sys.path[0] = folder if module == FOREIGN else str(Path(sys.prefix) / "bin")
+    sys.path[1:1] = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))
     try:
         if module == FOREIGN:
             runpy.run_module(module, run_name="__main__", alter_sys=True)

@@ -112,7 +112,7 @@ def test_stop_lets_the_tension_go(cell: Rig) -> None:
     press(cell, 2)
     wait(cell, 4)
     assert cell.get("line", "V20") == 0
-    assert number(cell, "roll", "tension") < 1
+    assert number(cell, "roll", "tension") < 11  # the drag brake holds 2 Nm at 0.2 m
     assert cell.get("line", "O301") is False
 
 

@@ -109,3 +109,12 @@ def test_parts_share_the_token_that_the_rig_made(tmp_path: Path, monkeypatch: py
         rig.until_ready()
         rig.environment["FIELDRIG_TOKEN_FILE"] = str(tmp_path / "another")
         assert rig.tool("status").returncode == 4
+
+
+def test_a_process_with_too_long_a_run_folder_says_so(tmp_path: Path) -> None:
+    folder = tmp_path / ("x" * 100)
+    folder.mkdir()
+    with RunningRig(LAMP, KINDS, "--only", "lamp", f"--set=run={folder}") as rig:
+        assert rig.ended() == 3
+        assert "has too long a path for Unix sockets" in rig.output()
+        assert "--set run=" in rig.output()

@@ -8,6 +8,7 @@ from ring_process import CONFIGS, RingProcess
 from running_rig import RunningRig, until
 
 from fieldrig.config.rig_file import load
+from fieldrig.real.live_rig import UpProcess
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
 
@@ -51,12 +52,18 @@ def test_the_line_of_forty_comes_up_and_an_axis_of_each_rack_is_enabled() -> Non
         assert line.end(signal.SIGINT) == 0, line.output()
 
 
+class RigProgram(RunningRig):
+    """A rig that is no fork of another process, so that it inherits what this one has."""
+
+    start_up = UpProcess.start_up
+
+
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="sets the cores of a process")
 def test_up_warns_before_the_start_of_a_ring_with_too_many_processes_for_the_cores() -> None:
     cores = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {min(cores)})  # the rig inherits it
     try:
-        rig = RunningRig(CONFIGS / "ring.yaml", None, "--set=devices.max4.cycle_ms=1")
+        rig = RigProgram(CONFIGS / "ring.yaml", None, "--set=devices.max4.cycle_ms=1")
     finally:
         os.sched_setaffinity(0, cores)
     with rig:

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import forked_cli
@@ -99,13 +100,17 @@ def _end(process: "subprocess.Popen[bytes]") -> None:
 
 
 @pytest.fixture
-def hosts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Rig, Line]]:
+def hosts(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Rig, Line]]:
     if why := network_namespace.why_not():
         pytest.skip(why)
     monkeypatch.setenv("FIELDRIG_TOKEN", "known to both hosts")
     monkeypatch.setenv(NO_PAGE_VARIABLE, "1")
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
-    with two_hosts() as (near, far, line), running(near, far, tmp_path) as rig:
+    with (
+        TemporaryDirectory(prefix="hosts") as folder,  # short, as Unix sockets require
+        two_hosts() as (near, far, line),
+        running(near, far, Path(folder)) as rig,
+    ):
         rig.until_ready()
         yield rig, line
 

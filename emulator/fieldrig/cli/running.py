@@ -19,13 +19,12 @@ from fieldrig.coverage import collecting
 from fieldrig.coverage.data import written
 from fieldrig.coverage.summary import Coverage
 from fieldrig.errors import ControlError
-from fieldrig.hub.wire import socket_name
 from fieldrig.outside.shared_token import token
 from fieldrig.real.children import Children
 from fieldrig.real.core_advice import advice
 from fieldrig.real.host import loop_factory
 from fieldrig.real.page_process import NAME, PageProcess, page_of
-from fieldrig.real.placement import is_modelled, placement
+from fieldrig.real.placement import placement, sockets
 from fieldrig.real.started_outside import AttendedRig
 from fieldrig.real.supervisor import Supervisor
 from fieldrig.real.this_system import check_system
@@ -106,7 +105,7 @@ def _run_processes(config: RigConfig, options: UpOptions, display: Display) -> E
     ensure_for(len(plans))
     endpoint.check_free(config.control)
     folder = RunFolder(config.run)
-    folder.claim([socket_name(entry.bus) for entry in config.buses.values() if is_modelled(entry)])
+    folder.claim(sockets(config))
     for warning in advice(config, usable_cores()):
         display.warn(warning)
     try:

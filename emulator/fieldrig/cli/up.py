@@ -120,8 +120,9 @@ def _is_from_environment(context: typer.Context, parameter: str) -> bool:
 
 def _run_only(config: "RigConfig", name: str, is_realtime: bool) -> Exit:
     from fieldrig.real.host import run_process, start_log
-    from fieldrig.real.placement import placement
+    from fieldrig.real.placement import placement, sockets
     from fieldrig.real.this_system import check_system
+    from fieldrig.system.run_folder import check_length
     from fieldrig.text.nearest import closest
 
     check_system()
@@ -130,5 +131,6 @@ def _run_only(config: "RigConfig", name: str, is_realtime: bool) -> Exit:
     if plan is None:
         parts = dict.fromkeys(part for plan in plans.values() for part in (plan.name, *plan.buses, *plan.devices))
         raise typer.BadParameter(f"this rig has no process, device or bus {name!r}; {closest(name, list(parts))}")
+    check_length(config.run, sockets(config))
     start_log()
     return run_process(config, plan, is_supervised=False, is_realtime=is_realtime)

@@ -56,7 +56,7 @@ class HubServer:
                 self._servers.append(await loop.create_unix_server(lambda: self._stream(None), str(self._path)))
             except OSError as cause:
                 remedy = "make room there, or name another run folder: --set run=FOLDER"
-                raise BusError(f"{bus.name}: {self._path} cannot be made: {cause.strerror}", remedy) from cause
+                raise BusError(f"{bus.name}: {self._path} cannot be made: {cause.strerror or cause}", remedy) from cause
         if bus.attach is not None:
             host, port = split_address(bus.attach)
             secret = token()

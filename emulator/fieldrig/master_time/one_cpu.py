@@ -27,7 +27,7 @@ class OneCpu:
         self._natives: list[int] = []
         self._place = 0
         self._looked_s, self._spent_s = _real_monotonic(), _real_process_time()
-        if sys.platform == "linux":
+        if sys.platform == "linux" and hasattr(os, "sched_getaffinity"):
             with suppress(OSError):
                 self._before = sorted(os.sched_getaffinity(0))
         if len(self._before) > 1:

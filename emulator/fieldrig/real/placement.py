@@ -14,6 +14,7 @@ from fieldrig.config.homes import home_of_hub
 from fieldrig.config.keys import OnExit
 from fieldrig.config.rig_file import RigConfig, start_order
 from fieldrig.errors import RigError
+from fieldrig.hub.wire import socket_name
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +44,11 @@ def placement(config: RigConfig) -> dict[str, ProcessPlan]:
 
 def is_modelled(entry: BusEntry) -> bool:
     return isinstance(entry.bus, ModelBus)
+
+
+def sockets(config: RigConfig) -> list[str]:
+    """Return the names of the Unix sockets of all hubs in the run folder."""
+    return [socket_name(entry.bus) for entry in config.buses.values() if is_modelled(entry)]
 
 
 def linked_buses(device: DeviceEntry) -> tuple[str, ...]:

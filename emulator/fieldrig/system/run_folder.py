@@ -8,6 +8,7 @@ Left out: Windows, which has neither these locks nor Unix sockets; there only th
 import os
 import stat
 import time
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
@@ -26,6 +27,16 @@ LINGER_S = 5.0
 """Time that the processes of a killed rig have to end."""
 
 
+def check_length(folder: Path, sockets: Iterable[str]) -> None:
+    """RigError if the path of a run folder is too long for Unix sockets of these names."""
+    for name in sockets:
+        if len(os.fsencode(folder.absolute() / name)) > LONGEST_PATH:
+            raise RigError(
+                f"the run folder {folder} has too long a path for Unix sockets",
+                "give the rig a shorter one: --set run=/tmp/lab",
+            )
+
+
 class RunFolder:
     """The rig's own lock on the folder; `release` leaves no socket and no pty link behind."""
 
@@ -33,14 +44,9 @@ class RunFolder:
         self.folder = folder.absolute()
         self._lock: IO[str] | None = None
 
-    def claim(self, sockets: list[str]) -> None:
+    def claim(self, sockets: Iterable[str]) -> None:
         """Take the lock.  RigError if a running rig has it, or if the path is too long for `sockets`."""
-        for name in sockets:
-            if len(os.fsencode(self.folder / name)) > LONGEST_PATH:
-                raise RigError(
-                    f"the run folder {self.folder} has too long a path for Unix sockets",
-                    "give the rig a shorter one: --set run=/tmp/lab",
-                )
+        check_length(self.folder, sockets)
         try:
             self._check_whose()
             for part in ("log", "state"):
