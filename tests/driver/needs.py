@@ -40,6 +40,7 @@ TSHARK = program("tshark")
 GTKWAVE = program("vcd2fst", "gtkwave")
 SIGROK = program("sigrok-cli")
 CHAT = program("chat", "ppp")
+TNFTP = program("tnftp")
 LIBMODBUS = Need(
     "libmodbus",
     ("libmodbus-dev", "gcc", "libc6-dev"),

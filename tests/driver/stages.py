@@ -225,6 +225,7 @@ WHOLE = (
             needs.SIGROK,
             needs.LIBMODBUS,
             needs.CHAT,
+            needs.TNFTP,
         ),
         in_real_time=True,
         is_apart=True,  # most of its time it waits for its peers
