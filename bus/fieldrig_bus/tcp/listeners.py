@@ -304,8 +304,8 @@ class _Client(Connection):
     def _tell_now(self) -> None:
         if self._untold and self.number and not self.is_full:
             self._asked_ns = self._asked_ns or time.monotonic_ns()
-            self._port.send(Taken(self.number, self._untold))
-            self._untold = 0
+            count, self._untold = self._untold, 0  # before the message, to which the device may answer with more
+            self._port.send(Taken(self.number, count))
 
     def _note_answer(self) -> None:
         """Count the time since the device received something: it may have worked later, when it was its turn."""

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from fieldrig.errors import BusError
 from fieldrig.hub.hub import LocalHub
+from fieldrig.loop.pace import Pace
 from fieldrig.loop.real_clock import RealClock
 from fieldrig_bus.tcp.listeners import TcpPort
 from fieldrig_bus.tcp.server import TcpServerBus, TcpSettings
@@ -281,3 +282,19 @@ def test_a_port_that_is_taken_is_refused_at_the_start(tmp_path: Path) -> None:
 def test_wrong_settings_are_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(ValidationError):
         TcpSettings.model_validate(wrong)
+
+
+def test_a_device_that_has_more_gets_rid_of_it_while_the_process_makes_its_clients_wait(tmp_path: Path) -> None:
+    """The port reports in one message all that was taken meanwhile, and in its handling the device sends more."""
+
+    async def scene(bench: Bench) -> None:
+        for server in bench.port.servers():
+            server.pace = Pace(bench.hub.clock, slice_ns=1)
+        reader, writer = await bench.connect()
+        writer.write(b"much")
+        assert await reader.readexactly(4_000_004) == b"MUCH" + bytes(4_000_000)
+        while not SESSIONS[0].was_drained:
+            await asyncio.sleep(0.001)
+        writer.close()
+
+    run(scene, tmp_path)
