@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,7 +13,6 @@ from fieldrig.system.exits import Exit
 if TYPE_CHECKING:
     from fieldrig.config.entries import DeviceEntry
     from fieldrig.config.rig_file import RigConfig
-    from fieldrig.control.messages import Client
     from fieldrig_devices.canopen.described import DescribedNode
     from fieldrig_devices.conformance.case import Case
     from fieldrig_devices.conformance.description import Description
@@ -147,7 +146,6 @@ def _report(
     from functools import partial
 
     from fieldrig.config.rig_file import load
-    from fieldrig.control.messages import Client
     from fieldrig.text.nearest import closest
     from fieldrig.virtual.rig import Rig
     from fieldrig_devices.conformance import address
@@ -182,23 +180,11 @@ def _report(
     own = config.buses[bus].bus
     with ExitStack() as opened:
         if kept:
-            client = opened.enter_context(Client(config.control))
-            add = partial(_add_fault, client, bus)
-            opened.enter_context(kept_off(kept, node_id, add, partial(_clear_fault, client, bus)))
+            from fieldrig.real.running_rig import RunningRig  # a rig in virtual time needs no process
+
+            live = opened.enter_context(RunningRig(config.control))
+            opened.enter_context(kept_off(kept, node_id, partial(live.add_fault, bus), partial(live.clear_fault, bus)))
         return conform_real(own, config.run.absolute(), description, cases, options, on_result, date, where_text, _tell)
-
-
-def _add_fault(client: "Client", bus: str, fault: dict[str, Any]) -> int:
-    from fieldrig.control.fault_asking import about_faults, ask
-
-    number: int = ask(client, about_faults(bus, "add_fault", {"fault": fault}))["number"]
-    return number
-
-
-def _clear_fault(client: "Client", bus: str, number: int) -> None:
-    from fieldrig.control.fault_asking import about_faults, ask
-
-    ask(client, about_faults(bus, "clear_fault", {"number": number}))
 
 
 def _tell(progress: str) -> None:

@@ -14,9 +14,10 @@ from fieldrig.config.rig_file import RigConfig
 from fieldrig.errors import ControlError, RigError, UsageError
 from fieldrig.traces.names import members_of
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.conformance.bench import ERROR_CONTROL, SDO_REQUEST
 from fieldrig_devices.conformance.line import Seen
 
-NMT_ID, SYNC_ID, SDO_REQUEST, ERROR_CONTROL = 0x000, 0x080, 0x600, 0x700
+NMT_ID, SYNC_ID = 0x000, 0x080
 ALL_NODES = 0
 CLAIM: Final = "master of node-ID"
 

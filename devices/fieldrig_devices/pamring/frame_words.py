@@ -60,7 +60,7 @@ def _in_units(axis: DescribedObject, value: int) -> str:
 def _plain(frame: Any, node: DescribedNode) -> str:
     """Return all fields by their names; the item is the object."""
     named = [(each.name, getattr(frame, each.name)) for each in fields(frame)]
-    first = [_object(node, value).name for name, value in named if name == "item"]
+    first = [object_of(node, value) for name, value in named if name == "item"]
     rest = [f"{name.replace('_', ' ')} {value_text(value)}" for name, value in named if name != "item"]
     return " ".join([*first, ", ".join(rest)]).strip()
 

@@ -7,6 +7,7 @@ the first step of that alignment is taken.  So memory is bounded, and one missin
 itself.
 """
 
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterator
 from itertools import pairwise
@@ -46,27 +47,21 @@ class Pair(NamedTuple):
         return 0 if item is None else item.time_ns
 
 
-class Aligner:
-    """Aligns one stream.  The times of both sides are of one clock."""
+class Matching(ABC):
+    """One stream on two sides, whose times are of one clock: what waits on each side for the other."""
 
-    __slots__ = ("_drift_ns", "_horizon_ns", "_left", "_loose", "_most", "_odd_ns", "_right", "_tolerance_ns")
+    __slots__ = ("_horizon_ns", "_left", "_most", "_right")
 
-    def __init__(self, tolerance_ns: int, horizon_ns: int, most: int = MOST_WAITING) -> None:
-        """`horizon_ns` is how far the same message may be early or late, and `most` is how many wait on one side."""
-        self._tolerance_ns, self._horizon_ns, self._most = tolerance_ns, horizon_ns, most
+    def __init__(self, horizon_ns: int, most: int = MOST_WAITING) -> None:
+        """`horizon_ns` is how far two messages of a pair may be apart, and `most` is how many wait on one side."""
+        self._horizon_ns, self._most = horizon_ns, most
         self._left: deque[Item] = deque()
         self._right: deque[Item] = deque()
-        self._loose: list[Pair] = []
-        """Messages of one side only, as long as the same one may come on the other side out of its order."""
-        self._drift_ns = 0
-        """How much later the right side usually is at present."""
-        self._odd_ns: int | None = None
-        """How much later than that the last message was, if it was off by more than the tolerance."""
 
     @property
     def is_waiting(self) -> bool:
         """True if something is not decided yet."""
-        return bool(self._left or self._right or self._loose)
+        return bool(self._left or self._right)
 
     @property
     def is_full(self) -> bool:
@@ -89,8 +84,39 @@ class Aligner:
         self._right.append(item)
         return None
 
+    @abstractmethod
     def settle(self, now_ns: int, is_end: bool = False) -> Iterator[Pair]:
         """Yield what is decided when all messages up to `now_ns` are there; with `is_end`, no more will come."""
+
+    @abstractmethod
+    def _is_plain(self, left: Item, right: Item) -> bool:
+        """Return whether the first messages of both sides are a pair, whatever comes behind them."""
+
+    def _paired(self, left: Item, right: Item) -> Pair:
+        return Pair(left, right, right.time_ns - left.time_ns)
+
+
+class Aligner(Matching):
+    """Aligns one stream by its contents."""
+
+    __slots__ = ("_drift_ns", "_loose", "_odd_ns", "_tolerance_ns")
+
+    def __init__(self, tolerance_ns: int, horizon_ns: int, most: int = MOST_WAITING) -> None:
+        """`horizon_ns` is how far the same message may be early or late, and `most` is how many wait on one side."""
+        super().__init__(horizon_ns, most)
+        self._tolerance_ns = tolerance_ns
+        self._loose: list[Pair] = []
+        """Messages of one side only, as long as the same one may come on the other side out of its order."""
+        self._drift_ns = 0
+        """How much later the right side usually is at present."""
+        self._odd_ns: int | None = None
+        """How much later than that the last message was, if it was off by more than the tolerance."""
+
+    @property
+    def is_waiting(self) -> bool:
+        return super().is_waiting or bool(self._loose)
+
+    def settle(self, now_ns: int, is_end: bool = False) -> Iterator[Pair]:
         left, right = self._left, self._right
         before_ns = now_ns - self._horizon_ns
         while left or right:

@@ -15,7 +15,7 @@ from fieldrig.points.values import counted
 from fieldrig.traces.parts import Part
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_devices.canopen.names import SYNC
-from fieldrig_devices.replay.align import Aligner, Pair
+from fieldrig_devices.replay.align import Aligner, Matching, Pair
 from fieldrig_devices.replay.cycles import Cycles
 from fieldrig_devices.replay.families import CYCLIC, INNER, RINGS
 from fieldrig_devices.replay.gaps import UNEVEN, Gaps
@@ -40,7 +40,7 @@ HEAD_OF_FRAME: Final = 5
 class _Compared:
     """One stream on both sides."""
 
-    def __init__(self, aligner: Aligner | Cycles, node: str, kind: str) -> None:
+    def __init__(self, aligner: Matching, node: str, kind: str) -> None:
         self.aligner, self.node, self.kind = aligner, node, kind
         self.gaps = (Gaps(), Gaps())
         self.after_sync_ns: tuple[int, int] | None = None

@@ -232,7 +232,7 @@ class Stage(ExitStack):
             self._plan(act, Rank.MILESTONE)
         return bool(reached)
 
-    def _plan(self, act: Act, rank: "Rank") -> None:
+    def _plan(self, act: Act, rank: Rank) -> None:
         insort(self._due, Due(act.at_ns, rank, act), key=_instant)
 
     def _do_due(self) -> None:
