@@ -27,12 +27,14 @@ _PATTERN: Final = re.compile(
       | (?P<foreign>!=|==|:=|->|=>|=<|><|[≠≤≥]|&&?|\|\||\*\*)
       | (?P<comment>//[^\n]*|/\*\*(?!/)(?:(?!\*/)[^\n])*(?:\*/)?|/\*(?!\*)(?:[^*]|\*(?!/))*\*/|/\*\*/)
       | (?P<directive>\#[ \t]*(?i:define|set|undef|include)\b)
+      | (?P<time>(?:(?i:t|time)\#)?[0-9]+(?:\.[0-9]+)?(?i:ms|s|sec|min|h)(?![\w.])|(?i:t|time)\#\w[\w.]*)
       | (?P<number>(?:0[xX]|16\#|\$)[0-9A-Fa-f]+(?!\w)|[0-9]+(?:\.[0-9]*)?[eE][-+]?[0-9]+(?!\w))
       | (?P<hexadecimal>\#[0-9A-Fa-f]+(?!\w))
       | (?P<real>[0-9]+\.[0-9]+(?![\w.])|[0-9]+\.(?![\w.]))
       | (?P<integer>[0-9]+(?![\w]))
       | (?P<name>[^\W\d]\w*)
       | (?P<text>"[^"\n]*")
+      | (?P<quoted>'[^'"\n]*')
       | (?P<index>\[[ \t]*(?i:i|all[ \t]*[+*]?)[ \t]*\])
       | (?P<wrong_index>\[[^\[\]\n;]*\])
       | (?P<sign><-|<<|<=|>=|<>|[-+*%^=<>!?:;,()|.]|/(?!\*))
@@ -63,6 +65,8 @@ FOREIGN: Final[Mapping[str, str]] = {
     "**": "^",
 }
 """Signs of other languages, and what they are here."""
+_TIME: Final = re.compile(r"(?:t|time)?#?([0-9]+(?:\.[0-9]+)?)(ms|s|sec|min|h)", re.IGNORECASE)
+_MILLISECONDS: Final = {"ms": 1, "s": 1_000, "sec": 1_000, "min": 60_000, "h": 3_600_000}
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,6 +168,24 @@ def _native_number(word: str, place: Place, begins_line: bool, source: Tokens) -
     return (Token("real", word, place, float(word), begins_line),)
 
 
+def _native_time(word: str, place: Place, begins_line: bool, source: Tokens) -> Sequence[Token]:
+    """Report a time with a unit, such as 5s or T#5s, and return its milliseconds: a time is always a number of them."""
+    parts = _TIME.fullmatch(word)
+    right = "" if parts is None else f"{float(parts[1]) * _MILLISECONDS[parts[2].lower()]:.15g}"
+    if not right.isdecimal():
+        source.mistakes.append(mistake(place, f"got {word}", "a number of milliseconds without a unit"))
+        return (Token("integer", word, place, 0, begins_line),)
+    source.mistakes.append(mistake(place, f"got {word}", right, "A time is a number of milliseconds, without a unit."))
+    return (_token("integer", right, place, begins_line, source.mistakes),)
+
+
+def _native_text(word: str, place: Place, begins_line: bool, source: Tokens) -> Sequence[Token]:
+    """Report a text between the quotation marks of IEC languages, and return it."""
+    right = f'"{word[1:-1]}"'
+    source.mistakes.append(mistake(place, f"got {word}", right))
+    return (_token("text", right, place, begins_line, source.mistakes),)
+
+
 def _wrong_index(_word: str, place: Place, _begins_line: bool, source: Tokens) -> Sequence[Token]:
     source.mistakes.append(_index_is_wrong(place))
     return ()
@@ -172,6 +194,8 @@ def _wrong_index(_word: str, place: Place, _begins_line: bool, source: Tokens) -
 _FOREIGN: Final[Mapping[str | None, Callable[[str, Place, bool, Tokens], Sequence[Token]]]] = {
     "foreign": _native,
     "number": _native_number,
+    "time": _native_time,
+    "quoted": _native_text,
     "wrong_index": _wrong_index,
 }
 """The functions that read each sort of tokens that this language does not have."""

@@ -68,6 +68,16 @@ def only(text: str) -> str:
         ("CALL RTN_Show(1, 2);", "got (; expected WITH and the arguments"),
         ("AXI_Station[3] <- stop;", "an index is wrong; expected [i], [all]"),
         ("AXI_Station[n + 1] <- stop;", "an index is wrong; expected [i], [all]"),
+        ("WAIT_TIME 5s;", "got 5s; expected 5000"),
+        ("WAIT_TIME 2.5min;", "got 2.5min; expected 150000"),
+        ("WAIT_TIME T#5s;", "got T#5s; expected 5000"),
+        ("WAIT_TIME T#1m30s;", "got T#1m30s; expected a number of milliseconds without a unit"),
+        ("CONDITION IFV_Go TIMEOUT 500ms;", "got 500ms; expected 500"),
+        ("PAMDISPLAY <- warning(2, 'late', 0);", "got 'late'; expected \"late\""),
+        ("CWV_Count++;", "A value is changed as in CWV_Count <- CWV_Count + 1."),
+        ("CWV_Count -= 2;", "A value is changed as in CWV_Count <- CWV_Count - 1."),
+        ("GOTO SEQ_Other;", "There are no jumps: a sequence goes on in another one by XEQ_SEQUENCE"),
+        ("RETURN;", "There are no jumps"),
     ],
 )
 def test_slips_in_statements(statement: str, said: str) -> None:
@@ -84,6 +94,7 @@ def test_slips_in_statements(statement: str, said: str) -> None:
             "got GAINSLOPE; expected GAIN_SLOPE",
         ),
         ("SINKE SNK_a; END", "Perhaps SINK is meant."),
+        ("SEQUENCE SEQ_a; END_SEQUENCE", "A part that begins with SEQUENCE belongs in TASK."),
         ("NODE NOD_a; ADDRESS = 70; TYPE = ST1; END_NODE", "got END_NODE; expected END"),
         ("NODE NOD_a; ADDRESS = 70; TYPE = ST1; ENDNODE", "got ENDNODE; expected END"),
         ("SINK SNK_a; END_SINK", "got END_SINK; expected END"),
@@ -295,6 +306,21 @@ def test_a_comment_that_begins_in_another_one_is_worth_a_note(comment: str, note
     found = checked(in_sequence(comment), "a.pam")[1]
     assert [note.what for note in found] == notes
     assert all(note.is_note for note in found)
+
+
+@pytest.mark.parametrize(
+    ("statement", "fault"),
+    [
+        ("CWV_Count <- 5 / 0;", "02..FFF2"),
+        ("CWV_Count <- 5 % 0;", "02..FFF2"),
+        ("CRV_Size <- 2.0 / (1 - 1);", "02..FFF3"),
+    ],
+)
+def test_a_division_by_zero_is_worth_a_note_with_its_fault(statement: str, fault: str) -> None:
+    """It stops the program, but perhaps the statement is never reached (PAML-228)."""
+    *_, note = checked(in_sequence(statement), "a.pam")[1]
+    assert (note.what, note.is_note) == ("this divides by 0", True)
+    assert fault in note.hint
 
 
 @pytest.mark.parametrize("text", ["", "// nothing", "#define A 1\n"])

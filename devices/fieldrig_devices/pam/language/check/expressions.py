@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from fieldrig_devices.pam.language import tree
+from fieldrig_devices.pam.language.check.constants import constant
 from fieldrig_devices.pam.language.check.symbols import TYPE_NAMES, Context, Names, Symbol, listed, with_article
 from fieldrig_devices.pam.language.functions import EXECUTIVE, INQUIRIES, MATHEMATICS, VALUES, Function, Type
 from fieldrig_devices.pam.language.objects import KINDS, PORT_PARAMETERS, Rule
@@ -160,7 +161,11 @@ def _binary(binary: tree.Binary, names: Names, context: Context) -> Type | None:
                 side.place, f"{binary.operator} joins {TYPE_NAMES[left]} and {TYPE_NAMES[right]}", "numbers", hint
             )
             return None
-    return "real" if "real" in (left, right) else "integer"
+    result: Type = "real" if "real" in (left, right) else "integer"
+    if binary.operator in ("/", "%") and constant(binary.right) == 0:
+        number = "02..FFF3" if result == "real" else "02..FFF2"
+        names.note(binary.place, "this divides by 0", f"Where it is computed, the PAM stops with the fault {number}.")
+    return result
 
 
 def _compared(binary: tree.Binary, left: Type | None, right: Type | None, names: Names) -> None:

@@ -26,6 +26,14 @@ _PROGRAMS: Final[Mapping[str, Callable[[Cursor], Item]]] = {
     "ROUTINES": programs.routines,
     "TASK": programs.task,
 }
+_PARTS: Final[Mapping[str, str]] = {
+    "SEQUENCE": "TASK",
+    "EVENTS": "TASK",
+    "ROUTINE": "ROUTINES",
+    "ON_EVENT": "TASK or ACTIONS",
+    "ON_STATE": "TASK or ACTIONS",
+}
+"""Words of parts, and the item that they belong in."""
 _ENDS: Final = ("END_TASK", "END_ACTIONS", "END_ROUTINES", "END_DUALPORT", "END_PORT")
 MOST_MISTAKES: Final = 500
 
@@ -72,6 +80,8 @@ def _item(cursor: Cursor) -> Item:
         return declarations.declaration(cursor)
     close = get_close_matches(word, (*ITEMS, *_PROGRAMS), 1, 0.7) if cursor.token.kind == "name" else []
     hint = f"Perhaps {close[0]} is meant." if close else ""
+    if word in _PARTS:
+        hint = f"A part that begins with {word} belongs in {_PARTS[word]}."
     raise cursor.unexpected("the kind of an object, such as NODE, AXIS or TASK", hint)
 
 

@@ -32,7 +32,9 @@ _ENDS: Final = frozenset(word for word in STRUCTURE if word.startswith("END")) |
 _ELSE_IF: Final = ("ELSIF", "ELSEIF", "ELIF")
 _OTHER_LOOPS: Final = ("WHILE", "FOR", "REPEAT", "DO")
 _OTHER_ENDS: Final = ("END_WHILE", "END_FOR", "END_REPEAT", "UNTIL", "ENDWHILE", "ENDFOR")
+_OTHER_JUMPS: Final = ("GOTO", "JMP", "RETURN", "EXIT", "BREAK", "CONTINUE")
 _OTHER_WAITS: Final = ("WAIT", "DELAY", "SLEEP", "PAUSE")
+_OPERATORS: Final = ("+", "-", "*", "/", "%")
 _UNITS: Final = ("ms", "s", "sec", "min")
 MOST_STATEMENTS: Final = 20_000
 """Statements of one list."""
@@ -76,6 +78,10 @@ def _access(cursor: Cursor) -> tree.Statement:
         raise cursor.unexpected(
             "a statement", "There is one loop: LOOP, its statements, and END_LOOP with a condition."
         )
+    if cursor.is_word(*_OTHER_JUMPS) and not cursor.is_next("<-", "?", ":", "<<"):
+        raise cursor.unexpected(
+            "a statement", "There are no jumps: a sequence goes on in another one by XEQ_SEQUENCE, and ends at its end."
+        )
     if cursor.is_word(*_OTHER_WAITS) and cursor.following.kind in ("integer", "real"):
         raise cursor.unexpected("WAIT_TIME")
     target = object_or_parameter(cursor)
@@ -91,7 +97,10 @@ def _access(cursor: Cursor) -> tree.Statement:
         asked = tree.Inquiry(cursor.place, target, function_name(cursor), arguments(cursor))
         cursor.semicolon()
         return tree.Ask(place, asked)
-    cursor.expect("<-", _hint(target.name))
+    operator = cursor.token.text
+    is_in_place = operator in _OPERATORS  # such as M++ or M += 2
+    in_place = f"A value is changed as in {target.name} <- {target.name} {operator} 1."
+    cursor.expect("<-", in_place if is_in_place else _hint(target.name))
     word = cursor.token.text.lower()
     is_function = cursor.token.kind == "name" and word in EXECUTIVE_NAMES | REPLACED.keys()
     if word in MATHEMATICS and cursor.is_next("("):
