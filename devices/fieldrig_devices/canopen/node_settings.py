@@ -56,14 +56,17 @@ class CanopenSettings(Settings):
 
     def _wrong(self) -> Iterator[WrongKey]:
         try:
-            dictionary = eds.load(self.eds, self.node_id or UNCONFIGURED)
+            description = eds.describe(self.eds, self.node_id or UNCONFIGURED)
         except EdsError:
             yield WrongKey(("eds",), _everything(self.eds), "`fieldrig eds check` gives the same list")
             return
-        if self.node_id is None and not dictionary.features.has_lss:
+        if self.node_id is None and not description.features.has_lss:
             yield WrongKey(
                 ("node_id",), "null needs LSS, but the EDS has LSS_Supported=0; expected a number from 1 to 127"
             )
+        if not (self._start_values() or self.signals or self.sources):
+            return  # without a dictionary of thousands of objects that nobody asks for
+        dictionary = eds.load(self.eds, self.node_id or UNCONFIGURED)
         for key, value in self._start_values().items():
             yield from _tried(self._place_of(key), partial(_start, dictionary, key, value))
         yield from self._wrong_starts_of(dictionary)
@@ -95,6 +98,8 @@ class CanopenSettings(Settings):
     def claims(self, device: str) -> Iterator[Claim]:
         if self.node_id is not None:
             yield Claim("can", "node-ID", self.node_id, ("node_id",))
+        if not self.signals:
+            return
         dictionary = eds.load(self.eds, self.node_id or UNCONFIGURED)
         for key, binding in zip(self.signals, bind(dictionary, self.signals), strict=True):
             if binding.is_output:
