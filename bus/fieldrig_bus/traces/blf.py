@@ -120,6 +120,8 @@ class _Reader:
                 self.found += 1
                 yield entry
             at += length
+        if found < 0 and size - at > 8:
+            odd.report("bytes that are no objects are skipped")
         self._rest = data[at if found >= 0 else max(at, size - 3) :]
 
     def end(self) -> None:

@@ -34,6 +34,8 @@ DAY_NS: Final = 86_400_000_000_000
 EPOCH_DAY: Final = 25_569
 """1 January 1970, counted from 30 December 1899."""
 _MS: Final = re.compile(r"(-?)(\d{1,15})(?:\.(\d{1,6}))?", re.ASCII)
+_NUMBER: Final = re.compile(r"\d+\)?", re.ASCII)
+"""Traces of other tools end in .trc too, and their words must not pass for columns."""
 _BYTE: Final = re.compile(r"[0-9A-Fa-f]{2}")
 _STATES: Final = {0x00: CanState.ACTIVE, 0x04: CanState.WARNING, 0x08: CanState.PASSIVE, 0x10: CanState.BUS_OFF}
 """OK, BUSLIGHT, BUSHEAVY and BUSOFF."""
@@ -95,6 +97,8 @@ def parse(line: str, columns: Mapping[str, int]) -> Line:
     words = line.split(maxsplit=len(columns) - 1)
     if len(words) < 4:
         raise ValueError("it has less than four columns")
+    if "N" in columns and not _NUMBER.fullmatch(words[columns["N"]]):
+        raise ValueError(f"{words[columns['N']]!r:.20} is not the number of a message")
     offset_ns = _offset_ns(words[columns["O"]])
     kind = words[columns["T"]].upper() if "T" in columns else _kind_of_oldest(words, columns)
     channel = int(words[columns["B"]]) if "B" in columns and words[columns["B"]].isdigit() else 1

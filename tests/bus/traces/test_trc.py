@@ -47,6 +47,8 @@ def test_a_line_of_pcan_view_is_read(head: str, line: str, message: CanFrame | N
         (";$FILEVERSION=2.0\n;$COLUMNS=N,O,T\n", "line 2: the columns 'N,O,T': expected at least"),
         (";$FILEVERSION=1.1\n 1) 2.0 Rx 0001 2 01\n", "line 2 is not a frame of a TRC log: 1 bytes of data, and 2"),
         (";$FILEVERSION=1.1\n 1) now Rx 0001 0\n", "line 2 is not a frame of a TRC log: 'now' is not a time"),
+        # a line of another tool whose traces end in .trc: its words are no columns
+        ('"00:02:20";"83";"Std";"";"00 00 00 01 20 00 00 "\n', "line 1 is not a frame of a TRC log: '\"00:02:20"),
     ],
 )
 def test_a_trc_log_that_cannot_be_read_is_named(text: str, message: str, tmp_path: Path) -> None:
