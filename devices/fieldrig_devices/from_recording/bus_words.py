@@ -3,9 +3,9 @@
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Final
 
-from fieldrig.clock import MS
 from fieldrig.points.values import counted
 from fieldrig.text.ranges import ranges
+from fieldrig.traces.instants import span
 from fieldrig_devices.canopen.cob_id import BIT_30
 from fieldrig_devices.canopen.nmt import NMT_ID
 from fieldrig_devices.from_recording.can_log import SYNC_ID, TIME_ID, CanLog, NodeLog
@@ -33,7 +33,7 @@ def left_over(log: CanLog, rest: Mapping[int, int], devices: Collection[int]) ->
     yield from _silent({node_id: node for node_id, node in log.nodes.items() if node_id not in devices})
     has_producer = any((node.objects.number(SYNC_COB_ID) or 0) & BIT_30 for node in log.nodes.values())
     if log.sync_ns and not has_producer:
-        yield f"SYNC every {log.sync_ns / MS:.4g} ms: no device here sends it, so your master has to"
+        yield f"SYNC every {span(log.sync_ns)}: no device here sends it, so your master has to"
 
 
 def _other_frames(log: CanLog) -> Iterator[str]:

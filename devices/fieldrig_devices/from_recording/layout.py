@@ -1,6 +1,6 @@
 """The contents of a PDO: the objects of its mapping, or bytes without a name where the mapping cannot be seen."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Final, NamedTuple
 
 from fieldrig_devices.canopen.pdo.mapping import MAX_BITS, MAX_ENTRIES
@@ -56,9 +56,13 @@ def layout_of(pdo: Pdo, number: Number, length: int, taken: Collection[int], *, 
     frames of a wrong length, so that its mapping counts and not their length.
     """
     index = free_index(pdo, taken)
-    count = number(pdo.mapping, 0) or 0
-    entries = [number(pdo.mapping, place) for place in range(1, count + 1)] if count <= MAX_ENTRIES else []
-    fitting = _completed(entries, index, length)
+    count = number(pdo.mapping, 0)
+    if count is None:
+        fitting = _filled_up(list(_read(pdo, number)), index, length)
+        entries: list[int | None] = []
+    else:
+        entries = [number(pdo.mapping, place) for place in range(1, count + 1)] if count <= MAX_ENTRIES else []
+        fitting = _completed(entries, index, length)
     if fitting is None and is_refused and (parts := with_bytes(entries, index)):
         return Layout(parts, None not in entries, is_misfit=True)
     return fitting or Layout([Part(index, place, 8) for place in range(1, length + 1)], False)
@@ -98,6 +102,25 @@ def _completed(entries: Sequence[int | None], index: int, length: int) -> Layout
         for place, entry in enumerate(entries, 1)
     ]
     return Layout(parts, not unknown)
+
+
+def _read(pdo: Pdo, number: Number) -> Iterator[int]:
+    """Yield the entries that were read of a mapping whose number of entries was not."""
+    for place in range(1, MAX_ENTRIES + 1):
+        entry = number(pdo.mapping, place)
+        if not entry:
+            return
+        yield entry
+
+
+def _filled_up(entries: Sequence[int], index: int, length: int) -> Layout | None:
+    """Return the parts of the entries, with bytes up to the length of the frames; None if they do not fit."""
+    parts = list(map(part_of, entries))
+    rest = length * 8 - sum(part.bits for part in parts)
+    if not parts or rest < 0 or not all(map(_is_usable, parts)):
+        return None
+    more = [Part(index, place, 8) for place in range(1, rest // 8 + 1)]
+    return Layout(parts + more, not more)
 
 
 def _shares(size: int, count: int) -> list[int]:

@@ -24,7 +24,7 @@ from fieldrig_devices.from_recording.layout import DUMMIES, Layout, layout_of
 from fieldrig_devices.from_recording.objects import Key
 from fieldrig_devices.from_recording.pdos import Number, Pdo
 from fieldrig_devices.from_recording.refusals import Refusals
-from fieldrig_devices.from_recording.rhythm import Rhythm, rhythm_of
+from fieldrig_devices.from_recording.rhythm import FEWEST, Rhythm, period_of, rhythm_of
 
 DEVICE_TYPE: Final = 0x1000
 DRIVE_PROFILE: Final = 402
@@ -80,7 +80,8 @@ def pdo_models(
     found = []
     for pdo, identifier in sorted(pdos.items()):
         log = bus.identifiers[identifier]
-        assumed = usual_layout(pdo, log) if is_drive and number(pdo.mapping, 0) is None else None
+        is_read = number(pdo.mapping, 0) is not None or number(pdo.mapping, 1) is not None
+        assumed = usual_layout(pdo, log) if is_drive and not is_read else None
         is_refused = is_refusing and not pdo.is_transmitted
         layout = assumed or layout_of(pdo, number, log.length, indices, is_refused=is_refused)
         found.append(
@@ -105,7 +106,9 @@ def heartbeat_ms(log: NodeLog) -> int:
     before = [instant for instant in log.life.heartbeats if instant < seen.first_write_ns]
     is_there = any(abs(later - earlier - log.life.heartbeat_ns) < 0.2 * log.life.heartbeat_ns
                    for earlier, later in pairwise(before))  # fmt: skip
-    return period_ms if is_there else 0
+    if is_there:
+        return period_ms
+    return round(period_of(before) / MS) if len(before) >= FEWEST else 0  # its master gives it another period
 
 
 def runs_by_itself(log: NodeLog, pdos: list[PdoModel]) -> bool:

@@ -4,10 +4,12 @@ from collections.abc import Iterator
 from statistics import median
 from typing import Final
 
-from fieldrig.clock import MS, S
+from fieldrig.clock import S
 from fieldrig.points.values import counted
+from fieldrig.traces.instants import span
 from fieldrig_devices.canopen.emcy_words import emcy_words
 from fieldrig_devices.canopen.nmt import Command
+from fieldrig_devices.from_recording.layout import BYTES
 from fieldrig_devices.from_recording.node_model import NodeModel, PdoModel, runs_by_itself
 from fieldrig_devices.from_recording.objects import ObjectLog
 from fieldrig_devices.from_recording.rhythm import FEWEST, period_of
@@ -32,8 +34,8 @@ def seen(model: NodeModel, start_ns: int) -> Iterator[str]:
     if reads or writes:
         words = f"SDO: {counted(reads, 'object')} read, {writes} written"
         if objects.answer_ns:
-            usual, longest = median(objects.answer_ns) / MS, max(objects.answer_ns) / MS
-            words += f"; it answers after {usual:.3g} ms, at most {longest:.3g} ms"
+            usual_ns, longest_ns = round(median(objects.answer_ns)), max(objects.answer_ns)
+            words += f"; it answers after {span(usual_ns)}, at most {span(longest_ns)}"
         yield words
     if life.emergencies:
         firsts = [f"{emcy_words(_data(code, register))} at {_at(instant, start_ns)}"
@@ -92,7 +94,7 @@ def _life(model: NodeModel, start_ns: int) -> Iterator[str]:
     life = model.log.life
     boots = [
         f"at {_at(boot.instant_ns, start_ns)}"
-        + (f", {boot.took_ns / MS:.3g} ms after {_reset(boot.command)}" if boot.command is not None else "")
+        + (f", {span(boot.took_ns)} after {_reset(boot.command)}" if boot.command is not None else "")
         for boot in life.boots
     ]
     if boots:
@@ -100,9 +102,9 @@ def _life(model: NodeModel, start_ns: int) -> Iterator[str]:
         yield f"boot-up {'; '.join(boots[:MOST_LISTED])}{f' and {more} more' if more > 0 else ''}"
     if life.heartbeats:
         count = len(life.heartbeats)
-        yield f"heartbeat every {life.heartbeat_ns / MS:.4g} ms" if count > 1 else "a single heartbeat"
+        yield f"heartbeat every {span(life.heartbeat_ns)}" if count > 1 else "a single heartbeat"
     if life.answers:
-        yield f"node guarding every {life.guarding_ns / MS:.4g} ms by the master"
+        yield f"node guarding every {span(life.guarding_ns)} by the master"
     if runs_by_itself(model.log, model.pdos):
         yield "it is operational without a command of the recording, so it starts by itself (1F80h)"
 
@@ -114,9 +116,11 @@ def _pdo(model: PdoModel) -> str:
             f" (also {', '.join(str(length) for length in sorted(model.log.lengths) if length != model.log.length)})"
         )
     words += f": {_received(model) if model.rhythm is None else model.rhythm.words}"
-    first = model.layout.parts[0] if model.layout.parts else None
-    if first is not None and not model.layout.is_known:
-        words += f"; its mapping is not known, so its bytes are {first.object:04X}h"
+    unnamed = next((part for part in model.layout.parts if part.object in BYTES), None)
+    if unnamed is not None and not model.layout.is_known:
+        is_begun = unnamed is not model.layout.parts[0]
+        mapping, them = ("the end of its mapping", "the bytes there") if is_begun else ("its mapping", "its bytes")
+        words += f"; {mapping} is not known, so {them} are {unnamed.object:04X}h"
     if model.layout.is_assumed:
         words += "; no master has read its mapping, and that of CiA 402 fits"
     return words
@@ -126,7 +130,7 @@ def _received(model: PdoModel) -> str:
     """Return how often a master has sent a PDO."""
     words = f"received {counted(model.log.count, 'time')}"
     period_ns = period_of(model.log.instants)
-    return f"{words}, every {period_ns / MS:.3g} ms" if model.log.count >= FEWEST else words
+    return f"{words}, every {span(period_ns)}" if model.log.count >= FEWEST else words
 
 
 def _is_read(log: ObjectLog) -> bool:

@@ -5,6 +5,7 @@ from typing import Final
 
 from fieldrig.clock import MS
 from fieldrig.points.values import counted
+from fieldrig.traces.instants import span
 from fieldrig_bus.modbus.codec import EXCEPTIONS, FUNCTIONS
 from fieldrig_devices.from_recording.modbus_log import UnitLog
 from fieldrig_devices.from_recording.register_log import Group, GroupLog
@@ -20,7 +21,7 @@ def seen(log: UnitLog, asked_as: int, unit_id: int, turnaround_ms: float, silenc
     counts = [counted(len(log.spaces[space]), NAMES[space]) for space in SPACES if log.spaces[space]]
     words = f"unit {asked_as}: {', '.join(counts) or 'no register'}"
     if log.answer_ns:
-        words += f"; it answers after {turnaround_ms:g} ms, at most {max(log.answer_ns) / MS:.3g} ms"
+        words += f"; it answers after {span(round(turnaround_ms * MS))}, at most {span(max(log.answer_ns))}"
     yield words
     if silences:
         yield f"{counted(log.unanswered, 'request')} had no answer: its faults `silent` are silent in the same times"
@@ -55,6 +56,6 @@ def use_words(group: Group, log: GroupLog) -> str:
     """Return how a master uses a group."""
     words = f"{group_words(group)}: {counted(log.count, 'time')}"
     if log.count > 2:
-        words += f", every {period_of(log.instants) / MS:.4g} ms"
+        words += f", every {span(period_of(log.instants))}"
     refused = [f"{exception_words(code)} {counted(times, 'time')}" for code, times in log.refused.items()]
     return words + (f"; {', '.join(refused)}" if refused else "")

@@ -82,6 +82,9 @@ class Heartbeats:
         period_ns = max(log.period_ns, rig.period_ns)
         came = [each for each in rig.states if each[0] <= end_ns]
         states = log.states
+        if states[0][1] != BOOT_UP and len(came) > 1 and came[0][1] == BOOT_UP:
+            self._grounds.result.note(f"{node} sent a boot-up, and it was on before the log began")
+            del came[0]
         if self._grounds.was_on and states[0][1] == 0 and (not came or came[0][1]):
             states = states[1:]  # the rig booted before the log began
         while self._grounds.was_on and states and len(came) > 1 and came[0][1] != states[0][1] and came[0] < states[0]:

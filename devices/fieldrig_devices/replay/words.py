@@ -14,7 +14,9 @@ def late_words(late_ns: int) -> str:
 
 def time_words(time_ns: int) -> str:
     """Return `14 ms`, or `1.5 s`."""
-    return f"{time_ns / S:.4g} s" if time_ns >= S else f"{time_ns / MS:.4g} ms"
+    if time_ns < S:
+        return f"{time_ns / MS:.4g} ms"
+    return f"{time_ns / S:.4g} s" if time_ns < 9_999 * S else f"{time_ns / S:.0f} s"
 
 
 def hex_words(data: bytes) -> str:

@@ -28,8 +28,13 @@ def _clock(seconds: int) -> str:
 
 
 def span(duration_ns: int) -> str:
-    """Return `850 us`, `12.3 ms` or `1.25 s`: three digits in the unit that suits the span."""
-    for unit_ns, unit in ((S, "s"), (MS, "ms"), (US, "us")):
-        if abs(duration_ns) >= unit_ns:
-            return f"{duration_ns / unit_ns:.3g} {unit}" if unit != "s" else f"{duration_ns / S:.6g} s"
+    """Return `850 us`, `12.3 ms` or `1.25 s`: three digits in the unit that suits the span, and six of seconds."""
+    for unit_ns, unit, digits in ((S, "s", 6), (MS, "ms", 3), (US, "us", 3)):
+        if abs(duration_ns) >= 0.9995 * unit_ns:  # 999.6 us are 1 ms, as 1000 has four digits
+            return f"{_plain(duration_ns / unit_ns, digits)} {unit}"
     return f"{duration_ns} ns"
+
+
+def _plain(value: float, digits: int) -> str:
+    """Return a number with its first `digits` digits, or all of those before its point; never in powers of ten."""
+    return f"{value:.{digits}g}" if abs(value) < 10**digits - 0.5 else f"{value:.0f}"

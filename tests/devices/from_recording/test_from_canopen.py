@@ -38,6 +38,14 @@ def test_a_heartbeat_has_the_period_of_the_log(tmp_path: Path) -> None:
     assert [(round(at / MS), data) for at, data in beats[1:]] == [(250 * beat, "7f") for beat in range(1, 4)]
 
 
+def test_a_node_begins_with_the_heartbeat_from_before_its_master_set_another(tmp_path: Path) -> None:
+    before = [f"{0.2 * beat} 705#7F" for beat in range(1, 8)]
+    write = ["1.5 605#2B171000F4010000", "1.501 585#6017100000000000"]
+    log = written_log(tmp_path, BOOT, *before, *write, *(f"{1.5 + 0.5 * beat} 705#7F" for beat in range(1, 20)))
+    with virtual(rig_file(log)) as running:
+        assert running.get("node5/1017:00") == 200
+
+
 def test_node_guarding_is_told_from_a_heartbeat(tmp_path: Path) -> None:
     guarded = [
         line
@@ -117,6 +125,18 @@ def test_a_mapping_that_was_read_in_part_leaves_the_rest_as_bytes(tmp_path: Path
     with virtual(rig_file(log)) as rig:
         rig.run_until(350 * MS)
         assert (rig.get("node5/6000:01"), rig.get("node5/5800:02")) == (2, 0x2F10)
+
+
+def test_a_mapping_whose_count_was_not_read_is_filled_up_to_the_length_of_the_frames(tmp_path: Path) -> None:
+    log = written_log(tmp_path, BOOT, *MAPPED[2:], STARTED, "0.2 185#0110275A", "0.3 185#02102F5B")
+    rig = rig_file(log)
+    words = " ".join(rig.read_text().replace("#", "").split())
+    assert "the end of its mapping is not known, so the bytes there are 5800h" in words
+    with virtual(rig) as running:
+        master = SdoMaster(running)
+        running.run_until(350 * MS)
+        assert [running.get(f"node5/{key}") for key in ("6000:01", "6402:01", "5800:01")] == [2, 0x2F10, 0x5B]
+        assert master.read(5, 0x1A00, 1) == "43 00 1a 01 08 01 00 60"
 
 
 def test_a_node_sends_the_emergencies_of_its_recording_again(tmp_path: Path) -> None:

@@ -187,6 +187,14 @@ def test_what_is_broken_is_named(lab: list[TraceEntry], override: str, words: st
     assert words in words_of(played(lab, LAB, override))
 
 
+def test_a_node_that_was_on_before_the_others_boot_owes_no_boot_up(lab: list[TraceEntry]) -> None:
+    log = [each for each in lab if each.data != bytes.fromhex("05070000 01 00")]
+    assert len(log) == len(lab) - 1
+    result = replay(log, LAB)
+    assert result.differences == []
+    assert "node 5 (io) sent a boot-up, and it was on before the log began" in result.notes
+
+
 def test_a_bit_that_comes_later_is_named_with_its_delay(drive: list[TraceEntry]) -> None:
     """A larger inertia: the axis settles later."""
     result = played(drive, DRIVE, "devices.axis.load.inertia_kg_m2=0.2")
