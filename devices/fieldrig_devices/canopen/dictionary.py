@@ -14,12 +14,14 @@ KEY = re.compile(r"([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})")
 
 
 class Features(NamedTuple):
-    """Features of the device besides its objects (section DeviceInfo of the EDS)."""
+    """Features of the device besides its objects (section DeviceInfo of the EDS, but for `maps_while_valid`)."""
 
     has_lss: bool = False
     has_mpdo: bool = False
     bit_rates: tuple[int, ...] = ()
     """Supported bit rates, in bit/s."""
+    maps_while_valid: bool = False
+    """True if a PDO need not be invalid while a master changes its mapping, which CiA 301 asks for."""
 
 
 class Dictionary:

@@ -48,6 +48,10 @@ class CanopenSettings(Settings):
     time_period_ms: Annotated[
         int, Field(gt=0, description="period of TIME messages if 1012h makes the node a producer")
     ] = 1000
+    maps_while_valid: Annotated[
+        bool,
+        Field(description="a master may change the mapping of a PDO without making it invalid, which CiA 301 asks for"),
+    ] = False
 
     @model_validator(mode="after")
     def _fits_the_eds(self) -> Self:
@@ -117,6 +121,7 @@ class CanopenSettings(Settings):
         dictionary = eds.load(self.eds, node_id or self.node_id or UNCONFIGURED)
         for key, value in self._start_values().items():
             _start(dictionary, key, value)
+        dictionary.features = dictionary.features._replace(maps_while_valid=self.maps_while_valid)
         return dictionary
 
 

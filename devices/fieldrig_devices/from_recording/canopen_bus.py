@@ -151,6 +151,9 @@ class CanopenBus:
         )
         name = f"{self._prefix}node{node_id}"
         model = NodeModel(name, node_id, log, is_drive, models, log.life.begins_ns(self._log.start_ns))
+        if log.objects.maps_while_valid:
+            model.more["maps_while_valid"] = True
+            model.decisions.append("its master changes the mapping of PDOs that stay valid, which it allows")
         drive = DriveModel(model) if is_drive else None
         if path is None:
             model.eds = self._folder / f"{name}.eds"

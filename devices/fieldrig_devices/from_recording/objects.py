@@ -3,8 +3,11 @@
 from collections import Counter
 from typing import Final
 
+from fieldrig_devices.canopen.cob_id import is_valid
+from fieldrig_devices.canopen.pdo_maps import TO_MAPPING
 from fieldrig_devices.cia402.objects import CONTROL_WORD, MODE, MODE_DISPLAY, STATUS_WORD
 from fieldrig_devices.dialogues import SdoTransfer
+from fieldrig_devices.from_recording.pdos import is_mapping
 from fieldrig_devices.from_recording.series import Room, Series
 
 MOST_OBJECTS: Final = 20_000
@@ -23,12 +26,12 @@ class ObjectLog:
     """One object of one node."""
 
     __slots__ = (
-        "_is_certain",
         "aborts",
         "accepted",
         "announced",
         "first",
         "first_write_ns",
+        "is_certain",
         "is_moved",
         "is_read",
         "is_written",
@@ -59,14 +62,15 @@ class ObjectLog:
         """Abort codes and data of the refused writes, where the log shows them."""
         self.accepted: set[bytes] = set()
         """Data of the accepted writes."""
-        self._is_certain = True
+        self.is_certain = True
+        """False from a reset of the node until the value is seen again."""
 
     def read(self, time_ns: int, data: bytes) -> None:
         if not self.is_read and not self.is_written:
             self.first = data
-        if self.last is not None and data != self.last and self._is_certain:
+        if self.last is not None and data != self.last and self.is_certain:
             self.is_moved = True
-        self.is_read, self.last, self._is_certain = True, data, True
+        self.is_read, self.last, self.is_certain = True, data, True
         self.sizes[len(data)] += 1
         if len(data) <= WORD:
             self.values.take(time_ns, int.from_bytes(data, "little"))
@@ -74,7 +78,7 @@ class ObjectLog:
     def write(self, time_ns: int, data: bytes) -> None:
         if self.first_write_ns is None:
             self.first_write_ns = time_ns
-        self.is_written, self.last, self._is_certain = True, data, True
+        self.is_written, self.last, self.is_certain = True, data, True
         self.writes += 1
         if len(self.accepted) < MOST_ABORTS:
             self.accepted.add(data)
@@ -82,7 +86,7 @@ class ObjectLog:
 
     def forget(self) -> None:
         """The node begins again: the next value may differ from the last one without having moved."""
-        self._is_certain = False
+        self.is_certain = False
 
     def refuse(self, transfer: SdoTransfer) -> None:
         assert transfer.abort is not None
@@ -120,6 +124,8 @@ class ObjectLogs:
         """Transfers of control word, status word and mode of a drive."""
         self.lost_first: bool | None = None
         """True if the first request after a boot-up had no answer; None if the recording has no boot-up."""
+        self.maps_while_valid = False
+        """True if the node has let a master change the mapping of a PDO that was valid."""
         self._is_after_boot = False
 
     def take(self, transfer: SdoTransfer) -> None:
@@ -140,9 +146,16 @@ class ObjectLogs:
             log.refuse(transfer)
             self._announce(transfer)
         elif transfer.data is not None and transfer.is_download:
+            self.maps_while_valid |= is_mapping(transfer.index) and self._is_valid(transfer.index - TO_MAPPING)
             log.write(transfer.begin_ns, transfer.data)
         elif transfer.data is not None:
             log.read(transfer.begin_ns, transfer.data)
+
+    def _is_valid(self, parameter: int) -> bool:
+        """True if the COB-ID of a PDO is known to be valid at present."""
+        log = self.by_key.get((parameter, 1))
+        is_known = log is not None and log.last is not None and log.is_certain
+        return is_known and is_valid(self.number(parameter, 1) or 0)
 
     def _announce(self, transfer: SdoTransfer) -> None:
         """Take an upload that was broken off: what the node has announced exists."""

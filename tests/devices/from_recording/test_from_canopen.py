@@ -212,6 +212,26 @@ def test_a_mapping_of_which_only_the_count_was_read_is_the_written_one(tmp_path:
     assert [data for _, data in heard(rig, 0x185, 350 * MS)][-1] == "02 00 00 00"
 
 
+@pytest.mark.parametrize("cob_id", [0x185, 0x8000_0185])
+def test_a_node_that_let_its_master_map_a_valid_pdo_does_so_again(cob_id: int, tmp_path: Path) -> None:
+    requests = [
+        f"23001801{cob_id.to_bytes(4, 'little').hex()}", "2F001A0000000000", "23001A0120000020", "2F001A0001000000",
+        "2300180185010000",
+    ]  # fmt: skip
+    lines = [
+        line
+        for place, request in enumerate(requests)
+        for line in (f"0.0{place} 605#{request}", f"0.0{place}1 585#60{request[2:8]}00000000")
+    ]
+    rig = rig_file(written_log(tmp_path, BOOT, *lines, STARTED, "0.2 185#01000000", "0.3 185#02000000"))
+    keys = keys_of(rig)["devices"]["node5"]
+    assert keys.get("maps_while_valid", False) == (cob_id == 0x185)
+    with virtual(rig) as running:
+        master = SdoMaster(running)
+        running.run_until(10 * MS)
+        assert [master.ask(5, request)[:2] for request in requests] == ["60"] * 5
+
+
 def test_a_pdo_on_an_identifier_of_its_own_belongs_to_its_node(tmp_path: Path) -> None:
     moved = read_by_sdo(0.04, 5, "4300180133030040")
     log = written_log(tmp_path, BOOT, *moved, STARTED, *(f"{0.2 + turn / 10} 333#{turn:02X}" for turn in range(5)))

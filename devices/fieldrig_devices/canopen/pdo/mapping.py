@@ -49,7 +49,8 @@ class Mapping:
     The network changes it only by the procedure: make the PDO invalid (`is_valid`), set sub-index 0 to 0, write the
     entries, then sub-index 0.  An access out of this order is refused with 0601 0000h, as the object doesn't support it
     at present: 0604 0041h would blame the mapped object, and 0800 0000h says nothing.  CiA's tool accepts these three,
-    but not 0800 0022h.  `parts` is the present mapping.
+    but not 0800 0022h.  Some nodes let the PDO stay valid meanwhile (`Features.maps_while_valid`).  `parts` is the
+    present mapping.
     """
 
     def __init__(self, dictionary: Dictionary, index: int, direction: Direction, is_valid: Callable[[], bool]) -> None:
@@ -58,6 +59,8 @@ class Mapping:
         self.name = f"{direction.value} mapping {index:04X}h"
         self.parts: list[Part] = []
         self.mode = Mode.MAPPED
+        self.on_change: Callable[[], None] = lambda: None
+        """Called when a valid PDO has another mapping."""
         self._most = min(MAX_ENTRIES, len(self._entries))
         if self._count is not None:
             self._most = min(self._most, int(self._count.high or MAX_ENTRIES))
@@ -93,7 +96,7 @@ class Mapping:
 
     def _entry_writer(self, entry: Variable) -> Callable[[bytes], None]:
         def write(data: bytes) -> None:
-            if self._is_valid() or (self._count is not None and self._count.number != 0):
+            if self._is_locked() or (self._count is not None and self._count.number != 0):
                 raise Abort(Code.UNSUPPORTED_ACCESS)
             number = int.from_bytes(data, "little")
             if number != 0:
@@ -104,10 +107,15 @@ class Mapping:
 
     def _on_count_written(self, data: bytes) -> None:
         assert self._count is not None
-        if self._is_valid() and data != self._count.data:
+        if self._is_locked() and data != self._count.data:
             raise Abort(Code.UNSUPPORTED_ACCESS)
         self.parts, self.mode = self._resolve_all(data[0]), self._mode(data[0])
         self._count.set(data)
+        if self._is_valid() and self._dictionary.features.maps_while_valid:
+            self.on_change()
+
+    def _is_locked(self) -> bool:
+        return self._is_valid() and not self._dictionary.features.maps_while_valid
 
     def _mode(self, count: int) -> Mode:
         is_multiplexed = self._dictionary.features.has_mpdo and count in (Mode.SOURCE.value, Mode.DESTINATION.value)

@@ -58,6 +58,7 @@ class Rpdo(Service):
         self._configure()
 
     def _connect(self) -> None:
+        self._mapping.on_change = self._configure
         if self._cob_id is not None:
             guard(self._cob_id)
             self._cob_id.watchers.append(self._configure)

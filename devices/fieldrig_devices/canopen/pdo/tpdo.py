@@ -71,6 +71,7 @@ class Tpdo(Service):
         self._configure()
 
     def _connect(self) -> None:
+        self._mapping.on_change = self._configure
         if self._cob_id is not None:
             guard(self._cob_id)
         for variable, writer in (

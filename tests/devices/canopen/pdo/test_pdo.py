@@ -307,6 +307,19 @@ def test_mapping_procedure_changes_what_a_tpdo_carries(bench: CanopenBench) -> N
     assert "185#fe ff 81" in bench.after(0)
 
 
+def test_some_nodes_change_the_mapping_of_a_pdo_that_stays_valid() -> None:
+    bench = CanopenBench(maps_while_valid=True)
+    bench.set("6401:02", -2)
+    bench.send(START)
+    bench.after(100)
+    entry = ("23 00 1a 01 10 02 01 64", "80 00 1a 01 00 00 01 06")  # the number of entries comes before them
+    bench.play([entry, ("2f 00 1a 00 00 00 00 00", "60 00 1a 00 00 00 00 00")])
+    bench.set("6000:01", 0x81)
+    assert bench.after(100) == []  # nothing is mapped, so nothing is sent
+    bench.play([(entry[0], "60 00 1a 01 00 00 00 00")])
+    assert bench.send("605#2f 00 1a 00 01 00 00 00") == ["585#60 00 1a 00 00 00 00 00", "185#fe ff"]
+
+
 def test_pdo_made_valid_in_operational_is_sent(running: CanopenBench) -> None:
     running.write("23 00 18 01 85 01 00 c0")
     running.set("6000:01", 1)
