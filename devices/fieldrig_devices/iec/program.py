@@ -513,6 +513,8 @@ class Pou:
     """True for a POU of a library that the host implements."""
     is_accessor: bool = False
     """True for a method that reads or writes a property."""
+    also: frozenset[str] = frozenset()
+    """The interfaces that its instances implement, and the blocks that it extends, by their names in small letters."""
     frame_size: int = 0
     """Bytes on the stack, from `layout`, without intermediate results."""
 

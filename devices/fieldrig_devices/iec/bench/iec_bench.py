@@ -109,7 +109,7 @@ class IecBench(ProgramBench):
         symbol = self._symbol(path)
         if not symbol.is_value:
             raise ArgumentError(f"{symbol.path} is a {symbol.type}", "expected one of its parts")
-        cell = cell_of(symbol.type, value, symbol.path)
+        cell = cell_of(self._program.runtime, symbol.type, value, symbol.path)
         try:
             self._program.runtime.force(symbol, cell)
         except ValueError as wrong:

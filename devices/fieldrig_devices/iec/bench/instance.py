@@ -8,7 +8,7 @@ from typing import Any, Final
 from fieldrig.errors import ArgumentError
 from fieldrig.text.nearest import closest
 from fieldrig_devices.iec.bench.owner import Owner
-from fieldrig_devices.iec.bench.python_values import at, checker_of, read, write
+from fieldrig_devices.iec.bench.python_values import Placed, at, checker_of, read, write
 from fieldrig_devices.iec.layout import members, storage
 from fieldrig_devices.iec.program import Variable
 from fieldrig_devices.iec.symbols import Symbol
@@ -23,15 +23,11 @@ MOST_CHANGES: Final = 4
 """Values of a variable in a message, the last of them."""
 
 
-class Instance:
+class Instance(Placed):
     """An instance of a block inside another one: `fb.timer.Q`."""
 
-    __slots__ = ("_address", "_bench", "_kind", "_parts", "_path")
+    __slots__ = ("_parts",)
 
-    _bench: Owner
-    _path: str
-    _kind: BlockType
-    _address: int
     _parts: dict[str, Variable]
 
     def __init__(self, bench: Owner, path: str, kind: BlockType, address: int) -> None:
@@ -160,7 +156,7 @@ class Block(Instance):
             if storage(kind) is None:
                 setattr(self, name, value)
                 return
-            check = self._checks[name] = checker_of(kind, f"{self._path}.{name}"), address
+            check = self._checks[name] = checker_of(self._bench.runtime, kind, f"{self._path}.{name}"), address
         self._bench.cells[check[1]] = check[0](value)
 
     def _inputs(self) -> list[str]:

@@ -7,7 +7,7 @@ CHAR, WCHAR                     str of one character
 TIME, LTIME                     int, in nanoseconds
 DATE, DT, TOD                   datetime.date, datetime.datetime (UTC, without zone), datetime.time
 LDATE                           datetime.date; LTOD and LDT: int, in nanoseconds
-pointer, reference, interface   int, an address; None is 0
+pointer, reference, interface   int, an address; to be written None, which is 0, or an instance under test
 enumeration                     str, the name of the value; an int if it has none
 structure, instance             dict
 array                           list, in the order of the indices
@@ -20,17 +20,29 @@ from typing import Any, Final
 
 from fieldrig.errors import ArgumentError
 from fieldrig.text.nearest import closest
+from fieldrig_devices.iec.bench.owner import Owner
 from fieldrig_devices.iec.elementary import UNITS_NS, Elementary, Family
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.literal_texts import long_time_text, real_text, string_text
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol, parts
-from fieldrig_devices.iec.types import ArrayType, EnumType, PointerType, Type, Value
+from fieldrig_devices.iec.types import ArrayType, BlockType, EnumType, PointerType, Type, Value
 from fieldrig_devices.iec.values import NoTargetError, checked
 
 _EPOCH: Final = datetime(1970, 1, 1)  # noqa: DTZ001  dates of the language have no zone
 _DAY_NS: Final = 86_400_000_000_000
 _US_NS: Final = 1_000
+
+
+class Placed:
+    """An instance in the memory of a program under test; its address is a value of the language."""
+
+    __slots__ = ("_address", "_bench", "_kind", "_path")
+
+    _bench: Owner
+    _path: str
+    _kind: BlockType
+    _address: int
 
 
 def at(kind: Type, address: int, path: str = "") -> Symbol:
@@ -53,7 +65,7 @@ def read(runtime: Runtime, symbol: Symbol) -> Any:
 
 def write(runtime: Runtime, symbol: Symbol, value: Any) -> None:
     """Write a value, or those of its parts; nothing if one of them does not fit.  ArgumentError says which."""
-    for part, cell in list(_cells_of(symbol, value)):
+    for part, cell in list(_cells_of(runtime, symbol, value)):
         try:
             runtime.write(part, cell)
         except ValueError as wrong:
@@ -80,19 +92,19 @@ def single(kind: Type, value: Value) -> Any:
     return instant.time() if stored is Elementary.TOD else instant
 
 
-def _cells_of(symbol: Symbol, value: Any) -> Iterator[tuple[Symbol, Value]]:
+def _cells_of(runtime: Runtime, symbol: Symbol, value: Any) -> Iterator[tuple[Symbol, Value]]:
     """Yield the parts of a symbol with the cells that a value of Python gives them.  ArgumentError if it does not fit.
 
     A dict may leave out components, which then keep their values.
     """
     kind, path = symbol.type, symbol.path
     if symbol.is_value:
-        yield symbol, cell_of(kind, value, path)
+        yield symbol, cell_of(runtime, kind, value, path)
     elif isinstance(kind, ArrayType):
         if not isinstance(value, list | tuple) or len(value) != kind.count:
             raise ArgumentError(f"{path} cannot be {_shown(value)}", f"expected a list of {kind.count} values")
         for part, one in zip(parts(symbol), value, strict=True):
-            yield from _cells_of(part, one)
+            yield from _cells_of(runtime, part, one)
     else:
         if not isinstance(value, Mapping):
             raise ArgumentError(f"{path} cannot be {_shown(value)}", f"expected a dict with values of {kind}")
@@ -101,22 +113,22 @@ def _cells_of(symbol: Symbol, value: Any) -> Iterator[tuple[Symbol, Value]]:
             found = known.get(str(name).lower())
             if found is None:
                 raise ArgumentError(f"{path} has no {name}", closest(str(name), [part.name for part in known.values()]))
-            yield from _cells_of(found, one)
+            yield from _cells_of(runtime, found, one)
 
 
-def cell_of(kind: Type, value: Any, path: str) -> Value:
+def cell_of(runtime: Runtime, kind: Type, value: Any, path: str) -> Value:
     """Return a value of Python as the one cell of a type.  ArgumentError for one that does not fit."""
-    return checker_of(kind, path)(value)
+    return checker_of(runtime, kind, path)(value)
 
 
-def checker_of(kind: Type, path: str) -> Callable[[Any], Value]:
+def checker_of(runtime: Runtime, kind: Type, path: str) -> Callable[[Any], Value]:
     """Return `cell_of` for one variable."""
     symbol = Symbol(path, path, kind)
     stored = storage(kind)
 
     def check(value: Any) -> Value:
         try:
-            return checked(_plain(kind, stored, value), symbol)
+            return checked(_plain(runtime, kind, stored, value), symbol)
         except (ValueError, TypeError, OverflowError) as wrong:
             if isinstance(wrong, ArgumentError):
                 raise
@@ -125,7 +137,7 @@ def checker_of(kind: Type, path: str) -> Callable[[Any], Value]:
     return check
 
 
-def _plain(kind: Type, stored: object, value: Any) -> Value:
+def _plain(runtime: Runtime, kind: Type, stored: object, value: Any) -> Value:
     """Return a value of Python as one of those that cells have; what is wrong with it is found later."""
     if isinstance(kind, EnumType) and isinstance(value, str):
         numbers = {name.casefold(): number for name, number in kind.values.items()}
@@ -134,6 +146,8 @@ def _plain(kind: Type, stored: object, value: Any) -> Value:
         return numbers[value.casefold()]
     if isinstance(kind, PointerType) and value is None:
         return 0
+    if isinstance(kind, PointerType) and isinstance(kind.to, BlockType):
+        return _address(runtime, kind.to, value)
     if isinstance(kind, PointerType) and type(value) is not int:
         raise ValueError("expected None; only the program itself, or a TEST block, can give one of its variables")
     if stored is Elementary.BOOL and type(value) is not bool:
@@ -149,6 +163,20 @@ def _plain(kind: Type, stored: object, value: Any) -> Value:
     if not isinstance(value, bool | int | float | str):
         raise ValueError(f"expected a value of {kind}")
     return value
+
+
+def _address(runtime: Runtime, to: BlockType, value: Any) -> int:
+    """Return the address of an instance, for a pointer to its block, to one that it extends, or to an interface."""
+    if type(value) is int:
+        return value
+    if not isinstance(value, Placed):
+        raise ValueError(f"expected None, or an instance of {to} under test")
+    if value._bench.runtime is not runtime:
+        raise ValueError("expected an instance of this program, not of another one")
+    pou = value._kind.pou
+    if to.name.casefold() not in {value._kind.name.casefold(), *(pou.also if pou is not None else ())}:
+        raise ValueError(f"expected an instance of {to}, not one of {value._kind}")
+    return value._address
 
 
 def _counts(stored: Elementary, value: Any) -> int:

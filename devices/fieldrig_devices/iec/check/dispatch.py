@@ -207,10 +207,14 @@ class Dispatchers:
         behind, below = dict[str, list[Pou]](), dict[int, list[Pou]]()
         for pou in concrete:
             source = project.sources[pou]
-            for interface, _ in inheritance.closure(project, inheritance.implemented(source)):
+            implemented = [one for one, _ in inheritance.closure(project, inheritance.implemented(source))]
+            line = [above for above, _ in source.line.trees] if source.line is not None else []
+            for interface in implemented:
                 behind.setdefault(project.key(interface.name), []).append(pou)
-            for above, _ in source.line.trees if source.line is not None else ():
+            for above in line:
                 below.setdefault(id(above), []).append(pou)
+            names = [one.name for one in implemented] + [one.name for one in line]
+            pou.also = frozenset(map(str.casefold, names))
         return behind, below
 
     def _above(self, pou: Pou, kind: BlockType) -> Pou:
