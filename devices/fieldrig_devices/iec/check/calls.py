@@ -39,6 +39,7 @@ from fieldrig_devices.iec.program import (
 )
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import ArrayType, PointerType, StructType, Type
+from fieldrig_devices.languages.mistakes import Code
 
 
 def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression | None:
@@ -86,7 +87,8 @@ def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression 
         return None
     functions = [known for known, pou in context.project.pous.items() if pou.kind is PouKind.FUNCTION]
     hint = context.project.reports.closest(name, functions)
-    context.say(node, f"the function {name} is not declared", "" if hint else "a declared or standard function", hint)
+    expected = "" if hint else "a declared or standard function"
+    context.say(node, f"the function {name} is not declared", expected, hint, Code.NO_FUNCTION, name)
     return None
 
 

@@ -11,6 +11,7 @@ from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.program import Pou, Space, Variable
 from fieldrig_devices.iec.tree import Call, Node, Position, PouKind, Section
 from fieldrig_devices.iec.types import Type
+from fieldrig_devices.languages.mistakes import Code
 
 _KNOWN_ELSEWHERE: Final[Mapping[str, str]] = {
     "break": "EXIT leaves a loop, and a branch of CASE ends by itself",
@@ -73,8 +74,16 @@ class Context:
             entity = self.project.shadowed.get(wanted)
         return entity or self.project.find(self.listed.get(wanted, wanted))
 
-    def say(self, node: Node, what: str, expected: str = "", hint: str = "") -> None:
-        self.project.reports.say(self.file, position_of(node), what, expected, hint)
+    def say(
+        self,
+        node: Node,
+        what: str,
+        expected: str = "",
+        hint: str = "",
+        code: Code = Code.OTHER,
+        name: str = "",
+    ) -> None:
+        self.project.reports.say(self.file, position_of(node), what, expected, hint, code, name)
 
     def note(self, node: Node, what: str, hint: str = "") -> None:
         self.project.reports.note(self.file, position_of(node), what, hint)

@@ -34,6 +34,7 @@ from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Place, Pou, Target, Variable
 from fieldrig_devices.iec.tree import LiteralKind, PouKind
 from fieldrig_devices.iec.types import BlockType, EnumType, ObjectType, OpenArrayType, PointerType, StringType, Type
+from fieldrig_devices.languages.mistakes import Code
 
 LITERAL_TYPES: Final[dict[LiteralKind, Elementary]] = {
     LiteralKind.BOOL: Elementary.BOOL,
@@ -115,7 +116,8 @@ class Expressions:
         made = constants.folded(value) if value is not None else None
         if made is None or isinstance(made, Constant):
             return made
-        self.context.say(node, f"{text(node)} is not constant", "a value that is known at compile time")
+        expected = "a value that is known at compile time"
+        self.context.say(node, f"{text(node)} is not constant", expected, code=Code.NOT_CONSTANT)
         return None
 
     def constant_as(self, node: tree.Expression, kind: Type) -> Constant | None:

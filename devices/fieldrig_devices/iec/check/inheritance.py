@@ -15,6 +15,7 @@ from fieldrig_devices.iec.check.project import Lineage, PouSource, Project
 from fieldrig_devices.iec.check.texts import a
 from fieldrig_devices.iec.program import Pou
 from fieldrig_devices.iec.tree import PouKind
+from fieldrig_devices.languages.mistakes import Code
 
 MOST_INHERITED: Final = 20_000
 """Variables and methods of all function blocks that they inherit: a short text may extend a large one many times."""
@@ -32,7 +33,9 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
             what = f"{node.extends} is {a(above[0].kind.value)}" if above else f"{node.extends} is not declared"
             hint = "" if above else project.reports.closest(node.extends, known)
             expected = "class" if node.kind is PouKind.CLASS else "function block"
-            project.reports.say(file, node.position, what, f"a {expected} that {node.name} extends", hint)
+            code = Code.OTHER if above else Code.NO_TYPE
+            expected, name = f"a {expected} that {node.name} extends", unqualified(node.extends)
+            project.reports.say(file, node.position, what, expected, hint, code, name)
             is_broken = True
             break
         if "FINAL" in above[0].modifiers:

@@ -21,9 +21,8 @@ from fieldrig_devices.iec.types import (
     StructType,
     Type,
 )
+from fieldrig_devices.languages.mistakes import Code
 
-NOT_CONSTANT: Final = " is not constant"
-"""The end of a message about a value that a program can only compute."""
 DEEPEST: Final = 40
 """Constants of which each is needed for the one before."""
 
@@ -45,7 +44,7 @@ def compute(start: Start, context: Context) -> None:
     start.variable.initial = value(start.initial, start.variable.type, context)
     if start.variable.initial is None and startup.may_compute(context.project, start):
         new = reports.mistakes[before:]
-        if any(mistake.what.endswith(NOT_CONSTANT) for mistake in new):
+        if any(mistake.code is Code.NOT_CONSTANT for mistake in new):
             reports.withdraw(before)
             context.project.computed[start.variable] = start
     context.project.depth -= 1
@@ -100,7 +99,8 @@ def _fields(node: tree.StructInitial, kind: StructType | BlockType, context: Con
         name = context.key(field.name)
         field_type = _field_type(kind, name)
         if field_type is None and _has_property(kind, context.key(name_to_write(field.name))):
-            context.say(field, f"the property {field.name}{NOT_CONSTANT}", "a variable of the function block")
+            what = f"the property {field.name} is not constant"
+            context.say(field, what, "a variable of the function block", code=Code.NOT_CONSTANT)
             is_whole = False
             continue
         if field_type is None:

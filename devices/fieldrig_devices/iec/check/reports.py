@@ -7,7 +7,7 @@ from typing import Final
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.limits import MOST_MESSAGES
 from fieldrig_devices.iec.tree import Position
-from fieldrig_devices.languages.mistakes import Mistake
+from fieldrig_devices.languages.mistakes import Code, Mistake
 
 MOST_SEARCHES: Final = 25
 """Unknown names for which the closest known name is looked up; a search takes milliseconds in a large project."""
@@ -30,10 +30,22 @@ class Reports:
         self.mistakes: list[Mistake] = []
         self._searches = self._mistakes = self._notes = 0
 
-    def say(self, file: str, position: Position, what: str, expected: str = "", hint: str = "") -> None:
+    def say(
+        self,
+        file: str,
+        position: Position,
+        what: str,
+        expected: str = "",
+        hint: str = "",
+        code: Code = Code.OTHER,
+        name: str = "",
+    ) -> None:
         if self._mistakes < MOST_MESSAGES:
             self._mistakes += 1
-            self.mistakes.append(Mistake(position.line, position.column, what, expected, file=file, hint=hint))
+            mistake = Mistake(
+                position.line, position.column, what, expected, file=file, hint=hint, code=code, name=name
+            )
+            self.mistakes.append(mistake)
 
     def note(self, file: str, position: Position, what: str, hint: str = "") -> None:
         if self._notes < MOST_MESSAGES:

@@ -23,6 +23,7 @@ from fieldrig_devices.iec.types import (
     SubrangeType,
     Type,
 )
+from fieldrig_devices.languages.mistakes import Code
 
 BIT: Final = "bit"
 """The name of a BOOL that has one bit of a byte in a structure."""
@@ -170,13 +171,18 @@ class TypeSpecs:
         blocks = [known for known, known_pou in self._project.pous.items() if known_pou.type is not None]
         meant = _OF_OTHER_LANGUAGES.get(name)
         if meant is not None:
-            return self._no(context, spec, f"the type {spec.name} is not declared", f"the type is called {meant}")
+            return self._no_type(context, spec, f"the type is called {meant}")
         hint = self._project.reports.closest(spec.name, [*self._project.types, *self._declared, *blocks])
-        return self._no(context, spec, f"the type {spec.name} is not declared", hint)
+        return self._no_type(context, spec, hint)
 
     def _is_known(self, name: str) -> bool:
         project = self._project
         return any(name in known for known in (project.types, self._declared, project.pous, project.interfaces))
+
+    def _no_type(self, context: Context, spec: tree.NamedType, hint: str) -> Type:
+        what, expected = f"the type {spec.name} is not declared", "" if hint else "a type"
+        context.say(spec, what, expected, hint, Code.NO_TYPE, spec.name.rpartition(".")[2])
+        return UNKNOWN
 
     def _no(self, context: Context, node: tree.Node, what: str, hint: str = "") -> Type:
         context.say(node, what, "" if hint else "a type", hint)

@@ -6,7 +6,6 @@ body that does not compile becomes a fault.  What uses a placeholder (a call, an
 turn.
 """
 
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
@@ -19,18 +18,8 @@ from fieldrig_devices.iec.tcunit import library
 from fieldrig_devices.iec.tcunit.reach import Item
 from fieldrig_devices.languages.mistakes import Mistake
 
-_NO_TYPE: Final = re.compile(r"the type (?:\w+\.)*(\w+) is not declared")
-_NO_BLOCK: Final = re.compile(r"(?:\w+\.)*(\w+) is not declared")
-_EXTENDED: Final = re.compile(r"a function block that \w+ extends")
 _MOST_CHARACTERS: Final = 200
 Part = tree.Pou | tree.Action | tree.Method
-
-
-def missing_type(mistake: Mistake) -> str:
-    """Return the name of the type that a mistake says is not declared; empty for any other mistake."""
-    pattern = _NO_BLOCK if _EXTENDED.fullmatch(mistake.expected) else _NO_TYPE
-    found = pattern.fullmatch(mistake.what)
-    return found[1] if found is not None else ""
 
 
 def placeholder(name: str, mistake: Mistake) -> Item:

@@ -16,7 +16,7 @@ from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.tcunit import library, partial, reach
 from fieldrig_devices.iec.tcunit.project import Sources, overriding
 from fieldrig_devices.iec.tcunit.reach import Item, Units
-from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.languages.mistakes import Code, CompileError, Mistake
 
 MAIN: Final = "PRG_TEST"
 """The program that is made if the project has none that calls RUN."""
@@ -241,7 +241,7 @@ class _Builder:
         if reach.is_suite(self._units, source):
             return False
         item = self._changed.get(source, item)
-        name = partial.missing_type(mistake)
+        name = mistake.name if mistake.code is Code.NO_TYPE else ""
         if name and not self._units.named(name.casefold()):
             if name.casefold() not in self._placeholders:
                 self._placeholders[name.casefold()] = partial.placeholder(name, mistake)

@@ -1,6 +1,5 @@
 """The TEST blocks of one file as a source of cases."""
 
-import re
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import closing
 from itertools import groupby
@@ -19,10 +18,9 @@ from fieldrig_devices.iec.testing.extension import CaseBlock
 from fieldrig_devices.iec.testing.in_rig import Rigs, is_in
 from fieldrig_devices.iec.testing.rig_places import mistakes_of_rigs
 from fieldrig_devices.iec.testing.runner import Runner
-from fieldrig_devices.languages.mistakes import CompileError, Mistake
+from fieldrig_devices.languages.mistakes import Code, CompileError, Mistake
 
-_UNKNOWN: Final = re.compile("the (type|function) .* is not declared")
-"""The words of the checker about the name of a block or function."""
+_NAMES: Final = frozenset({Code.NO_TYPE, Code.NO_FUNCTION})
 COMPILES: Final = "the file compiles"
 """The name of the case of a file whose tests cannot be found."""
 
@@ -87,7 +85,7 @@ class BlockSource:
 
     def _elsewhere(self, files: int, mistakes: Sequence[Mistake]) -> list[Mistake]:
         """Return what to do if nothing beside the test file declares what it names."""
-        if files > 1 or self._test.unit.uses or not any(_UNKNOWN.match(one.what) for one in mistakes):
+        if files > 1 or self._test.unit.uses or not _NAMES & {one.code for one in mistakes}:
             return []
         what = f"no other file in {self._file.parent} declares what the tests name"
         return [Mistake(1, 1, what, "USES 'file.st'; for code that is elsewhere", file=str(self._file))]
