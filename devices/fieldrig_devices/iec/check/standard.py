@@ -91,6 +91,15 @@ def _with_defaults(
     return made
 
 
+def _note_number(context: Context, values: Sequence[Expression], at: tree.Node) -> None:
+    """Note a constant number of MUX for which there is no input."""
+    number = constants.folded(values[0])
+    last = len(values) - 2
+    if last > 0 and isinstance(number, Constant) and isinstance(number.value, int) and not 0 <= number.value <= last:
+        what = f"MUX has no input with the number {number.value}, so it selects the last one"
+        context.note(at, what, f"The first input has the number 0, and the last one {last}.")
+
+
 def _number_of(context: Context, name: str, node: tree.Call) -> int:
     """Return how many arguments a call means, with those that a formal call of edition 3 leaves out."""
     count = len(node.arguments)
@@ -146,6 +155,8 @@ def of_values(
         return _operator_call(checker, name, operator, values, at)
     if name in TIMED:
         return _timed(checker, name, values, at, nodes)
+    if name == "MUX" and values:
+        _note_number(checker.context, values, nodes[0] if nodes else at)
     if name in ("SEL", "MUX") and values and isinstance(values[-1].type, StructType | ArrayType):
         return _selected(checker, name, values, at)
     if name in templates.SHIFTS:

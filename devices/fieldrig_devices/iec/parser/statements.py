@@ -119,11 +119,26 @@ class Statements(Blocks):
         if kind == token.NAME and not self.is_next_line():
             return self._two_names(target, at)
         if isinstance(target, tree.Call):
+            if self._is_switch(target):
+                return self._switch(target, at)
             self.semicolon()
             return tree.CallStatement(target, position=position)
         if isinstance(target, tree.Name | tree.Member) and (kind == ";" or self.is_next_line() or kind in STOPS):
             return self._bare(target, at)
         raise self.unexpected(":= or a call")
+
+    def _is_switch(self, target: tree.Call) -> bool:
+        """True for `switch (x)` in front of a `case`, or of a text in braces, which has become a pragma."""
+        called = target.called
+        is_named = isinstance(called, tree.Name) and called.text.casefold() == "switch"
+        is_pragma = any(text.startswith("{") for _, text in self.comments.get(self.i, ()))
+        return is_named and len(target.arguments) == 1 and (self._is_word_case() or is_pragma)
+
+    def _switch(self, target: tree.Call, at: int) -> tree.Case | None:
+        """Report `switch (x)`, and read its cases as those of CASE."""
+        self.say(at, f"got {self.shown(at)}", "CASE", "Write CASE x OF 1: ...; 2: ...; ELSE ...; END_CASE;")
+        selector = target.arguments[0].value
+        return self._cases(at, selector) if self._is_word_case() and selector is not None else None
 
     def _attempt(self, target: tree.Expression, at: int) -> tree.Assign:
         """Read `a ?= b;`."""
@@ -279,6 +294,9 @@ class Statements(Blocks):
     def _for_header(self) -> tuple[tree.Expression, tree.Expression, tree.Expression, tree.Expression | None] | None:
         step = None
         try:
+            if self.kinds[self.i] == "(":
+                self._for_in_brackets()
+                return None
             if self.kinds[self.i] != token.NAME:
                 raise self.unexpected("the variable of the loop")
             variable = self.place_or_call()
@@ -299,6 +317,17 @@ class Statements(Blocks):
             return None
         self._header_word("DO")
         return variable, first, last, step
+
+    def _for_in_brackets(self) -> None:
+        """Report the header of another language, `for (i = 0; i < 10; i++)`, and go on behind it."""
+        self.say(self.i, "got (", "the variable of the loop", "Write FOR i := 0 TO 9 DO ...; END_FOR;")
+        depth = 0
+        while self.kinds[self.i] != token.END and self.kinds[self.i] not in BLOCK_ENDS:
+            depth += {"(": 1, ")": -1}.get(self.kinds[self.i], 0)
+            self.i += 1
+            if depth == 0:
+                break
+        self.accept("DO")
 
     def _return(self) -> tree.Return:
         at = self.i
@@ -330,7 +359,10 @@ class Statements(Blocks):
     def _case(self) -> tree.Case:
         opening = self.i
         self.i += 1
-        selector = self._condition("OF")
+        return self._cases(opening, self._condition("OF"))
+
+    def _cases(self, opening: int, selector: tree.Expression) -> tree.Case:
+        """Read the branches of a CASE, behind its OF."""
         ends = frozenset({"ELSE", "END_CASE"})
         branches: list[tree.CaseBranch] = []
         self._orphans(ends)

@@ -63,6 +63,18 @@ STATEMENTS = [
         "8 got i; ; | The result of a function is assigned to its name in front of it: Name := value; RETURN;",
     ),
     (
+        "for (i = 0; i < 10; i++)\n n := 1;\nEND_FOR",
+        "5 got (; the variable of the loop | Write FOR i := 0 TO 9 DO ...; END_FOR;",
+    ),
+    (
+        "FOR (i := 0 TO 3) DO n := 1; END_FOR",
+        "5 got (; the variable of the loop | Write FOR i := 0 TO 9 DO ...; END_FOR;",
+    ),
+    (
+        "switch (i) { case 1: n := 2; break; }",
+        "1 got switch; CASE | Write CASE x OF 1: ...; 2: ...; ELSE ...; END_CASE;",
+    ),
+    (
         "CASE i OF case 1: n := 2; END_CASE;",
         "11 got case; 1: | A branch of CASE begins with its value only.",
     ),
@@ -113,6 +125,31 @@ def messages(text: str) -> list[str]:
 @pytest.mark.parametrize(("statement", "expected"), STATEMENTS)
 def test_a_statement_of_another_language_has_one_message(statement: str, expected: str) -> None:
     assert messages(FUNCTION + program(NAMES, "\n" + statement)) == [expected]
+
+
+def test_a_switch_is_read_as_a_case() -> None:
+    body = "switch (i)\n case 1: n := 2;\n case 2: nn := 3;\nEND_CASE"
+    first, *branches, last = messages(program(NAMES, body))
+    assert first.partition(" ")[2] == "got switch; CASE | Write CASE x OF 1: ...; 2: ...; ELSE ...; END_CASE;"
+    assert [one.partition(" ")[2].partition(";")[0] for one in branches] == ["got case", "got case"]
+    assert last.startswith("10 nn is not declared")
+
+
+@pytest.mark.parametrize(
+    ("call", "number"),
+    [
+        ("MUX(2, n, 7)", 2),
+        ("MUX(-1, n, 7)", -1),
+        ("MUX(K := 3, IN0 := 1, IN1 := 2, IN2 := n)", 3),
+        ("MUX(1, n, 7)", None),
+        ("MUX(n, 1, 7)", None),
+    ],
+)
+def test_a_constant_number_of_mux_without_an_input_is_noted(call: str, number: int | None) -> None:
+    made = compile_project([SourceFile("a.st", program(NAMES, f"i := {call};"))], StandaloneHost(VirtualClock()))
+    notes = [note.what for note in made.notes if "MUX" in note.what]
+    wanted = [f"MUX has no input with the number {number}, so it selects the last one"]
+    assert notes == (wanted if number is not None else [])
 
 
 @pytest.mark.parametrize(
