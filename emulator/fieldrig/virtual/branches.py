@@ -61,6 +61,12 @@ def warm(rig: Readable) -> None:
         rig.values(device)
 
 
+def outliving(rig: Branchable) -> Branch:
+    """Return a branch that does not end with its rig; the caller closes it.  RigError as of `Rig.branch`."""
+    check_may_branch(rig)
+    return branch_of(rig)
+
+
 def one_by_one(rig: Branchable, work: Iterable[Callable[[Any], T]]) -> Iterator[T | RigError]:
     """Yield what each call returns in a branch of its own, in order; a RigError that it raises is yielded as well.
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Concatenate, Final, ParamSpec, Self, Type
 from fieldrig.bus import BusModel
 from fieldrig.clock import NEVER_NS, whole_ns
 from fieldrig.config.rig_file import RigConfig
-from fieldrig.device import Value
+from fieldrig.device import Device, Value
 from fieldrig.errors import ArgumentError, ControlError, RigError
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
@@ -21,12 +21,12 @@ from fieldrig.storage.store import Store
 from fieldrig.system.threads import threads
 from fieldrig.text.nearest import closest
 from fieldrig.virtual.branch import Branch, branch_of
-from fieldrig.virtual.branches import check_seed, run_branches
+from fieldrig.virtual.branches import check_seed, outliving, run_branches
 from fieldrig.virtual.checkpoints import Checkpoints
 from fieldrig.virtual.clients import Clients
 from fieldrig.virtual.engine import Engine, OnChange, OnDelivery
 from fieldrig.virtual.may_branch import check_may_branch
-from fieldrig.virtual.node import EventNode, Node
+from fieldrig.virtual.node import EventNode, LocalNode, Node
 from fieldrig.virtual.readings import Readings, seconds
 from fieldrig.virtual.rig_faults import RigFaults
 from fieldrig.virtual.trace_hash import TraceHash
@@ -461,8 +461,7 @@ class Rig:
             self._engine.reseed(seed)
 
     def _parked(self) -> Branch:
-        check_may_branch(self)
-        return branch_of(self)
+        return outliving(self)
 
     def _ended_by_us(self, branch: Branch) -> Branch:
         """Return a branch that ends with this rig at the latest."""
@@ -555,6 +554,11 @@ class Rig:
         self._node(device)
         with self._engine.present(device) as node:
             yield node
+
+
+def devices_of(rig: Rig) -> Sequence[Device]:
+    """Return the devices of a rig that run in this process, for tools that look into them."""
+    return [node.device for node in rig._engine.nodes.values() if isinstance(node, LocalNode)]
 
 
 def _unknown(sort: str, name: str, known: Iterable[str], other_sort: str, others: Iterable[str]) -> ControlError:

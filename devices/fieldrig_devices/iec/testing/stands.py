@@ -67,11 +67,13 @@ class Stand:
         self._points: dict[int, Branch] = {}
         self._stack = ExitStack()
         wanted = sorted({self._begin.end_ns, *self._begin.quiet_ns.values()})
+        from fieldrig.virtual.branches import outliving
+
         with make() as rig:
             for at_ns in [*wanted[: MOST_POINTS - 1], *wanted[-1:]]:
                 rig.run_until(at_ns)
                 if at_ns not in self._points:
-                    self._points[at_ns] = self._stack.enter_context(rig._parked())
+                    self._points[at_ns] = self._stack.enter_context(outliving(rig))
 
     def close(self) -> None:
         self._stack.close()
@@ -140,7 +142,9 @@ def present() -> Stands | None:
 
 def plcs_in(rig: "Rig") -> list[Plc]:
     """Return the controllers with programs in a rig."""
-    return list(plcs_of(getattr(node, "device", None) for node in rig._engine.nodes.values()))
+    from fieldrig.virtual.rig import devices_of
+
+    return list(plcs_of(devices_of(rig)))
 
 
 # ---- the boot, in a rig whose programs have marks
