@@ -51,7 +51,7 @@ NAMES: Final = frozenset(
 DESCRIPTION: Final = StructType(
     "ANY",
     {
-        "typeclass": Field("TypeClass", Elementary.DINT, 0),
+        "typeclass": Field("TypeClass", Elementary.INT, 0),
         "pvalue": Field("pValue", PointerType(Elementary.BYTE), 4),
         "disize": Field("diSize", Elementary.DINT, 8),
     },

@@ -163,6 +163,17 @@ class Memory:
         if size:
             self._free.setdefault(size, []).append(address)
 
+    def is_allocated(self, address: int, size: int) -> bool:
+        """True if these bytes are in memory that __NEW has given and that was not given back."""
+        whole = self._allocated.get(address)
+        if whole is not None:
+            return size <= whole
+        return any(first <= address and address + size <= first + whole for first, whole in self._allocated.items())
+
+    def is_of_program(self, address: int, size: int) -> bool:
+        """True if these bytes are in variables of the program, not on the stack of a task."""
+        return address >= DATA and address + size <= self._program_end
+
     def free_all(self) -> None:
         """Take all such memory back."""
         self._allocated.clear()

@@ -7,7 +7,7 @@ from typing import Final
 from fieldrig.cli.common import reading
 from fieldrig.errors import UsageError
 
-SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto")
+SUFFIXES: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto")
 
 
 def files_in(path: Path) -> Iterator[Path]:

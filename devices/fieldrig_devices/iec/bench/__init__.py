@@ -10,7 +10,7 @@ from fieldrig.text.nearest import closest
 if TYPE_CHECKING:
     from fieldrig_devices.iec.bench.iec_bench import IecBench
 
-ENDINGS: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto")
+ENDINGS: Final = (".st", ".il", ".exp", ".xml", ".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto")
 OPTIONS: Final = ("dialect", "resource")
 
 

@@ -231,6 +231,9 @@ def _named(checker: Checker, node: tree.Expression, wanted: Type | None) -> Expr
 
 
 def _unary(checker: Checker, node: tree.Unary, wanted: Type | None) -> Expression | None:
+    if node.operator == "POINTER TO":
+        checker.context.say(node, f"{text(node)} is a type", "a value")
+        return None
     operand = checker.expression(node.operand, wanted)
     if operand is None:
         return None

@@ -68,6 +68,9 @@ _ONE: Final = tree.Literal(tree.LiteralKind.INTEGER, 1, "1")
 
 def _spec(node: tree.Expression) -> tree.TypeSpec | None:
     """Return the type that an argument of __NEW names, with the arguments of FB_init behind it."""
+    if isinstance(node, tree.Unary) and node.operator == "POINTER TO":
+        to = _spec(node.operand)
+        return tree.PointerSpec(to, position=node.position) if to is not None else None
     arguments: tuple[tree.Argument, ...] = ()
     named = node
     if isinstance(node, tree.Call):

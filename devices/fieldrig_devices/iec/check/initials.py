@@ -10,6 +10,8 @@ from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.expressions import Expressions
 from fieldrig_devices.iec.check.project import UNKNOWN, Start
 from fieldrig_devices.iec.check.properties import name_to_write
+from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.program import Cell
 from fieldrig_devices.iec.tree import Section
 from fieldrig_devices.iec.types import (
     ArrayType,
@@ -72,6 +74,8 @@ def value(node: tree.Initial, kind: Type, context: Context) -> InitialValue | No
             return None
         if isinstance(node, tree.StructInitial):
             return _fields(node, kind, context)
+        if context.project.dialect.computes_starts and isinstance(node, tree.Name | tree.Member):
+            return _of_variable(node, kind, context)
         context.say(node, f"a start value of {kind} without brackets", "(component := value, ...)")
         return None
     if isinstance(node, tree.StructInitial | tree.ArrayInitial):
@@ -90,6 +94,24 @@ def value(node: tree.Initial, kind: Type, context: Context) -> InitialValue | No
 
 
 # ---- structures
+
+
+def _of_variable(node: tree.Name | tree.Member, kind: StructType | BlockType, context: Context) -> InitialValue | None:
+    """Return the start value of a constant with the same type; what a variable has is known at run time only."""
+    place = Expressions(context).place(node)
+    if place is None:
+        return None
+    if place.type is not kind:
+        context.say(node, f"{text(node)} is {a(place.type)}", str(kind))
+        return None
+    variable = place.variable if isinstance(place, Cell) else None
+    if variable is None or not variable.is_constant:
+        context.say(node, f"{text(node)} is not constant", "a value in brackets", code=Code.NOT_CONSTANT)
+        return None
+    start = context.project.starts.get(variable)
+    if start is not None:
+        context.project.compute(start)
+    return variable.initial if start is not None else {}
 
 
 def _fields(node: tree.StructInitial, kind: StructType | BlockType, context: Context) -> InitialValue | None:

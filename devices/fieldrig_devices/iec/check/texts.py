@@ -63,7 +63,7 @@ def _text(node: tree.Node) -> str:
         case tree.Call():
             return f"{_text(node.called)}(...)"
         case tree.Unary():
-            return f"{node.operator}{' ' if node.operator == 'NOT' else ''}{_text(node.operand)}"
+            return f"{node.operator}{' ' if node.operator[-1].isalpha() else ''}{_text(node.operand)}"
         case tree.Binary():
             return "..." if _is_chain(node) else f"{_text(node.left)} {node.operator} {_text(node.right)}"
         case _:

@@ -305,8 +305,8 @@ class TypeSpecs:
                 project.enumerated.setdefault(known, []).append(kind)
                 continue
             if known in project.names and known not in project.library_names:
-                if title and project.dialect.repeats_enumeration_values:
-                    continue  # it is written with its type in front
+                if project.dialect.repeats_enumeration_values:
+                    continue  # its type is in front of it, or is that of what it is given to
                 context.say(
                     value,
                     f"the name {value.name} is used already, {project.where(known)}",

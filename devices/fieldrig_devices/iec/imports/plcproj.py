@@ -13,7 +13,7 @@ from fieldrig_devices.iec.imports.xml import Element, attribute, element, elemen
 from fieldrig_devices.languages.source_file import found_beside
 
 SUFFIX: Final = ".plcproj"
-SOURCES: Final = frozenset({".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto", ".st"})
+SOURCES: Final = frozenset({".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto", ".st"})
 """The endings of the files with declarations and tasks; others are pictures, recipes and descriptions."""
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Final
 
 _FOLDER: Final = (
-    "Give the folder that it is in: fieldrig takes the .TcPOU, .TcDUT, .TcGVL, .TcIO and .TcTTO files there."
+    "Give the folder that it is in: fieldrig takes the .TcPOU, .TcDUT, .TcTLEO, .TcGVL, .TcIO and .TcTTO files there."
 )
 _EXPORT: Final = "Open it in CODESYS, choose Project, Export PLCopenXML, and give the .xml file."
 _EXPORT_V2: Final = "Open it in CoDeSys V2.3, choose Project, Export, and give the .exp file."

@@ -142,7 +142,14 @@ def _number(node: Element, name: str, report: Report) -> int | None:
 _EXPORT: Final = (
     "Export the POU as PLCopen XML in TwinCAT (PLC project, context menu, Export PLCopenXML), and import that file."
 )
-_READERS: Final = {"POU": _pou, "DUT": _declared, "GVL": _declared, "Itf": _interface, "Task": _task}
+_READERS: Final = {
+    "POU": _pou,
+    "DUT": _declared,
+    "EnumerationTextList": _declared,
+    "GVL": _declared,
+    "Itf": _interface,
+    "Task": _task,
+}
 
 
 def _declaration(node: Element, pieces: Pieces, report: Report) -> None:

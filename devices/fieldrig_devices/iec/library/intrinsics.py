@@ -302,6 +302,8 @@ def _overloaded_conversion(name: str, arguments: Sequence[Argument]) -> Overload
         return truncation.replace("TRUNC", name, 1) if isinstance(truncation, str) else truncation
     if isinstance(kind, Untyped):
         kind = Elementary.LREAL if kind.is_real else smallest(kind.value, INTEGERS)
+    if isinstance(kind, PointerType):
+        kind, arguments = Elementary.DWORD, [Elementary.DWORD]  # the number of the address
     if target is None or not isinstance(kind, Elementary | StringType):
         return _expected(name, "one value of an elementary type", arguments)
     is_same_text = isinstance(kind, StringType) and isinstance(target, StringType) and kind.is_wide is target.is_wide

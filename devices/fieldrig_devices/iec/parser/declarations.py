@@ -248,10 +248,17 @@ class Declarations(Types):
     def _initial(self, spec: tree.TypeSpec) -> tree.Initial | None:
         if self.kinds[self.i] == "=":
             self.say(self.i, "got =", ":=", "A start value is written with :=.")
+        elif self._is_reference_to(spec):
+            self.i += 1
         elif self.kinds[self.i] != ":=":
             return None
         self.i += 1
         return self.initial_value(spec)
+
+    def _is_reference_to(self, spec: tree.TypeSpec) -> bool:
+        """True at the `REF=` that may be behind a `REFERENCE TO` instead of `:=`."""
+        is_reference = isinstance(spec, tree.PointerSpec) and spec.is_reference
+        return is_reference and self.is_word("REF") and self.kinds[self.i + 1] == "=" and self.is_adjacent(self.i + 1)
 
     def _end_of_declaration(self, spec: tree.TypeSpec) -> None:
         if self.accept(";"):

@@ -372,7 +372,20 @@ class Expressions(Cursor):
         if kinds[at] == "NOT" and self._is_identifier(at + 1) and kinds[at + 2] == "=>":
             self.i += 3
             return self._output(at + 1, True)
+        if kinds[at] == "POINTER" and kinds[at + 1] == "TO" and self.dialect.has_heap:
+            return tree.Argument(self._pointer_to(), position=position)
         return tree.Argument(self.expression(), position=position)
+
+    def _pointer_to(self) -> tree.Expression:
+        """Read `POINTER TO type` in `__NEW(POINTER TO type)`, and the like with several pointers."""
+        fronts = []
+        while self.kinds[self.i] == "POINTER" and self.kinds[self.i + 1] == "TO":
+            fronts.append(self.positions[self.i])
+            self.i += 2
+        node = self.expression()
+        for position in reversed(fronts):
+            node = tree.Unary("POINTER TO", node, position=position)
+        return node
 
     def _is_identifier(self, at: int) -> bool:
         return self.texts[at][:1].isalpha() or self.texts[at][:1] == "_"

@@ -41,7 +41,7 @@ class Initials(Bodies):
         raise self.unexpected(f"; behind the start value of a {spec.name.upper()}", self.decimal_hint())
 
     def _element(self) -> tree.Initial | tree.Repeated:
-        """Read one start value, `3(value)`, `(field := value)` or `[value, value]`."""
+        """Read one start value, `3(value)`, `(field := value)`, `()` or `[value, value]`."""
         at = self.i
         kinds = self.kinds
         if kinds[at] == token.INTEGER and kinds[at + 1] == "(":
@@ -56,7 +56,7 @@ class Initials(Bodies):
             return tree.Repeated(count, self._one(values, at), position=self.positions[at])
         if kinds[at] == "[":
             return self._array_in_brackets()
-        if kinds[at] == "(" and self._is_identifier(at + 1) and kinds[at + 2] == ":=":
+        if kinds[at] == "(" and (kinds[at + 1] == ")" or (self._is_identifier(at + 1) and kinds[at + 2] == ":=")):
             return self._struct()
         return self.expression()
 
@@ -77,8 +77,8 @@ class Initials(Bodies):
         at = self.i
         self.enter()
         self.i += 1
-        fields = [self._field()]
-        while self.accept(","):
+        fields = [self._field()] if self.kinds[self.i] != ")" else []
+        while fields and self.accept(","):
             fields.append(self._field())
         self.close(")", at)
         self.depth -= 1

@@ -20,8 +20,8 @@ def expression_text(node: tree.Expression, weakest: int = 0) -> str:
             return _chain(node, weakest)
         case tree.Unary(operator, operand):
             inner = expression_text(operand, _SIGN)
-            if operator == "NOT":
-                return f"NOT {inner}"
+            if operator[-1].isalpha():
+                return f"{operator} {inner}"
             return f"{operator}({inner})" if inner[0] in "+-" else f"{operator}{inner}"
         case tree.Member(inner_of, name):
             return f"{_place(inner_of)}.{name}"

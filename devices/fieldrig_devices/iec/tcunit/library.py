@@ -84,6 +84,7 @@ FUNCTION TCUNIT_NATIVE_ANY
 VAR_INPUT suite : DWORD; Expected : ANY; Actual : ANY; Message : STRING(255); END_VAR
 {native} END_FUNCTION
 FUNCTION_BLOCK FB_Test END_FUNCTION_BLOCK
+FUNCTION F_CheckMemoryArea : E_TcMemoryArea VAR_INPUT pData : PVOID; nSize : UDINT; END_VAR {native} END_FUNCTION
 """
 
 _SUITE_HEAD: Final = """

@@ -44,6 +44,7 @@ class Natives:
             "tcunit_native_register": _nothing(session.register),
             "tcunit_native_are_finished": lambda suite: (session.are_tests_finished(suite),),
             "tcunit_native_any": self._any,
+            "f_checkmemoryarea": self._memory_area,
             library.LEFT_OUT.lower(): _left_out,
         }
         for name, kind in library.SCALARS.items():
@@ -61,6 +62,14 @@ class Natives:
     def _log(self, mask: int, text: str, argument: str) -> Results:
         self._session.say(text.replace("%s", argument, 1))
         return ()
+
+    def _memory_area(self, address: int, size: int) -> Results:
+        """Return the value of E_TcMemoryArea for some bytes: 1 for variables of the program, 2 for those of __NEW."""
+        memory = self.memory
+        assert memory is not None, "a function of the library runs in a program"
+        if memory.is_allocated(address, size):
+            return (2,)
+        return (int(memory.is_of_program(address, size)),)
 
     # ---- scalars
 

@@ -100,7 +100,7 @@ class Call(Node):
 
 @dataclass(slots=True)
 class Unary(Node):
-    """`operator` is "-", "+" or "NOT"."""
+    """`operator` is "-", "+" or "NOT"; "POINTER TO" in front of the type that `__NEW` makes pointers to."""
 
     operator: str
     operand: "Expression"

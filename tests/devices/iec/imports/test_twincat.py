@@ -101,6 +101,17 @@ END_TYPE
     assert unit.declarations == unit_of("TYPE E_State : (IDLE := 0, RUN := 5); END_TYPE").declarations
 
 
+def test_an_enumeration_with_texts_is_a_type() -> None:
+    text = tc("""  <EnumerationTextList Name="E_Order" Id="{1}">
+    <Declaration><![CDATA[TYPE E_Order : (Before, After)BYTE; END_TYPE
+]]></Declaration>
+    <XmlArchive><Data><o t="TextListEnumerationTextListObject"/></Data></XmlArchive>
+  </EnumerationTextList>""")
+    unit, mistakes = read(text, "E_Order.TcTLEO")
+    assert mistakes == []
+    assert unit.declarations == unit_of("TYPE E_Order : (Before, After) BYTE; END_TYPE").declarations
+
+
 def test_a_task_calls_its_programs() -> None:
     text = tc("""  <Task Name="PlcTask" Id="{1}">
     <CycleTime>10000</CycleTime>

@@ -262,3 +262,28 @@ IF step = 2 THEN TEST_FINISHED(); AssertTrue(FALSE, 'none'); END_IF;"""
     assert not bench.test("first").failures
     assert not bench.test("second").failures
     assert bench.test("second").is_finished
+
+
+def test_a_suite_is_told_where_a_variable_is_in_memory() -> None:
+    areas = """
+FUNCTION AreaOfLocal : DINT
+VAR local : INT; END_VAR
+AreaOfLocal := F_CheckMemoryArea(ADR(local), 2);
+END_FUNCTION
+"""
+    body = """
+p := __NEW(INT, 3);
+AssertTrue(F_CheckMemoryArea(p, 6) = E_TcMemoryArea.Dynamic, 'of __NEW');
+AssertTrue(F_CheckMemoryArea(ADR(p[1]), 2) = E_TcMemoryArea.Dynamic, 'within it');
+AssertTrue(F_CheckMemoryArea(p, 7) = E_TcMemoryArea.Unknown, 'beyond it');
+AssertTrue(F_CheckMemoryArea(ADR(i), 2) = E_TcMemoryArea.Static, 'of the program');
+AssertTrue(AreaOfLocal() = 0, 'on the stack');
+AssertTrue(F_CheckMemoryArea(0, 1) = E_TcMemoryArea.Unknown, 'nowhere');
+q := p;
+__DELETE(p);
+AssertTrue(F_CheckMemoryArea(q, 6) = E_TcMemoryArea.Unknown, 'given back');
+"""
+    declarations = "p, q : POINTER TO INT; i : INT;"
+    bench = SuiteBench(suite(f"TEST('t');{body}TEST_FINISHED();", declarations), areas)
+    bench.run()
+    assert (bench.test("t").is_finished, bench.lines, bench.faults) == (True, [], [])
