@@ -207,6 +207,12 @@ class _Loader:
 
     def _rig_keys(self, data: dict[Any, Any]) -> RigKeys | None:
         own = {key: value for key, value in data.items() if key not in SECTIONS}
+        sections = {section: data[section] for section in SECTIONS if isinstance(data.get(section), dict)}
+        for key in own.keys() - RigKeys.model_fields.keys():
+            for section in (section for section, entries in sections.items() if key in entries):
+                # as `--set tank.area_m2=2` says it
+                self._mistake((key,), "there is no such key", f"did you mean {section}.{key}?")
+                own.pop(key, None)
         keys = self._validate(RigKeys, own, (), SECTIONS)
         time = data.get("time")
         self._time = time if time in ("real", "virtual") else None

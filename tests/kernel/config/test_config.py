@@ -640,6 +640,8 @@ def test_an_override_with_null_takes_a_device_away(loaded: Loaded) -> None:
         ("devices.oi.after=[]", "devices.oi.after: there is no device 'oi'", "there are: io, reader"),
         ("sed=1", "sed: there is no such key", "did you mean seed?"),
         ("buss.can0.bitrate=1", "buss: there is no such key", "did you mean buses?"),
+        ("can0.bitrate=1", "can0: there is no such key", "did you mean buses.can0?"),
+        ("io.node_id=1", "io: there is no such key", "did you mean devices.io?"),
         (
             "buses.can0.bitrate=1",
             "buses.can0.bitrate: 1 doesn't fit",
