@@ -85,6 +85,8 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
 
 def _entry(values: tuple[Any, ...]) -> TraceEntry:
     seconds, identifier, extended, remote, error, length, data = values
+    if not isinstance(seconds, int | float):
+        raise ValueError("the time is no number")
     time_ns = round(seconds * 1_000_000) * US
     data = bytes(data or b"")
     highest = EXTENDED_MASK if extended else STANDARD_MASK

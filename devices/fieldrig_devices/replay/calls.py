@@ -19,6 +19,7 @@ from fieldrig_devices.replay.judge import NOTHING_EXPECTED, Judge
 from fieldrig_devices.replay.leave_out import leaving_out
 from fieldrig_devices.replay.log_lines import lines_of
 from fieldrig_devices.replay.log_names import LogNames
+from fieldrig_devices.replay.pauses import shortened
 from fieldrig_devices.replay.player import Pace
 from fieldrig_devices.replay.replay_result import ReplayResult
 from fieldrig_devices.replay.selection import Selection, without
@@ -104,6 +105,7 @@ def replay(
             raise UsageError(f"the rig has no bus {bus!r}", closest(bus, list(config.buses)))
     selection = Selection.of(play, config)
     sides, result = Sides(config, selection, buses or {}), ReplayResult()
+    entries = shortened(entries, result.note)
     tolerances = Tolerances(time_tolerance_ns, value_tolerances or {}, leave_out)
     named = NamedLog(config=config)
     judge = Judge((LogNames(named), LogNames(named)), tolerances, result)

@@ -195,6 +195,16 @@ def test_a_node_that_was_on_before_the_others_boot_owes_no_boot_up(lab: list[Tra
     assert "node 5 (io) sent a boot-up, and it was on before the log began" in result.notes
 
 
+def test_a_jump_of_years_is_not_played(lab: list[TraceEntry]) -> None:
+    """A row with a wrong time once let a rig run for 292 years."""
+    last = next(each for each in reversed(lab) if each.family == "modbus")
+    ahead, back = last._replace(time_ns=(1 << 63) - 1), last._replace(time_ns=last.time_ns + S)
+    result = replay([*lab, ahead, back], LAB, leave_out=["heartbeat", "TPDO*"])
+    jumps = [note for note in result.notes if "jumps" in note]
+    assert [jump.split(" after ")[0].split()[-2][:9] for jump in jumps] == ["922337203", "-92233720"]
+    assert result.played > 10
+
+
 def test_a_bit_that_comes_later_is_named_with_its_delay(drive: list[TraceEntry]) -> None:
     """A larger inertia: the axis settles later."""
     result = played(drive, DRIVE, "devices.axis.load.inertia_kg_m2=0.2")
