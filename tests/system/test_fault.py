@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from running_rig import RunningRig, until
 
+from fieldrig import MS, US
 from fieldrig.testing import free_port
 
 pytestmark = pytest.mark.system
@@ -36,6 +37,8 @@ devices:
   one: {{kind: "fault_kinds:Beacon", links: {{can: can0}}}}
   two: {{kind: "fault_kinds:Beacon", links: {{can: can0}}}}
 """
+PERIOD_NS = 10 * MS
+"""Time from one frame of a beacon to its next, which begins at power-on."""
 VIRTUAL = """
 time: virtual
 speed: 1
@@ -177,6 +180,8 @@ def test_under_virtual_time_a_fault_starts_at_the_present_instant() -> None:
             "applied": 100,
         }
         assert rig.json("fault", "can0", "--clear", number) == {"cleared": [int(number)]}
+        late_ns = rig.json("step", "1ms")["now_ns"] % PERIOD_NS
+        rig.json("step", f"{(PERIOD_NS * 3 // 2 - late_ns) // US}us")  # no frame is on the bus there
         before = rig.ask("bus/can0/status")["frames"]
         rig.tool("restart", "io")
         rig.json("step", "1ms")
