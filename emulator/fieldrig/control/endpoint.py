@@ -126,7 +126,8 @@ def connect(endpoint: str, patience_s: float = PATIENCE_S) -> zenoh.Session:
             ) from cause
         raise NoRigError(
             f"no rig answers at {endpoint}",
-            f"start one with `fieldrig up FILE`, or name its endpoint with --control or {ENDPOINT_VARIABLE}",
+            "start one with `fieldrig up FILE`; if one runs, name the endpoint that the first line of `up` shows, by"
+            f" --control or {ENDPOINT_VARIABLE}",
         ) from cause
 
 
