@@ -5,10 +5,16 @@ from pathlib import Path
 
 from tests.pictures.album import FOLDER, pictures
 
+from fieldrig.text.nearest import closest
+
 
 def main(names: list[str]) -> None:
     FOLDER.mkdir(exist_ok=True)
-    for name, draw in pictures().items():
+    known = pictures()
+    for name in names:
+        if name not in known:
+            sys.exit(f"there is no picture {name}; {closest(name, list(known))}")
+    for name, draw in known.items():
         if not names or name in names:
             (FOLDER / f"{name}.svg").write_text(draw(), encoding="utf-8")
 
