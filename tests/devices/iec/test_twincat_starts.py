@@ -119,3 +119,25 @@ def test_the_class_of_a_type_is_kept_in_a_variable() -> None:
     text = "FUNCTION ClassOf : INT\nVAR_INPUT v : ANY; END_VAR\nVAR c : __SYSTEM.TYPE_CLASS; END_VAR\n"
     text += "c := v.TypeClass; ClassOf := c;\nEND_FUNCTION\n"
     assert ran(text + program("r : LREAL; x : INT;", "x := ClassOf(r);"))["x"] == 15
+
+
+def test_the_size_of_a_component_is_asked_of_its_type() -> None:
+    types = "TYPE Name : STRUCT n : INT; text : STRING(20); END_STRUCT; END_TYPE\n"
+    types += "TYPE Line : STRUCT name : Name; values : ARRAY[1..4] OF DINT; END_STRUCT; END_TYPE\n"
+    bench = ran(types + program("x, y : UDINT;", "x := SIZEOF(Line.values); y := SIZEOF(Line.name.text);"))
+    assert (bench["x"], bench["y"]) == (16, 21)
+
+
+TEXTS = """
+FUNCTION Changed : INT
+VAR_INPUT text : REFERENCE TO STRING; END_VAR
+Changed := LEN(text); text := 'new';
+END_FUNCTION
+"""
+
+
+def test_a_reference_to_a_text_may_refer_to_a_longer_one() -> None:
+    bench = ran(TEXTS + program("long : STRING(255) := 'before'; x : INT;", "x := Changed(long);"))
+    assert (bench["x"], bench["long"]) == (6, "new")
+    (message,) = wrong(TEXTS + program("short : STRING(10); x : INT;", "x := Changed(short);"))
+    assert message.startswith("short is a STRING(10); a variable of type STRING")

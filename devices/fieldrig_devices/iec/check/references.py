@@ -29,7 +29,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import Section
-from fieldrig_devices.iec.types import BlockType, InterfaceType, OpenArrayType, PointerType, StringType
+from fieldrig_devices.iec.types import BlockType, InterfaceType, OpenArrayType, PointerType, StringType, Type
 
 
 def assignment(checker: Checker, node: tree.Assign) -> Assign | None:
@@ -63,10 +63,18 @@ def reference_to(checker: Checker, node: tree.Expression, kind: PointerType) -> 
     if isinstance(place.type, OpenArrayType):
         checker.context.say(node, f"{text(node)} is {a(place.type)}", "an element of it")
         return None
-    if place.type != kind.to and not dispatch.derives(checker.context.project, place.type, kind.to):
+    is_derived = dispatch.derives(checker.context.project, place.type, kind.to)
+    if place.type != kind.to and not is_derived and not _has_room(place.type, kind.to):
         checker.context.say(node, f"{text(node)} is {a(place.type)}", f"a variable of type {kind.to} for the {kind}")
         return None
     return AddressOf(place, kind)
+
+
+def _has_room(given: Type, wanted: Type) -> bool:
+    """True for a text in which each text of another type has room."""
+    if not isinstance(given, StringType) or not isinstance(wanted, StringType):
+        return False
+    return given.is_wide is wanted.is_wide and given.length >= wanted.length
 
 
 def _reference(checker: Checker, node: tree.Expression, *, may_be_interface: bool = False) -> Place | None:

@@ -28,7 +28,7 @@ from fieldrig_devices.iec.program import (
     Pou,
     Variable,
 )
-from fieldrig_devices.iec.types import OpenArrayType, Type
+from fieldrig_devices.iec.types import OpenArrayType, StructType, Type
 
 
 def _one_argument(checker: Checker, node: tree.Call) -> tree.Expression | None:
@@ -74,6 +74,9 @@ def _sizeof(checker: Checker, node: tree.Call) -> Expression | None:
         kind = checker.context.project.named_type(named.text)
         if kind is not None:
             return _size(checker, given, kind)
+    component = _component_type(checker, named)
+    if component is not None:
+        return _size(checker, given, component)
     if isinstance(named, tree.Name | tree.Member):
         entity = checker.meaning(given)
         if isinstance(entity, Place) and isinstance(entity.type, OpenArrayType):
@@ -82,6 +85,19 @@ def _sizeof(checker: Checker, node: tree.Call) -> Expression | None:
             return None
     value = checker.expression(given)
     return _size(checker, given, value.type) if value is not None else None
+
+
+def _component_type(checker: Checker, node: tree.Expression) -> Type | None:
+    """Return the type of a component of a type, as in `SIZEOF(Pair.first)`; None for anything else."""
+    if not isinstance(node, tree.Member) or not checker.context.project.dialect.has_references:
+        return None
+    if isinstance(node.of, tree.Name):
+        is_type = _may_be_type(checker.context.find(node.of.text))
+        kind = checker.context.project.named_type(node.of.text) if is_type else None
+    else:
+        kind = _component_type(checker, node.of)
+    field = kind.fields.get(checker.context.key(node.name)) if isinstance(kind, StructType) else None
+    return field.type if field is not None else None
 
 
 def _size_of_open(checker: Checker, at: tree.Node, kind: OpenArrayType) -> Expression | None:

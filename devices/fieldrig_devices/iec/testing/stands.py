@@ -71,9 +71,8 @@ class Stand:
 
         with make() as rig:
             for at_ns in [*wanted[: MOST_POINTS - 1], *wanted[-1:]]:
-                rig.run_until(at_ns)
-                if at_ns not in self._points:
-                    self._points[at_ns] = self._stack.enter_context(outliving(rig))
+                if _come_to(rig, at_ns, after_ns) and rig.now_ns not in self._points:
+                    self._points[rig.now_ns] = self._stack.enter_context(outliving(rig))
 
     def close(self) -> None:
         self._stack.close()
@@ -155,20 +154,22 @@ def _begin_of(cases: Sequence[Case], limits: Limits, after_ns: int, run: RunsTes
 
     first_ns: dict[Statement, int] = {}
     quiet_ns: dict[int, int] = {}
-    last_ns, reached = -1, dict[str, frozenset[Statement]]()
+    before_ns, last_ns, reached = -1, -1, dict[str, frozenset[Statement]]()
     with collecting.collecting(is_written=False), make() as rig:
         plcs = plcs_in(rig)
         seen = 0
         while (next_ns := rig.next_ns()) is not None and next_ns <= after_ns:
             rig.step()
+            if last_ns != rig.now_ns:
+                before_ns = last_ns
             programs = collecting.programs()
             hits = sum(sum(one.hits) for one in programs)
             if hits != seen:
                 seen = hits
                 first_ns |= {one: rig.now_ns for one in _hit(programs) if one not in first_ns}
-                quiet_ns[rig.now_ns] = last_ns
-            if are_quiet(plcs):
-                last_ns = rig.now_ns
+                quiet_ns[rig.now_ns] = before_ns
+            # an instant may have several steps: the end of a cycle, and the begin of one that has waited for it
+            last_ns = rig.now_ns if are_quiet(plcs) else before_ns
         rig.run_until(after_ns)
         warm(rig)
         ran = one_by_one(rig, [partial(_reach, case=case, limits=limits, run=run) for case in cases])
@@ -177,6 +178,22 @@ def _begin_of(cases: Sequence[Case], limits: Limits, after_ns: int, run: RunsTes
                 reached[case.name] = found
         statements = frozenset(one for one, _ in _statements(collecting.programs()))
     return Begin(statements, first_ns, {at: last for at, last in quiet_ns.items() if last >= 0}, last_ns, reached)
+
+
+def _come_to(rig: "Rig", at_ns: int, end_ns: int) -> bool:
+    """Let a rig come to an instant, and to the end of the cycle that it is in; false if that is behind the end.
+
+    With marks a cycle is cut into other slices, and each slice is rounded, so without them it may end some ns later.
+    """
+    plcs = plcs_in(rig)
+    if at_ns > rig.now_ns:
+        rig.run_until(at_ns)
+    while not are_quiet(plcs):
+        next_ns = rig.next_ns()
+        if next_ns is None or next_ns > end_ns:
+            return False
+        rig.step()
+    return True
 
 
 def _statements(programs: Sequence[Marked]) -> Iterator[tuple[Statement, bool]]:

@@ -1,6 +1,7 @@
 """A changed program goes on from a booted rig where the change has no effect before, and its fate is the same."""
 
 from collections import Counter
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -141,3 +142,25 @@ def test_a_change_has_the_same_fate_as_in_a_rig_of_its_own(
     assert min(fates[fate] for fate in (trial.Fate.NOTICED, trial.Fate.MISSED, trial.Fate.NOT_RUN)) > 0, fates
     assert fates[trial.Fate.NOTICED] > 15
     assert with_stands <= len(boots) / 2  # the others change what a controller does from its first cycle on
+
+
+def is_quiet(rig: Rig) -> bool:
+    return are_quiet(stands.plcs_in(rig))
+
+
+def test_a_rig_is_kept_between_the_cycles_of_its_tasks_only() -> None:
+    """In the first cycle of the wrapper the marks of coverage shift the slices, and its second task waits meanwhile."""
+
+    def make() -> Rig:
+        return Rig(load(CONFIGS / "wrapper/wrapper.yaml", ("time=virtual",)))
+
+    def fail(*_: Any) -> Any:
+        raise AssertionError("there are no tests")
+
+    stand = stands.Stand([], Limits(600.0), 2 * S, fail, make)
+    with closing(stand):
+        found = []
+        for point in stand._points.values():
+            with point.branch() as branch:
+                found.append(branch.call(is_quiet))
+    assert found == [True] * 4
