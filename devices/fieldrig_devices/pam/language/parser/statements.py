@@ -97,10 +97,8 @@ def _access(cursor: Cursor) -> tree.Statement:
         asked = tree.Inquiry(cursor.place, target, function_name(cursor), arguments(cursor))
         cursor.semicolon()
         return tree.Ask(place, asked)
-    operator = cursor.token.text
-    is_in_place = operator in _OPERATORS  # such as M++ or M += 2
-    in_place = f"A value is changed as in {target.name} <- {target.name} {operator} 1."
-    cursor.expect("<-", in_place if is_in_place else _hint(target.name))
+    if not cursor.accept("<-"):
+        raise cursor.unexpected("<-", _hint(target.name, cursor.token.text))
     word = cursor.token.text.lower()
     is_function = cursor.token.kind == "name" and word in EXECUTIVE_NAMES | REPLACED.keys()
     if word in MATHEMATICS and cursor.is_next("("):
@@ -114,10 +112,12 @@ def _access(cursor: Cursor) -> tree.Statement:
     return assignment
 
 
-def _hint(name: str) -> str:
+def _hint(name: str, following: str) -> str:
     """Return the hint for a name that is not followed by what a statement needs."""
     from difflib import get_close_matches
 
+    if following in _OPERATORS:  # such as M++ or M += 2
+        return f"A value is changed as in {name} <- {name} {following} 1."
     close = get_close_matches(name.upper(), (*_STATEMENTS, *_ENDS), 1, 0.75)
     form = "A statement is object <- value, object <- function, or object:PARAMETER <- value."
     return f"Perhaps {close[0]} is meant." if close else form
