@@ -47,6 +47,8 @@ class Homing(Mode):
         """Moves that have not ended yet."""
         self._last = self._inputs = 0
         """Actual position and digital inputs (60FDh) of the previous cycle."""
+        self._way = 0
+        """Increments of the last cycle that had any; its sign is the direction of the shaft."""
         self._home = 0.0
 
     def begin(self) -> None:
@@ -87,7 +89,7 @@ class Homing(Mode):
     def _begin_method(self) -> None:
         """Start the method, without the moves to switches that are already reached."""
         motor = self.context.motor
-        self._moves, self._last, self._inputs = self._method, motor.position, motor.inputs
+        self._moves, self._last, self._inputs, self._way = self._method, motor.position, motor.inputs, 0
         self._home = self.context.motion.position
         while self._moves and self._is_there(self._moves[0]):
             self._moves = self._moves[1:]
@@ -137,6 +139,7 @@ class Homing(Mode):
             is_edge = self._is_at_stop(move, position)
         else:
             is_edge = self._is_zero(move, position) if move.switch is None else self._is_edge(move, position, inputs)
+        self._way = position - self._last or self._way
         self._last, self._inputs = position, inputs
         if is_edge:
             self._moves = self._moves[1:]
@@ -155,7 +158,8 @@ class Homing(Mode):
         assert move.switch is not None
         self._home = position
         is_on, was_on = bool(inputs & move.switch), bool(self._inputs & move.switch)
-        return is_on is move.ends_when and was_on is not is_on and (position - self._last) * move.direction > 0
+        way = position - self._last or self._way  # at a slow speed, not each cycle has a whole increment
+        return is_on is move.ends_when and was_on is not is_on and way * move.direction > 0
 
     def _is_at_stop(self, move: Move, position: int) -> bool:
         """True if the torque pushes the axis against something; the motion then begins again from there."""

@@ -49,3 +49,14 @@ def test_a_method_finds_the_home_of_its_figure(method: int) -> None:
     found = place - bench.get(0x6064) - 500  # at home the position is -607Ch
     is_exact = method < 15 or method > 30
     assert found == pytest.approx(home, abs=3 if is_exact else 2 * SLOW_STEP)
+
+
+@pytest.mark.parametrize("slow", [1_000, 137])
+def test_a_slow_speed_misses_no_edge(slow: int) -> None:
+    """A cycle of 1 ms has less than one increment of this encoder."""
+    bench = SingleDriveBench(switches={"home": {"low": 3.0, "high": 100.0}}, encoder_increments=4_096)
+    bench.put(0x6092, 4_096, 1).put(0x6099, 4_096, 1).put(0x6099, slow, 2).put(0x609A, 40_960)
+    bench.put(0x6098, 19).put(0x6060, HM).control(0x06).control(0x07).control(0x0F).after(8)
+    bench.control(0x1F)
+    bench.until(lambda: bench.drive.axis.status_word & 0x3400 == 0x1400)
+    assert bench.read("position") - bench.get(0x6064) * tau / 4_096 == pytest.approx(3.0, abs=0.01)
