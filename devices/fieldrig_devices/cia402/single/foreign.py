@@ -53,7 +53,8 @@ NEVER_0: Final = RATES | {
     objects.VL_ACCELERATION, objects.VL_DECELERATION, objects.VL_QUICK_STOP,
 }  # fmt: skip
 """Objects whose 0 means that the file does not know the value."""
-VL_MOST: Final = (objects.VL_AMOUNT, 2)
+NEVER_0_WITHIN: Final = frozenset({(objects.VL_AMOUNT, 2), (objects.BUFFER, 2)})
+"""The same for single sub-indices: the highest speed of velocity mode, and the size of the buffer of set-points."""
 
 UNIT_OF_VELOCITY: Final = 0x60A9
 VELOCITY_NOTATION, VELOCITY_DIMENSION = 0x608B, 0x608C
@@ -112,16 +113,25 @@ class _File:
         return None if isinstance(value, str) else int(value)
 
     def modes(self) -> frozenset[int]:
-        """Modes by 6502h, or by the objects that there are if it does not say any, and those of the maker by 6060h."""
+        """Modes by 6502h, or by objects and limits if it does not say any, and those of the maker by 6060h."""
         bits = self._number(objects.SUPPORTED_MODES)
         if bits:
             modes = frozenset(mode for mode in TARGETS if bits >> (mode - 1) & 1)
         else:
             modes = frozenset(mode for mode, index in TARGETS.items() if index in self._dictionary)
+            modes -= {mode for mode in modes if not self._accepts(mode)}
         mode = self._variables[objects.MODE, 0]
         return (
             modes | frozenset(range(int(min(mode.low, 0)), 0)) if mode is not None and mode.low is not None else modes
         )
+
+    def _accepts(self, mode: int) -> bool:
+        """True if the limits of 6060h permit this mode."""
+        variable = self._variables[objects.MODE, 0]
+        if variable is None:
+            return True
+        low, high = (limit if limit is not None else mode for limit in (variable.low, variable.high))
+        return low <= mode <= high
 
     def constants(self) -> frozenset[int]:
         """The constants with a value in the file, and those that a master writes."""
@@ -182,7 +192,7 @@ class _File:
         return max(first.number, 1), 1 if second is None else max(second.number, 1)
 
     def _is_unknown(self, key: Key) -> bool:
-        return self._variables[key] is None or key[0] in NEVER_0 or key == VL_MOST
+        return self._variables[key] is None or key[0] in NEVER_0 or key in NEVER_0_WITHIN
 
     def _scale(self, per_turn: float, speeds: float) -> Callable[[Row], int]:
         """Return the function that gives the start value of our own drive, in the units of the file.
