@@ -32,6 +32,10 @@ IMPORTS: Final = "the file can be imported"
 """The name of the case of a file whose tests cannot be found."""
 _PLACE: Final = re.compile(r"^(.+?):(\d+): in ", re.MULTILINE)
 """A line of a traceback, with its file."""
+_ALREADY_IMPORTED: Final = "ignore:Module already imported"
+"""The warning that a plugin was there before pytest, which is an error for those who make each warning one."""
+_BROKEN: Final = (2, 3, 4)
+"""The exit codes of pytest that has been interrupted, has failed itself, or does not understand its settings."""
 _START: Final = "fork" if hasattr(os, "fork") else "spawn"
 
 
@@ -113,10 +117,18 @@ def _play(
 
     _be_quiet()
     chosen = [f"{file}::{name}" for name in names] or [str(file)]
-    options = ["-q", "-p", "no:cacheprovider", *(["-n0"] if find_spec("xdist") else [])]
+    options = ["-q", "-p", "no:cacheprovider", "-W", _ALREADY_IMPORTED, *(["-n0"] if find_spec("xdist") else [])]
     options += ["--collect-only"] if timeout_s is None else []
     with switch.surveying() as survey, switch.applied(change) as applied:
-        pytest.main([*options, *chosen], plugins=[_Watcher(pipe, file, timeout_s, applied)])
+        watcher = _Watcher(pipe, file, timeout_s, applied)
+        try:
+            code, wrong = pytest.main([*options, *chosen], plugins=[watcher]), ""
+        except Exception as raised:  # noqa: BLE001  of a plugin or the settings, which is seen nowhere else
+            code, wrong = pytest.ExitCode.INTERNAL_ERROR, repr(raised)
+        if code in _BROKEN and not watcher.has_spoken:
+            case = Case(IMPORTS, str(file), file, 1)
+            text = wrong or f"pytest cannot begin; run it alone to see why: pytest {file}"
+            pipe.send(Outcome(case, Verdict.ERROR, (Failure(FAULT, "", text, "", file, 1, 0),)))
         collecting.flush()
         pipe.send(_Notes(tuple(survey.changes), applied.is_refused))
 
@@ -136,6 +148,7 @@ class _Watcher:
     ) -> None:
         self._pipe, self._file, self._timeout_s, self._applied = pipe, file, timeout_s, applied
         self._cases: dict[str, Case] = {}
+        self.has_spoken = False
         self._reports: list[pytest.TestReport] = []
         self._begin_s = 0.0
 
@@ -144,10 +157,12 @@ class _Watcher:
             _, line, _ = item.reportinfo()
             name = item.nodeid.partition("::")[2]
             self._cases[item.nodeid] = Case(name, str(self._file), self._file, (line or 0) + 1)
+        self.has_spoken = True
         self._pipe.send(list(self._cases.values()))
 
     def pytest_collectreport(self, report: "pytest.CollectReport") -> None:
         if report.failed:
+            self.has_spoken = True
             case = Case(IMPORTS, str(self._file), self._file, 1)
             self._pipe.send(Outcome(case, Verdict.ERROR, (_not_imported(report, case),)))
 

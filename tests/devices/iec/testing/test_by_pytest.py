@@ -90,3 +90,19 @@ def test_a_test_without_an_end_is_ended(tmp_path: Path) -> None:
     done = iec_test(tmp_path / "test_it.py", "--timeout", 0.1)
     assert done.exit_code == Exit.TESTS_FAILED
     assert "at most 0.1 s of a processor are allowed" in done.stdout
+
+
+def test_warnings_may_be_errors_in_the_settings_of_pytest(tmp_path: Path) -> None:
+    folder = folder_of(tmp_path)
+    (folder / "pytest.ini").write_text("[pytest]\nfilterwarnings = error\nrequired_plugins = fieldrig\n")
+    done = iec_test(f"{folder / 'test_twice.py'}::test_twice[1]", f"{folder / 'test_twice.py'}::test_twice[2]")
+    assert (done.exit_code, "2 tests: 2 passed" in done.output) == (Exit.OK, True), done.output
+
+
+@pytest.mark.parametrize("settings", ["addopts = --no-such-option", "required_plugins = no-such-plugin"])
+def test_settings_that_pytest_refuses_are_an_error(tmp_path: Path, settings: str) -> None:
+    folder = folder_of(tmp_path)
+    (folder / "pytest.ini").write_text(f"[pytest]\n{settings}\n")
+    done = iec_test(folder / "test_twice.py")
+    assert done.exit_code != Exit.OK
+    assert "pytest cannot begin; run it alone to see why" in done.output, done.output
