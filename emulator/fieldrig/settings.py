@@ -96,6 +96,8 @@ class Settings(BaseModel):
 
 MASTER = "master"
 """The `what` of a claim to be the master of a bus; its value is the same for all."""
+MEMBER = "member"
+"""The kind of a name in a fault that is the name of a member of its bus; other kinds are the `what` of claims."""
 
 
 class WrongSettingsError(ValueError):

@@ -7,7 +7,7 @@ by `add_fault`, as `given_fault` reads it.  Chance depends on the frame and its 
 
 from dataclasses import replace
 from random import Random
-from typing import Annotated, Final, Literal
+from typing import Annotated, ClassVar, Final, Literal
 
 from pydantic import Field, model_validator
 
@@ -15,6 +15,7 @@ from fieldrig.clock import MS
 from fieldrig.faults import faults
 from fieldrig.faults.faults import LONGEST_MS, Repeated, Timed
 from fieldrig.faults.hex_bytes import Hex, flipped, replaced
+from fieldrig.settings import MEMBER
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
 from fieldrig_bus.can.notices import FASTEST, SLOWEST
 
@@ -25,6 +26,8 @@ class _FrameFault(Repeated):
     )
     mask: int | None = Field(default=None, ge=0, le=EXTENDED_MASK, description="bits of the identifier that count")
     extended: bool | None = Field(default=None, description="29 bits or 11; left out: as the identifier needs, or both")
+    names: ClassVar = {"node": MEMBER}
+
     node: str | None = Field(default=None, description="the sender; left out: any")
 
     @model_validator(mode="after")
@@ -49,6 +52,8 @@ class _FrameFault(Repeated):
 
 class Drop(_FrameFault):
     """The frame is on the wire and acknowledged, but `receivers` (all, if left out) do not get it."""
+
+    names: ClassVar = {"node": MEMBER, "receivers": MEMBER}
 
     what: Literal["drop"]
     receivers: list[str] | None = Field(default=None, description="members that lose the frame; left out: all")
@@ -121,6 +126,8 @@ class Short(Timed):
 class WrongBitRate(Timed):
     """The bit rate of one member is wrong: others see errors in its frames, and it sees errors in theirs."""
 
+    names: ClassVar = {"node": MEMBER}
+
     what: Literal["wrong_bit_rate"]
     node: str
     bitrate: int = Field(ge=SLOWEST, le=FASTEST, description="its wrong bit rate, in bit/s")
@@ -128,6 +135,8 @@ class WrongBitRate(Timed):
 
 class Babble(Timed):
     """A member sends the same frame again and again: a babbling idiot."""
+
+    names: ClassVar = {"node": MEMBER}
 
     what: Literal["babble"]
     node: str

@@ -7,7 +7,7 @@ pieces on TCP comes late, garbage before the colon of an ASCII frame is skipped 
 Requests and lines: application protocol V1.1b3, chapter 6 has the place of a register in a request.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterable
 from random import Random
 from typing import Any, Final
 
@@ -29,7 +29,7 @@ from fieldrig_bus.modbus.message import (
     ModbusResponse,
     OnModbus,
 )
-from fieldrig_bus.modbus.routing import OUTSIDE
+from fieldrig_bus.modbus.routing import NOT_SIGNIFICANT, OUTSIDE
 from fieldrig_bus.serial.garble import garbled_by_rate, noisy, thinned
 from fieldrig_bus.serial.message import Format
 
@@ -64,12 +64,15 @@ class ModbusEffects(Effects[OnModbus]):
         super().__init__(given)
         self._timing, self._form = timing, form or Format()
         self._asked: dict[tuple[str, int], bytes] = {}
+        self._units: Callable[[], Collection[int]] = tuple
+        """Returns the units that there have been on the bus; none if any may be there."""
         for settings in self.given:
             self.check(settings, ())
 
     def begin(self, medium: Any, random: Random) -> None:
         super().begin(medium, random)
         self._random = derived(random)
+        self._units = lambda: medium.units
 
     def check(self, settings: Any, members: Iterable[str]) -> None:
         wrong = faults.TCP_ONLY if self._timing is not None else faults.LINE_ONLY
@@ -78,6 +81,11 @@ class ModbusEffects(Effects[OnModbus]):
             models = faults.LINE_MODELS if self._timing is not None else faults.TCP_MODELS
             raise ValueError(
                 f"{settings.what} is a fault of {there}, and this bus is {here}\nit takes {', '.join(models)}"
+            )
+        units, unit = self._units(), getattr(settings, "unit", None)
+        if units and unit not in (None, *NOT_SIGNIFICANT, *units):
+            raise ValueError(
+                f"unit: nothing on the bus has unit {unit}\nthere are: {', '.join(map(str, sorted(units)))}"
             )
 
     def asked(self, member: str, message: OnModbus) -> None:

@@ -4,7 +4,7 @@ A fault says where (unit, function, register, client), what, when and for how lo
 often (`nth`, `count`, `probability`).  `effects` has what they do.
 """
 
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -19,6 +19,8 @@ LONGEST_FRAME: Final = 2 * (LONGEST_PDU + 2) + 3
 
 class ModbusWhere(Repeated):
     """The exchanges that a fault concerns."""
+
+    names: ClassVar = {"unit": "unit"}
 
     unit: int | None = Field(default=None, ge=0, le=255, description="unit id; left out: any")
     function: int | None = Field(default=None, ge=1, le=127, description="function code; left out: any")

@@ -9,7 +9,7 @@ The answers of servers outside (see `routing`) have had their time on the line w
 """
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any, NamedTuple
 
 from fieldrig.bus import BusModel, Delivery
@@ -48,6 +48,11 @@ class LineModel(BusModel[OnModbus]):
         self._client = ""
         self._deadline_ns = 0
         self._messages = self._lost = self._busy_ns = 0
+
+    @property
+    def units(self) -> Collection[int]:
+        """The units that members have served so far; none if one serves all."""
+        return self._routing.units
 
     def join(self, member: str) -> None:
         self._routing.join(member)

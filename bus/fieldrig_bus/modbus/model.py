@@ -5,7 +5,7 @@ of `modbus.tcp`.
 """
 
 from bisect import insort
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from operator import attrgetter
 from typing import Any
 
@@ -37,6 +37,11 @@ class ModbusModel(BusModel[OnModbus]):
         self._due: list[Delivery[OnModbus]] = []  # in order of time
         self._collected_ns = 0
         self._requests = self._responses = self._unasked = 0
+
+    @property
+    def units(self) -> Collection[int]:
+        """The units that members have served so far; none if one serves all."""
+        return self._routing.units
 
     def join(self, member: str) -> None:
         self._routing.join(member)

@@ -7,7 +7,7 @@ A server outside is a member whose name begins with `SERVER`.  Units of the rig 
 clients cannot reach it: the bus does not connect outside programs with each other.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from fieldrig_bus.modbus.message import BROADCAST, CONNECTIONS, Asked, LineState, ModbusRequest, ModbusResponse
@@ -35,8 +35,16 @@ class Routing:
         ] = {}  # client, exchange and unit of its response, its request
         self._numbered = 0
         self._has_servers_outside = False
+        self._seen: set[int] = set()
+        self._is_for_all = False
+        """True once a member has been a server for every unit."""
         self.listeners: tuple[str, ...] = ()
         """Members that want to be notified of connections."""
+
+    @property
+    def units(self) -> Collection[int]:
+        """The units that members have served so far, also those without power now; none if one serves all."""
+        return () if self._is_for_all else self._seen
 
     def join(self, member: str) -> None:
         self._interests[member] = frozenset()
@@ -52,6 +60,8 @@ class Routing:
         wanted = () if interest is None else interest
         units = frozenset(int(unit) for unit in wanted if unit != CONNECTIONS)
         self._interests[member] = None if interest is None else units
+        self._seen |= units
+        self._is_for_all |= interest is None
         self._routes.clear()
         self._has_servers_outside = any(map(is_server_outside, self._interests))
         self.listeners = tuple(name for name in self.listeners if name != member)

@@ -1,7 +1,7 @@
 """The faults of an OPC UA bus: their settings, and what they do between the server and the devices."""
 
 from collections.abc import Iterable
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
@@ -10,6 +10,7 @@ from fieldrig.clock import MS
 from fieldrig.faults import faults
 from fieldrig.faults.disturbed import Effects, Struck
 from fieldrig.faults.faults import LONGEST_MS, Fault, Repeated, Timed
+from fieldrig.settings import MEMBER
 from fieldrig.text.nearest import closest
 from fieldrig_bus.opcua.message import (
     ANSWERS,
@@ -31,6 +32,8 @@ MOST_ASKED: Final = 4096
 
 class OfNodes(Repeated):
     """The answers of devices that a fault concerns."""
+
+    names: ClassVar = {"device": MEMBER}
 
     device: str | None = Field(default=None, description="the device that answers; left out: any")
     path: str | None = Field(default=None, max_length=LONGEST_PATH, description="path of a node; left out: any")

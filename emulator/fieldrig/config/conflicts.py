@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from fieldrig.config.entries import BusEntry, DeviceEntry
+from fieldrig.config.fault_names import named_in_vain
 from fieldrig.config.yaml_source import KeyPath, key_text
 from fieldrig.settings import MASTER, Claim, Settings, WrongKey
 
@@ -26,8 +27,14 @@ def conflicts(
     devices: Mapping[str, DeviceEntry],
     control: str | None,
     written: Mapping[Any, Any] = MappingProxyType({}),
+    *,
+    is_real: bool = True,
 ) -> Iterator[WrongKey]:
-    """Yield every conflict.  `written` has the devices as they are in the file, including those with mistakes."""
+    """Yield every conflict.
+
+    `written` has the devices as they are in the file, including those with mistakes.  Unless the time `is_real`, a test
+    may attach members of any name.
+    """
     texts = [text for name, entry in buses.items() for text in _texts(entry.bus.settings, ("buses", name))]
     texts = [(("control",), control), *texts] if control is not None else texts
     yield from _ports_of_chance(texts)
@@ -37,6 +44,7 @@ def conflicts(
     yield from _claimed_twice(claims)
     yield from _needed_in_vain(buses, devices, written, claims)
     yield from _wrong_members(buses, claims)
+    yield from named_in_vain(buses, _owners(claims), _unsure(devices, written), is_real=is_real)
 
 
 def _ports_of_chance(texts: list[Text]) -> Iterator[WrongKey]:
@@ -152,12 +160,7 @@ def _needed_in_vain(
 
     A bus with a device whose claims are not known is left out.
     """
-    silent = {name for name, device in devices.items() if not says_claims(device.settings)}
-    unsure = {bus for name in silent for bus in _node_of(devices[name])[1]}
-    unsure |= {bus for name, entry in written.items() if name not in devices for bus in _written_node_of(entry)[1]}
-    there = defaultdict(set)
-    for claimed in claims:
-        there[claimed.key].add(claimed.device)
+    unsure, there = _unsure(devices, written), _owners(claims)
     for name, device in devices.items():
         for need in _on_buses(name, device, device.settings.needs):
             entry = buses.get(need.bus)
@@ -180,6 +183,23 @@ def _wrong_members(buses: Mapping[str, BusEntry], claims: list[_Claimed]) -> Ite
         masters = [claimed.device for claimed in claims if claimed.bus == name and claimed.claim.what == MASTER]
         for wrong in entry.bus.settings.wrong_for([str(member) for member in entry.members], masters):
             yield WrongKey(("buses", name, *wrong.path), wrong.what, wrong.remedy)
+
+
+def _unsure(devices: Mapping[str, DeviceEntry], written: Mapping[Any, Any]) -> set[Any]:
+    """Return the buses with a device whose claims are not known."""
+    silent = {name for name, device in devices.items() if not says_claims(device.settings)}
+    unsure = {bus for name in silent for bus in _node_of(devices[name])[1]}
+    return unsure | {
+        bus for name, entry in written.items() if name not in devices for bus in _written_node_of(entry)[1]
+    }
+
+
+def _owners(claims: list[_Claimed]) -> dict[tuple[str, str, Hashable], set[str]]:
+    """Return the devices by what they claim."""
+    there: dict[tuple[str, str, Hashable], set[str]] = defaultdict(set)
+    for claimed in claims:
+        there[claimed.key].add(claimed.device)
+    return there
 
 
 @runtime_checkable

@@ -174,7 +174,8 @@ class _Loader:
         if keys is not None:
             self._mistakes_at((), self._outside(keys))
         if self._only is None:  # a process that hosts a part doesn't know the others; the rig was checked as a whole
-            self._mistakes_at((), conflicts(buses, devices, keys.control if keys is not None else None, devices_data))
+            control, is_real = (keys.control, keys.time == "real") if keys is not None else (None, True)
+            self._mistakes_at((), conflicts(buses, devices, control, devices_data, is_real=is_real))
         if self._mistakes or keys is None:
             raise ConfigError(sorted(self._mistakes, key=lambda mistake: (mistake.file, mistake.line or 0)))
         return self._config(keys, buses, devices)

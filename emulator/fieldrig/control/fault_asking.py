@@ -55,7 +55,7 @@ def about_faults(where: str, verb: str, message: Any) -> Asking:
         raise ControlError(f"{rig['rig']} has no bus or device {where!r}", closest(where, [*known, *devices]))
     if verb == "add_fault":
         if where in known:
-            _check_members(message["fault"], list(devices))
+            check_members(message["fault"], list(devices))
         yield from _check_condition(message["fault"], list(devices))
     try:
         return (yield Question(f"{'bus' if where in known else 'device'}/{where}/{verb}", message))
@@ -74,7 +74,7 @@ def about_faults(where: str, verb: str, message: Any) -> Asking:
     return (yield from _of_ends(where, ends, verb, message))
 
 
-def _check_members(fault: Mapping[str, Any], devices: list[str]) -> None:
+def check_members(fault: Mapping[str, Any], devices: list[str]) -> None:
     """Check the members of a bus that a fault names.  Those from outside, such as `socketcand:1`, come and go."""
     for key in NAMING:
         for name in _names(fault.get(key, "")):

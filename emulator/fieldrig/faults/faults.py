@@ -8,7 +8,7 @@ order in which a model looks at its messages.
 
 from collections.abc import Callable, Iterator, Mapping
 from random import Random
-from types import NoneType, UnionType
+from types import MappingProxyType, NoneType, UnionType
 from typing import (
     Annotated,
     Any,
@@ -44,6 +44,9 @@ class Timed(Settings):
 
     counts_uses: ClassVar[bool] = False
     """True if each use counts, such as a message that it spoils; the fault of a device that is a state counts once."""
+
+    names: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """Keys that name something on the bus: the `what` of a claim, or `MEMBER`, by key."""
 
     start_ms: float = Field(
         default=0, ge=0, le=LONGEST_MS, description="after it was given; in a rig file, after the rig's start"

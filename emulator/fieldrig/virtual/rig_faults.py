@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from fieldrig.control.fault_asking import check_members
 from fieldrig.errors import ControlError, refusals
 from fieldrig.faults.condition import condition_of
 from fieldrig.faults.faults import Timed, fault_of
@@ -38,6 +39,7 @@ class RigFaults:
         """Add a fault, and return its number.  ControlError for one that is refused."""
         engine = self._engine
         if where in engine.models:
+            check_members(fault, [*engine.nodes, *engine.outside])
             with refusals(where):
                 number = engine.models[where].add_fault(engine.now_ns, fault)
         elif loses_power(engine.config.devices[where].cls, fault):
