@@ -43,7 +43,7 @@ def schedule(
     Nothing is expected of families that are not `compared`.
     """
     waiting: list[Due] = []
-    leads, left_out = Leads(buses), dict[tuple[str, str], int]()
+    leads, left_out, before_ns = Leads(buses), dict[tuple[str, str], int](), dict[str, int]()
     for number, entry in enumerate(in_order(entries)):
         due = _due(number, entry, sides, buses, leads, compared)
         if due is None and sides.bus_of(entry) is None and entry.family in OUTER:
@@ -52,6 +52,10 @@ def schedule(
             key = (entry.bus, entry.family) if len(left_out) < MOST_NOTES else ("further buses", "any")
             left_out[key] = left_out.get(key, 0) + 1
             continue
+        bus = due.entry.bus
+        if due.due_ns < before_ns.get(bus, due.due_ns):  # by the rounded times of a log a frame may begin too early
+            due = due._replace(due_ns=before_ns[bus])
+        before_ns[bus] = entry.time_ns
         heappush(waiting, due)
         while waiting and (waiting[0].due_ns <= entry.time_ns - LONGEST_NS or len(waiting) > MOST_WAITING):
             yield heappop(waiting)

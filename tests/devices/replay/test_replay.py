@@ -195,6 +195,27 @@ def test_a_node_that_was_on_before_the_others_boot_owes_no_boot_up(lab: list[Tra
     assert "node 5 (io) sent a boot-up, and it was on before the log began" in result.notes
 
 
+def test_a_request_that_follows_an_answer_too_closely_is_not_sent_before_it() -> None:
+    """A log has rounded times, so a frame may seem to have begun before the end of the one that it follows."""
+
+    def ask(rig: Rig) -> None:
+        can = rig.attach("plc").link("can0")
+        for _ in range(8):
+            rig.run_for(20 * MS)
+            can.send(CanFrame(0x605, bytes.fromhex("40 00 10 00 00 00 00 00")))
+        rig.run_for(20 * MS)
+
+    dialogue = [each for each in recorded(LAB, ask) if each.data[:2] in (b"\x05\x06", b"\x85\x05")]
+    log, now_ns = list[TraceEntry](), dialogue[0].time_ns
+    for before, each in zip([dialogue[0], *dialogue], dialogue, strict=False):
+        is_request = each.data[:2] == b"\x05\x06"
+        now_ns += MS // 20 if is_request else each.time_ns - before.time_ns  # 50 us: no frame is as short
+        log.append(each._replace(time_ns=now_ns))
+    result = replay(log, LAB, leave_out=["heartbeat", "TPDO*", "wires"])
+    assert result.played == 8
+    assert [each for each in result.differences if "1000h" in each.words] == []
+
+
 def test_a_jump_of_years_is_not_played(lab: list[TraceEntry]) -> None:
     """A row with a wrong time once let a rig run for 292 years."""
     last = next(each for each in reversed(lab) if each.family == "modbus")
