@@ -94,7 +94,9 @@ def group_of(request: bytes) -> Group | None:
 
 
 def values_read(request: bytes, response: bytes) -> Iterator[tuple[str, int, int]]:
-    """Yield space, address and value of what a response has; nothing if its length is wrong."""
+    """Yield space, address and value of what a response has; nothing if its length, or the request's, is wrong."""
+    if len(request) < 5:
+        return
     space = READERS[request[0]]
     address, quantity = _TWO.unpack_from(request, 1)
     data = response[2:]

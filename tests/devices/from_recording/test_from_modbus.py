@@ -339,6 +339,18 @@ PDUS = st.one_of(
 )
 
 
+@pytest.mark.parametrize("function", [1, 2, 3, 4, 5, 6, 15, 16, 22, 23])
+def test_a_request_that_is_cut_but_answered_reads_nothing(tmp_path: Path, function: int) -> None:
+    """A server of the log may answer what has no meaning."""
+    cut, whole = bytes([function]), bytes([3, 0, 0, 0, 1])
+    log = save(
+        list(exchanges((0.0, 1, cut.hex(), cut.hex()), (0.1, 1, whole.hex(), bytes([3, 2, 0, 7]).hex()))),
+        tmp_path / "cut.jsonl",
+    )
+    with virtual(rig_file(log)) as rig:
+        rig.run_until(100 * MS)
+
+
 @pytest.mark.long
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.tuples(st.integers(0, 255), PDUS, st.none() | PDUS), max_size=12))
