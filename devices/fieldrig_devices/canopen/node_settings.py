@@ -69,7 +69,7 @@ class CanopenSettings(Settings):
                 ("node_id",), "null needs LSS, but the EDS has LSS_Supported=0; expected a number from 1 to 127"
             )
         if not (self._start_values() or self.signals or self.sources):
-            return  # without a dictionary of thousands of objects that nobody asks for
+            return  # a dictionary may have thousands of objects
         dictionary = eds.load(self.eds, self.node_id or UNCONFIGURED)
         for key, value in self._start_values().items():
             yield from _tried(self._place_of(key), partial(_start, dictionary, key, value))
