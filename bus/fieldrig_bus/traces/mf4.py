@@ -186,7 +186,8 @@ def _opened(library: Any, path: Path) -> Any:
     sys.unraisablehook = lambda _unraisable: None
     try:
         try:
-            return library.MDF(path)
+            # Otherwise it looks at all rows of buses for their identifiers, and has the whole file in memory meanwhile.
+            return library.MDF(path, process_bus_logging=False)
         except Exception as cause:  # noqa: BLE001  whatever its parser meets in bytes that are damaged
             reason = str(cause)
         gc.collect(1)  # it is young

@@ -2,6 +2,7 @@
 
 import struct
 import sys
+import tracemalloc
 import zlib
 from contextlib import suppress
 from pathlib import Path
@@ -21,6 +22,7 @@ from fieldrig_bus.can.frame import CanFrame
 
 pytestmark = pytest.mark.long
 
+MIB = 1 << 20
 T = 1_700_000_000_123_000_000
 FRAMES = [
     CanFrame(0x123, b"\x01\x02"),
@@ -45,6 +47,20 @@ def test_asammdf_finds_the_frames_as_bus_logging(recording: Path) -> None:
         assert found.samples["CAN_DataFrame.EDL"].tolist() == [0, 1]
         assert found.samples["CAN_DataFrame.DataBytes"][1][:12].tolist() == list(range(12))
         assert [int(channel) for channel in mdf.bus_logging_map["CAN"]] == [0, 1]
+
+
+def test_a_long_file_needs_no_more_memory_than_a_short_one(tmp_path: Path) -> None:
+    file = tmp_path / "long.mf4"
+    peaks = []
+    for count in (30_000, 120_000):
+        write((SENT[0]._replace(time_ns=T + n * 100_000) for n in range(count)), file)
+        tracemalloc.start()
+        try:
+            assert sum(1 for _ in read(file)) == count
+            peaks.append(tracemalloc.get_traced_memory()[1])
+        finally:
+            tracemalloc.stop()
+    assert peaks[1] < peaks[0] + 3 * MIB  # a block of 4 MiB is read as a whole, and the short file has less
 
 
 def test_the_extra_is_named_where_it_is_missing(recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
