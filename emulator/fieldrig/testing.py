@@ -1,11 +1,12 @@
 """Help for tests: a link that records, ports for rigs in real time, and the plain forms of shortcuts."""
 
+import os
 import socket
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from fieldrig.errors import ArgumentError
 from fieldrig.outside.untrusted import shown
@@ -62,8 +63,11 @@ def plain_forms(*names: str) -> Iterator[None]:
             shortcut.is_taken = is_taken
 
 
-_kept: dict[int, IO[bytes]] = {}
-"""The ports that this process was given, with the lock files that keep other processes off them."""
+_kept: dict[int, int] = {}
+"""The ports that this process was given, with the descriptors of the lock files that keep other processes off them.
+
+They are open to the end of the process, at which Python would complain of each file that is an object.
+"""
 
 
 def free_port() -> int:
@@ -87,16 +91,16 @@ def return_port(port: int) -> None:
     """Give a port of `free_port` back, for programs that need many of them one after another."""
     if port not in _kept:
         raise ArgumentError(f"port {shown(port)} cannot be returned", "expected a port that free_port has given")
-    _kept.pop(port).close()
+    os.close(_kept.pop(port))
 
 
-def _locked(path: Path) -> IO[bytes] | None:
-    """Return the file, locked for as long as it is open; None if another process has it."""
+def _locked(path: Path) -> int | None:
+    """Return the descriptor of the file, locked for as long as it is open; None if another process has it."""
     try:
-        file = path.open("ab")
+        file = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
     except PermissionError:  # another user's
         return None
     if not lock(file):
-        file.close()
+        os.close(file)
         return None
     return file
