@@ -21,13 +21,13 @@ from fieldrig_bus.can.notices import FASTEST, SLOWEST
 
 
 class _FrameFault(Repeated):
+    names: ClassVar = {"node": MEMBER}
+
     identifier: int | None = Field(
         default=None, ge=0, le=EXTENDED_MASK, description="identifier of the frames; left out: any"
     )
     mask: int | None = Field(default=None, ge=0, le=EXTENDED_MASK, description="bits of the identifier that count")
     extended: bool | None = Field(default=None, description="29 bits or 11; left out: as the identifier needs, or both")
-    names: ClassVar = {"node": MEMBER}
-
     node: str | None = Field(default=None, description="the sender; left out: any")
 
     @model_validator(mode="after")

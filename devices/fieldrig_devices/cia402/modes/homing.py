@@ -135,11 +135,11 @@ class Homing(Mode):
         """Check whether the present move has ended."""
         move = self._moves[0]
         limit = LIMITS[move.direction]
+        self._way = position - self._last or self._way  # at a slow speed, not each cycle has a whole increment
         if move.finds_stop:
             is_edge = self._is_at_stop(move, position)
         else:
             is_edge = self._is_zero(move, position) if move.switch is None else self._is_edge(move, position, inputs)
-        self._way = position - self._last or self._way
         self._last, self._inputs = position, inputs
         if is_edge:
             self._moves = self._moves[1:]
@@ -158,8 +158,7 @@ class Homing(Mode):
         assert move.switch is not None
         self._home = position
         is_on, was_on = bool(inputs & move.switch), bool(self._inputs & move.switch)
-        way = position - self._last or self._way  # at a slow speed, not each cycle has a whole increment
-        return is_on is move.ends_when and was_on is not is_on and way * move.direction > 0
+        return is_on is move.ends_when and was_on is not is_on and self._way * move.direction > 0
 
     def _is_at_stop(self, move: Move, position: int) -> bool:
         """True if the torque pushes the axis against something; the motion then begins again from there."""
