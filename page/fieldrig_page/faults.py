@@ -82,7 +82,8 @@ class Faults:
             if self._sent:
                 await self._look()
             try:
-                await asyncio.wait_for(self._changed.wait(), POLL_S)
+                async with asyncio.timeout(POLL_S):
+                    await self._changed.wait()
             except TimeoutError:
                 continue
 

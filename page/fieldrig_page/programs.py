@@ -92,7 +92,8 @@ class Programs:
             self._present = {device: await self._look(device) for device in sorted(devices)}
             wait_s = max(POLL_S, SHARE * (loop.time() - began_s)) if devices else None
             try:
-                await asyncio.wait_for(self._more.wait(), wait_s)
+                async with asyncio.timeout(wait_s):
+                    await self._more.wait()
             except TimeoutError:
                 continue
 

@@ -1,11 +1,18 @@
 """Faults by the page: forms from schemas, what is active, what it did, and the time line."""
 
+import asyncio
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from in_loop import in_loop
 from page_bench import page_of
+from patience import PATIENCE_S
+
+from fieldrig.config.rig_file import from_dict
+from fieldrig.control.messages import Control
+from fieldrig_page.faults import Faults
+from fieldrig_page.rig_link import RigLink
 
 LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
 BELT = {
@@ -106,3 +113,19 @@ async def test_a_page_that_comes_later_gets_the_lines_before() -> None:
         assert whole["faults"][0]["what"] == "power_off"
         await early.close()
         await late.close()
+
+
+@pytest.mark.parametrize("turns", range(4))
+@in_loop
+async def test_a_topic_that_is_cancelled_as_it_is_woken_ends(turns: int) -> None:
+    async with page_of(BELT) as page:
+        topic = Faults(RigLink(from_dict(BELT), cast(Control, page.control)))
+        running = asyncio.get_running_loop().create_task(topic.run())
+        for _ in range(10):
+            await asyncio.sleep(0)
+        topic._changed.set()
+        for _ in range(turns):
+            await asyncio.sleep(0)
+        running.cancel()
+        await asyncio.wait({running}, timeout=PATIENCE_S)
+        assert running.cancelled()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hub_bench import LoopBench
+from patience import PATIENCE_S
 
 from fieldrig.bus import DirectBus
 from fieldrig.control.subject import Subject
@@ -64,7 +65,12 @@ class DirectBench(LoopBench):
 
     def do(self, action: Any, *arguments: Any) -> Any:
         """Run something that blocks, such as a foreign client, while the loop goes on."""
-        return self.loop.run_until_complete(asyncio.wait_for(asyncio.to_thread(action, *arguments), 30))
+
+        async def done() -> Any:
+            async with asyncio.timeout(PATIENCE_S):
+                return await asyncio.to_thread(action, *arguments)
+
+        return self.loop.run_until_complete(done())
 
     def close(self) -> None:
         for member in self.at:

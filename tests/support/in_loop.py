@@ -23,7 +23,8 @@ def in_loop(test: Callable[P, Coroutine[Any, Any, None]]) -> Callable[P, None]:
             faults.append(context.get("exception") or RuntimeError(context["message"]))
 
         asyncio.get_running_loop().set_exception_handler(note)
-        await asyncio.wait_for(test(*arguments, **options), HANG_S)
+        async with asyncio.timeout(HANG_S):
+            await test(*arguments, **options)
         if faults:
             raise faults[0]
 

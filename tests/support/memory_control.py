@@ -79,11 +79,13 @@ class MemoryControl:
         self.asked.append(path)
         for pattern, answer in self._answers.items():
             if _fits(pattern, path):
-                return await asyncio.wait_for(_answer(answer, path, message), timeout_s)
+                async with asyncio.timeout(timeout_s):
+                    return await _answer(answer, path, message)
         raise NoAnswerError(f"there is no answer to {path}", "the rig may have been stopped")
 
     async def ask_bytes(self, path: str, message: Any, timeout_s: float) -> bytes:
-        data: bytes = await asyncio.wait_for(self._answers[path](path.rpartition("/")[2], message), timeout_s)
+        async with asyncio.timeout(timeout_s):
+            data: bytes = await self._answers[path](path.rpartition("/")[2], message)
         return data
 
     def outlet(self, path: str) -> "MemoryOutlet":
@@ -112,7 +114,8 @@ class MemoryControl:
         for pattern, answer in self._answers.items():
             own = pattern.rpartition("/")[0] + "/" + path.rpartition("/")[2]
             if _fits(path, own) and _fits(pattern, own):
-                found[own.split("/")[star]] = await asyncio.wait_for(_answer(answer, own, None), timeout_s)
+                async with asyncio.timeout(timeout_s):
+                    found[own.split("/")[star]] = await _answer(answer, own, None)
         return found
 
     async def close(self) -> None:

@@ -91,7 +91,8 @@ class Devices:
         answer = self._waiting[request.exchange] = loop.create_future()
         self._link.send(request)
         try:
-            reply = await asyncio.wait_for(answer, PATIENCE_S)
+            async with asyncio.timeout(PATIENCE_S):
+                reply = await answer
         except TimeoutError:
             log.warning("%s has not answered within %s s", request.device, PATIENCE_S)
             return None

@@ -117,7 +117,8 @@ class _Call:
             due_ns = session.next_ns()
             wait_s = None if due_ns is None else max(due_ns - time.monotonic_ns(), 0) / S
             with suppress(TimeoutError):
-                await asyncio.wait_for(self._changed.wait(), wait_s)
+                async with asyncio.timeout(wait_s):
+                    await self._changed.wait()
             self._changed.clear()
             self._step()
 

@@ -329,7 +329,8 @@ async def _connected(opened: _Client, client: _Client, port: int) -> None:
         lambda: opened, client.peer, port, local_addr=(client.local, 0)
     )
     try:
-        await asyncio.wait_for(connecting, CONNECT_S)
+        async with asyncio.timeout(CONNECT_S):
+            await connecting
     except (OSError, TimeoutError) as cause:
         log.debug("%s does not accept a connection to port %d: %s", client.peer, port, cause)
 

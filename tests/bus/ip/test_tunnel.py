@@ -4,6 +4,7 @@ import asyncio
 from typing import Any
 
 from in_loop import in_loop
+from patience import PATIENCE_S
 
 from fieldrig_bus.ip.channel import Channel
 from fieldrig_bus.ip.message import Portion
@@ -49,5 +50,6 @@ async def test_the_end_of_a_stream_finds_no_client() -> None:
     tunnelled.connection_made(transport)
     channel.on_end()
     tunnelled.connection_lost(ConnectionResetError())
-    await asyncio.wait_for(tunnelled.lost, 1)
+    async with asyncio.timeout(PATIENCE_S):
+        await tunnelled.lost
     assert channel.is_over
