@@ -3,6 +3,7 @@
 import signal
 import subprocess
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -20,7 +21,7 @@ pytestmark = [
 
 RIG = Path(__file__).parents[2] / "configs" / "teleservice.yaml"
 DIALLING_FAILED, NO_ECHO_REPLIES, HUNG_UP, WRONG_PASSWORD = 8, 15, 16, 19  # pppd(8), EXIT STATUS
-LARGE = b"0123456789abcdef" * 3072  # some 15 s at 33600 bit/s
+LARGE = b"0123456789abcdef" * 65_536  # some 5 minutes at 33600 bit/s, so that a slow host can cut its transfer too
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +29,16 @@ def rig() -> Iterator[AskedRig]:
     with AskedRig(RIG, None) as rig:
         rig.until_ready()
         yield rig
+
+
+@contextmanager
+def mended_at_the_end(rig: AskedRig) -> Iterator[None]:
+    """Clear the faults of the telephone network at the end of the block, also for the tests after one that fails."""
+    try:
+        yield
+    finally:
+        cleared = rig.tool("fault", "telephone", "--clear", "all")
+    assert cleared.returncode == 0, cleared.stderr
 
 
 @pytest.fixture
@@ -46,22 +57,22 @@ def test_a_call_whose_line_drops_in_a_transfer_can_be_dialled_again(free: AskedR
     large, arrived = tmp_path / "LARGE.TXT", tmp_path / "arrived"
     large.write_bytes(LARGE)
     put(large, "127.0.0.1:2121")  # over Ethernet
-    with pppd_call(tmp_path) as call:
-        call.until_up()
-        fetching = ["curl", "-sS", "-N", "-o", str(arrived), f"http://{CONTROLLER}/LARGE.TXT"]
-        with subprocess.Popen(fetching) as fetch:
-            try:
-                until(lambda: arrived.exists() and arrived.stat().st_size > 0)
-                assert free.tool("fault", "telephone", "cut", "line=caller_modem").returncode == 0
-                assert call.ended() in (NO_ECHO_REPLIES, HUNG_UP), call.output()
-            finally:
-                fetch.kill()
-        assert "No response to 3 echo-requests" in call.output()
-        assert 0 < arrived.stat().st_size < len(LARGE)
-    with pppd_call(tmp_path) as call:
-        assert call.ended() == DIALLING_FAILED, call.output()
-        assert "NO DIALTONE" in call.output()
-    assert free.tool("fault", "telephone", "--clear", "all").returncode == 0
+    with mended_at_the_end(free):
+        with pppd_call(tmp_path) as call:
+            call.until_up()
+            fetching = ["curl", "-sS", "-N", "-o", str(arrived), f"http://{CONTROLLER}/LARGE.TXT"]
+            with subprocess.Popen(fetching) as fetch:
+                try:
+                    until(lambda: arrived.exists() and arrived.stat().st_size > 0)
+                    assert free.tool("fault", "telephone", "cut", "line=caller_modem").returncode == 0
+                    assert call.ended() in (NO_ECHO_REPLIES, HUNG_UP), call.output()
+                finally:
+                    fetch.kill()
+            assert "No response to 3 echo-requests" in call.output()
+            assert 0 < arrived.stat().st_size < len(LARGE)
+        with pppd_call(tmp_path) as call:
+            assert call.ended() == DIALLING_FAILED, call.output()
+            assert "NO DIALTONE" in call.output()
     until(lambda: free.get("max4/Com1UserState") == OFFLINE)
     with pppd_call(tmp_path) as call:
         call.until_up()
