@@ -13,7 +13,11 @@ class Link(Protocol[M]):
     """
 
     def send(self, message: M) -> None:
-        """Hand a message to the bus.  It never blocks, and never raises for a state of the bus."""
+        """Hand a message to the bus.  It never blocks, and never raises for a state of the bus.
+
+        In real time, what has arrived meanwhile may be handled before it returns: whatever a handler reads or changes
+        is set before.
+        """
 
     def on_receive(self, handler: Callable[[M], None], interest: Sequence[object] | None = None) -> None:
         """Call `handler` with every message that arrives and matches `interest`.

@@ -39,8 +39,8 @@ class Handshake:
 
     def answer(self) -> None:
         """Speak first, as the modem that answers."""
+        self._timer.after(REPEAT_NS, self.answer)  # first, as the other offer may arrive while ours is sent
         self._offer_again()
-        self._timer.after(REPEAT_NS, self.answer)
 
     def stop(self) -> None:
         self._timer.stop()
@@ -59,18 +59,19 @@ class Handshake:
     def _on_offer(self, theirs: Offer) -> None:
         self.stop()
         self.has_heard = True
+        self._agreed = agreed(self._offer, theirs)
+        if self._agreed is not None:
+            self._timer.after(self._training_ns, self._on_trained)
         if not self._has_offered:
             self._offer_again()
-        self._agreed = agreed(self._offer, theirs)
         if self._agreed is None:
             self._on_failed()
-        else:
-            self._timer.after(self._training_ns, self._on_trained)
 
     def _on_trained(self) -> None:
         assert self._agreed is not None
-        self._ours = Carrier(self._agreed.bps, self._agreed.is_corrected)
-        self._link.send(self._ours)
+        ours = Carrier(self._agreed.bps, self._agreed.is_corrected)
+        self._link.send(ours)
+        self._ours = ours  # not before, so that a carrier that arrives meanwhile connects once
         self._connect()
 
     def _connect(self) -> None:

@@ -83,8 +83,8 @@ class RingMaster:
         if self._start.phase in _SILENT:
             self._outbox.clear()
         else:
-            self._send(Frames(self._number, self._outbox.take()))
-            self._number += 1
+            number, self._number = self._number, self._number + 1
+            self._send(Frames(number, self._outbox.take()))
 
     # ---- receiving
 

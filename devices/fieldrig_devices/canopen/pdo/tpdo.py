@@ -202,8 +202,9 @@ class Tpdo(Service):
 
     def _send_due(self) -> None:
         while self._is_due and self._is_active and self._has_data:
+            self._is_due = False  # first, as an RPDO that arrives while this is sent may be an event
             self._send(self._sampled())
-            self._is_due = self._scanner is not None and self._scanner.is_waiting
+            self._is_due = self._is_due or (self._scanner is not None and self._scanner.is_waiting)
             if self._inhibited.is_set:
                 return
 
