@@ -1,5 +1,6 @@
 """Blocks of a network: instances, functions, operators and boxes with code, with EN and ENO, and their outputs."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -251,8 +252,33 @@ class Blocks(Foreseeing):
         statements: list[tree.AnyStatement] = [tree.Assign(name, call, position=position_of(item))]
         if loop is not None and loop is not name:  # what comes back is cut, and what follows is not
             statements.append(tree.Assign(loop, name, position=position_of(item)))
+        if kept is not None:
+            statements += self._in_other_types(item, call, result, kept)
         self._guarded(enable, statements, item)
         self.values[wire] = negated(name) if result.is_negated else name
+
+    def _in_other_types(
+        self, item: Item, call: tree.Expression, result: Pin, kept: Kept
+    ) -> Iterator[tree.AnyStatement]:
+        """Calculate a result again where TRUNC or a function of literals has another type for a consumer."""
+        if not functions.is_standard(item.text):
+            return
+        made = list[tuple[Kept, tree.Name]]()
+        for other, pin, wire in self.consumers.get(item.id, ()):
+            if wire.pin.casefold() == "eno":
+                continue
+            wanted = self.wanted_by(other, pin)
+            if wanted is None and type(self.kinds.value(call)) is Untyped:
+                wanted = self.beside(other, pin, item)
+            of = self._kept_for(item, wanted, call)
+            if of is None or of == kept:
+                continue
+            name = next((name for known, name in made if known == of), None)
+            if name is None:
+                name = self.hidden.add("Result", of.type, item.line, f"result of the {item}", of.narrow)
+                made.append((of, name))
+                yield tree.Assign(name, call, position=position_of(item))
+            self.own[wire, other.id] = negated(name) if result.is_negated else name
 
     def _variable_for(self, item: Item, pin: Pin, kept: Kept | None) -> tree.Name | None:
         if kept is None:
@@ -262,7 +288,9 @@ class Blocks(Foreseeing):
 
     def _kept_as(self, item: Item, pin: Pin, call: tree.Expression | None) -> Kept | None:
         """Return the type in which a result is kept, None for an unknown one.  `call` is None for a loop."""
-        wanted = self.wanted(item, pin.name)
+        return self._kept_for(item, self.wanted(item, pin.name), call)
+
+    def _kept_for(self, item: Item, wanted: tree.TypeSpec | None, call: tree.Expression | None) -> Kept | None:
         value = self.kinds.value(call, wanted) if call is not None else self.foreseen(item, wanted)
         of = self.kinds.of_function(item.text)
         if of is None and value is not None:

@@ -35,6 +35,8 @@ class Flow:
     """The consumers of the outputs of an element; right rails do not count."""
     values: dict[Wire, tree.Expression] = field(default_factory=dict)
     """Values that are calculated once."""
+    own: dict[tuple[Wire, str], tree.Expression] = field(default_factory=dict)
+    """Values of these for the consumers, by their identifiers, that want the result in another type than the first."""
     started: set[str] = field(default_factory=set)
     finished: set[str] = field(default_factory=set)
     written: set[str] = field(default_factory=set)
@@ -105,8 +107,9 @@ class Flow:
         if item is None:
             self.mistake(owner.line, f"The {owner} is connected to element {wire.source[:30]}, which is not there")
             return None
-        if wire in self.values:
-            return self.values[wire]
+        known = self.own.get((wire, owner.id)) or self.values.get(wire)
+        if known is not None:
+            return known
         match item.kind:
             case Kind.LEFT_RAIL:
                 return tree.Literal(tree.LiteralKind.BOOL, True, "TRUE", position=position_of(item))

@@ -85,16 +85,19 @@ class Foreseeing(Flow):
 
     def wanted(self, item: Item, pin: str) -> tree.TypeSpec | None:
         """The type that a consumer of this output has."""
-        for other, consumer, wire in self.consumers.get(item.id, ()):
-            if wire.pin not in ("", pin):
-                continue
-            operand = self.fragments.expression(other.text, other.line) if other.kind is Kind.SINK else None
-            if (of := consumer_type(self.kinds, other, consumer, operand)) is not None:
+        consumers = [(other, at) for other, at, wire in self.consumers.get(item.id, ()) if wire.pin in ("", pin)]
+        for other, at in consumers:
+            if (of := self.wanted_by(other, at)) is not None:
                 return of
-        beside = (self._beside(other, consumer, item) for other, consumer, _ in self.consumers.get(item.id, ()))
+        beside = (self.beside(other, at, item) for other, at in consumers)
         return next((of for of in beside if of is not None), None)
 
-    def _beside(self, consumer: Item, pin: Pin, item: Item) -> tree.TypeSpec | None:
+    def wanted_by(self, consumer: Item, pin: Pin) -> tree.TypeSpec | None:
+        """Return the type that this consumer of a wire has; None for a function that takes several types."""
+        operand = self.fragments.expression(consumer.text, consumer.line) if consumer.kind is Kind.SINK else None
+        return consumer_type(self.kinds, consumer, pin, operand)
+
+    def beside(self, consumer: Item, pin: Pin, item: Item) -> tree.TypeSpec | None:
         """Return the type of another operand of a function that takes a result of this block."""
         if consumer.kind is not Kind.BLOCK or consumer.instance or not functions.is_standard(consumer.text):
             return None
