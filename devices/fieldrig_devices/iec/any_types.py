@@ -52,12 +52,12 @@ DESCRIPTION: Final = StructType(
     "ANY",
     {
         "typeclass": Field("TypeClass", Elementary.INT, 0),
-        "pvalue": Field("pValue", PointerType(Elementary.BYTE), 4),
-        "disize": Field("diSize", Elementary.DINT, 8),
+        "pvalue": Field("pValue", PointerType(Elementary.BYTE), 2),
+        "disize": Field("diSize", Elementary.DINT, 6),
     },
-    size=12,
+    size=10,
 )
-"""The structure behind an input of type ANY."""
+"""The structure behind an input of type ANY.  All projects share it, so it is laid out as each of them would do it."""
 
 
 def class_of(kind: Type) -> int:

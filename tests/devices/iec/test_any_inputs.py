@@ -1,8 +1,12 @@
 """ANY: an input that describes the variable that is passed (the public description of CODESYS V3)."""
 
+import runpy
+
 import pytest
 from iec_program import IecBench, program, refused
 
+from fieldrig_devices.iec import any_types
+from fieldrig_devices.iec.check import sfc
 from fieldrig_devices.iec.dialect import CODESYS, EDITION_3
 
 DESCRIBED = """
@@ -91,3 +95,14 @@ def test_the_value_is_read_and_written_by_its_address() -> None:
 
 def test_the_standard_has_no_such_input() -> None:
     assert any("the type ANY is not declared" in message for message in refused(DESCRIBED, EDITION_3))
+
+
+@pytest.mark.parametrize(("file", "name"), [(any_types.__file__, "DESCRIPTION"), (sfc.__file__, "STEP")])
+def test_structures_that_all_projects_share_are_laid_out_as_a_project_does_it(file: str, name: str) -> None:
+    # A project that first lays them out itself would move them beneath the code of the one before it.
+    shared = runpy.run_path(file)[name]  # fresh, as in a process that has compiled nothing
+    offset = 0
+    for component in shared.fields.values():
+        assert component.offset == offset
+        offset += component.type.size
+    assert shared.size == offset
