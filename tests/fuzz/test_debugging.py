@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import pytest
 from plc_bench import PlcBench, task_of
+from rig_traces import RigTraces
 
 pytestmark = pytest.mark.system
 
@@ -87,10 +88,11 @@ def _question(chance: random.Random) -> dict[str, Any]:
 def test_a_controller_answers_the_next_debugger(tmp_path: Path, inputs_a_target: int) -> None:
     chance = random.Random(f"{SEED}/debugging")
     bench = PlcBench(tmp_path, TEXT).run(100)
+    traces = RigTraces(bench.rig, "max4")
 
     def ask(question: Any) -> Any:
         try:
-            return bench.max4.answer("debug", question)
+            return traces(question)
         except ValueError:  # refused with its reason
             return None
 

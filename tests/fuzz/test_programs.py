@@ -142,8 +142,6 @@ QUESTIONS: list[dict[str, Any]] = [
     {"command": "release", "names": ["PLC_PRG.d"]},
     {"command": "part", "file": "b.st", "text": "x", "is_first": True},
     {"command": "download", "online": True},
-    {"command": "record", "names": ["PLC_PRG.i"], "every": 2, "depth": 9, "trigger": {"name": "PLC_PRG.r", "level": 1}},
-    {"command": "samples", "after": 0},
 ]
 
 

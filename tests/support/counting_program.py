@@ -24,7 +24,6 @@ class CountingProgram:
     def __init__(self) -> None:
         self.on_stop: Callable[[], None] = lambda: None
         self.on_load: Callable[[], None] = lambda: None
-        self.on_sample: Callable[[], None] | None = None
         self.state = ProgramState.RUNNING
         self.files: Mapping[str, str] = {"count.txt": "n := n + 1;\nm := n;\n"}
         self.progress = self.problem = ""
@@ -47,8 +46,6 @@ class CountingProgram:
             self.values["n"] = int(self.values["n"]) + 1
         else:
             self.values["m"] = self.values["n"]
-            if self.on_sample is not None:
-                self.on_sample()
         self.values |= self.forced_values
         self.line = 3 - self.line
         if self.looks is not None:

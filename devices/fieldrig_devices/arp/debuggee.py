@@ -53,7 +53,6 @@ class ArpDebuggee:
         self._card, self._background = card, background
         self.on_stop: Callable[[], None] = lambda: None
         self.on_load: Callable[[], None] = lambda: None
-        self.on_sample: Callable[[], None] | None = None
         self.progress = self.problem = ""
         self._downloads = 0
         self._values = CardValues(card, lambda: self._source.equs)
@@ -68,11 +67,9 @@ class ArpDebuggee:
             self._compile(source, lambda _data: None)
 
     def tick(self) -> None:
-        """Take a sample for a trace, and look for another program; call it last in each control loop."""
+        """Look for another program; call it last in each control loop."""
         if self._card.program is not self._watched:
             self._watch()
-        if self.on_sample is not None:
-            self.on_sample()
 
     def _watch(self) -> None:
         self._watched = self._card.program

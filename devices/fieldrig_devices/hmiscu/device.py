@@ -80,8 +80,7 @@ class Hmiscu(Device):
         )
         self.injected = HmiscuFaults(clock, self._fast, self._plc).injected
         self._variables = Variables(lambda: self._plc.program)
-        self._debuggee = PlcDebuggee(self._plc, background)
-        self._debugging = DebugService(clock, self._debuggee)
+        self._debugging = DebugService(clock, PlcDebuggee(self._plc, background))
         self._direct = None if settings.program else DirectBlocks(settings, self._fast.make)
         self._can: PointSlave | None = None
         self._points: dict[str, Point] = {}
@@ -198,7 +197,6 @@ class Hmiscu(Device):
             self._direct.call(self._clock.now_ns())
 
     def on_cycle(self) -> None:
-        self._debuggee.sample()
         self._masters.give()
         if self._can is not None:
             self._can.wires.sample()  # a write has its effect in the next cycle

@@ -58,7 +58,6 @@ class IecDebuggee:
         """The code whose breakpoints are prepared, or being prepared."""
         self.on_stop: Callable[[], None] = lambda: None
         self.on_load: Callable[[], None] = lambda: None
-        self.on_sample: Callable[[], None] | None = None
 
     @property
     @abstractmethod

@@ -64,5 +64,4 @@ class Solo(IecDebuggee):
         self.on_stop()
 
     def on_cycle(self, task: Task) -> None:
-        if self.on_sample is not None:
-            self.on_sample()
+        """Nothing: a program alone is not recorded."""

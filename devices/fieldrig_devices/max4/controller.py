@@ -74,7 +74,7 @@ class Max4(Device):
         self._network = Network(clock, random, name, firmware, firmware.disk, settings, com1, tcp, relay)
         firmware.install(self._network.pages)
         self._operations = Operations(clock, firmware, firmware.plc, firmware.project, firmware.disk, settings.version)
-        self._debugging = DebugService(clock, PlcDebuggee(firmware, firmware.plc, self._operations, background))
+        self._debugging = DebugService(clock, PlcDebuggee(firmware.plc, self._operations, background))
         self._field_buses = FieldBuses(clock, firmware, settings, modbus or [], can)
         self._field_buses.add_objects(firmware.tree)
         firmware.plc.check_settings()

@@ -1,16 +1,15 @@
 """The PLC of the MAx-4 for the debugging service.
 
-Source: PacDrive manual 3737-3785, 4011-4048, 6430-6436 (digest PD-220 to PD-225).  A trace is recorded inside the
-real-time process (6967-6969), so it has a sample in each of its cycles.
+Source: PacDrive manual 3737-3785, 4011-4048, 6430-6436 (digest PD-220 to PD-225).  A trace has a sample in each cycle
+of the real-time process (6967-6969), which is the cycle that recordings of a MAx-4 have.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from fieldrig.loop.background import Background
 from fieldrig_devices.iec.controller.debuggee import ControllerDebuggee
 from fieldrig_devices.languages.debugging.debuggee import Reset
 from fieldrig_devices.languages.source_file import SourceFile
-from fieldrig_devices.max4.core import Controller
 from fieldrig_devices.max4.operations import Operations
 from fieldrig_devices.max4.plc.plc import Plc
 
@@ -18,26 +17,9 @@ from fieldrig_devices.max4.plc.plc import Plc
 class PlcDebuggee(ControllerDebuggee):
     """The programs of one controller."""
 
-    def __init__(self, controller: Controller, plc: Plc, operations: Operations, background: Background) -> None:
+    def __init__(self, plc: Plc, operations: Operations, background: Background) -> None:
         super().__init__(plc, background)
-        self._controller, self._operations = controller, operations
-        self._sample: Callable[[], None] | None = None
-        self._is_sampled = False
-
-    @property
-    def on_sample(self) -> Callable[[], None] | None:
-        return self._sample
-
-    @on_sample.setter
-    def on_sample(self, action: Callable[[], None] | None) -> None:
-        self._sample = action
-        if action is not None and not self._is_sampled:
-            self._is_sampled = True
-            self._controller.each_cycle(self._on_cycle)
-
-    def _on_cycle(self) -> None:
-        if self._sample is not None:
-            self._sample()
+        self._operations = operations
 
     def start(self) -> None:
         self._operations.do("start")

@@ -8,27 +8,19 @@ For example, of a rig in virtual time:
     recording.write_csv("drive.csv")
 """
 
-import asyncio
-import threading
 from abc import ABC, abstractmethod
 from array import array
-from collections.abc import Coroutine, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, Self, TypeVar
+from typing import Self
 
-from fieldrig.control.endpoint import connect
-from fieldrig.control.messages import Control
 from fieldrig.recording.files import CsvFile, RowsFile, VcdFile
+from fieldrig.recording.live_reader import LiveReader
 from fieldrig.recording.mf4_file import Mf4File
-from fieldrig.recording.reader import Assembler, Reader, Rows
+from fieldrig.recording.reader import Assembler, Rows
 from fieldrig.recording.record_set import RecordSet
 from fieldrig.recording.signals import Column, Rhythm, Source
-
-T = TypeVar("T")
-
-BEGIN_S: Final = 30.0
-"""Longest time in which the recording of a rig in real time begins or ends."""
 
 
 class Recording(ABC):
@@ -136,52 +128,15 @@ class LiveRecording(Recording):
 
     def __init__(self, endpoint: str, rig: str, signals: Sequence[str], rhythm: Rhythm) -> None:
         """ControlError for a signal that does not exist, or a rig that does not answer."""
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._loop.run_forever, name="recording", daemon=True)
-        self._thread.start()
-        self._rows = early = list[Rows]()
-        self.complete_ns = 0
-        """The instant up to which everything has been handed over."""
-        self._is_ended = False
-        try:
-            self._control, self._reader = self._do(self._begin(endpoint, rig, signals, rhythm, early))
-        except BaseException:
-            self._stop()
-            raise
+        early: list[Rows] = []
+        self._reader = LiveReader(endpoint, rig, signals, rhythm, early.append)
         super().__init__(self._reader.columns, self._reader.begin_ns)
         self._rows = early
 
+    @property
+    def complete_ns(self) -> int:
+        """The instant up to which everything has been handed over."""
+        return self._reader.complete_ns
+
     def end(self) -> None:
-        if not self._is_ended:
-            self._is_ended = True
-            try:
-                self._do(self._end())
-            finally:
-                self._stop()
-
-    async def _begin(
-        self, endpoint: str, rig: str, signals: Sequence[str], rhythm: Rhythm, rows: list[Rows]
-    ) -> tuple[Control, Reader]:
-        control = Control(connect(endpoint), rig)
-        reader = Reader(control, signals, rhythm, rows.append, self._on_complete)
-        try:
-            await reader.begin()
-        except BaseException:
-            await control.close()
-            raise
-        return control, reader
-
-    def _on_complete(self, until_ns: int) -> None:
-        self.complete_ns = until_ns
-
-    async def _end(self) -> None:
-        await self._reader.end()
-        await self._control.close()
-
-    def _do(self, work: Coroutine[Any, Any, T]) -> T:
-        return asyncio.run_coroutine_threadsafe(work, self._loop).result(BEGIN_S)
-
-    def _stop(self) -> None:
-        self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(BEGIN_S)
-        self._loop.close()
+        self._reader.end()

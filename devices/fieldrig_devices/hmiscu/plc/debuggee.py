@@ -38,8 +38,3 @@ class PlcDebuggee(ControllerDebuggee):
             self._plc.downloads.change(order)
         else:
             self._plc.downloads.download(order)
-
-    def sample(self) -> None:
-        """Take a sample for a trace."""
-        if self.on_sample is not None:
-            self.on_sample()

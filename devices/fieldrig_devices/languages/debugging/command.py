@@ -31,10 +31,13 @@ def debug_adapter(
     from fieldrig.system.this_process import exit_on_signals
     from fieldrig_devices.languages.debugging.adapter import Adapter
     from fieldrig_devices.languages.debugging.prompt import ENDING
-    from fieldrig_devices.languages.debugging.questions import asker, travel_of
+    from fieldrig_devices.languages.debugging.questions import asker, recorder_of, travel_of
+    from fieldrig_devices.languages.debugging.traces import with_traces
 
-    with Client(endpoint) as client:
-        ask = asker(client, device)
+    with (
+        Client(endpoint) as client,
+        with_traces(asker(client, device), recorder_of(client, endpoint, device)) as ask,
+    ):
         adapter = Adapter(ask, travel_of(client, device, ask))
         exit_on_signals(ENDING)
         try:

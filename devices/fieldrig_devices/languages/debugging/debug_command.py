@@ -63,10 +63,13 @@ def _session(device: str, endpoint: str, *, is_held: bool = False) -> None:
     from fieldrig.errors import ControlError
     from fieldrig_devices.languages.debugging.debugger import Debugger
     from fieldrig_devices.languages.debugging.prompt import SCRIPT_LIMIT_S, converse, is_script
-    from fieldrig_devices.languages.debugging.questions import asker, settled, travel_of
+    from fieldrig_devices.languages.debugging.questions import asker, recorder_of, settled, travel_of
+    from fieldrig_devices.languages.debugging.traces import with_traces
 
-    with Client(endpoint) as client:
-        ask = asker(client, device)
+    with (
+        Client(endpoint) as client,
+        with_traces(asker(client, device), recorder_of(client, endpoint, device)) as ask,
+    ):
         state = settled(ask, moments(None), _quietly)
         travel = travel_of(client, device, ask)
         if is_held:

@@ -118,8 +118,6 @@ class Debuggee(Protocol):
     """Called when a thread stops at a breakpoint, after a step, or because of a fault; set by the service."""
     on_load: Callable[[], None]
     """Called when another program has been loaded, or the present one has been changed; set by the service."""
-    on_sample: Callable[[], None] | None
-    """Called at the end of every cycle of the program while it is set; set by the service for a trace."""
 
     @property
     def state(self) -> ProgramState: ...

@@ -1,11 +1,15 @@
 """Questions to the debugging service of a device in a running rig."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from fieldrig.cli.names import Parts, check_name
 from fieldrig.control.messages import Client
+from fieldrig.recording.live_reader import LiveReader
+from fieldrig.recording.reader import OnRows
+from fieldrig.recording.signals import CYCLE
 from fieldrig_devices.languages.debugging.adapter import Ask
+from fieldrig_devices.languages.debugging.traces import Begin
 from fieldrig_devices.languages.debugging.travel import Travel
 
 LONGEST_WAY_S: Final = 600.0
@@ -25,6 +29,16 @@ def asker(client: Client, device: str) -> Ask:
         return answer
 
     return ask
+
+
+def recorder_of(client: Client, endpoint: str, device: str) -> Begin:
+    """Return a function that records keys of a device in each of its cycles."""
+
+    def begin(keys: Sequence[str], on_rows: OnRows) -> LiveReader:
+        signals = [f"{device}/{key}" for key in keys]
+        return LiveReader(endpoint, Parts(client).rig, signals, CYCLE, on_rows)
+
+    return begin
 
 
 def travel_of(client: Client, device: str, ask: Ask) -> Travel:

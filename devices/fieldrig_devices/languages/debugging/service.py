@@ -8,7 +8,7 @@ stops: it grows whenever a thread stops at a breakpoint, after a step, or becaus
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from math import nan
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from fieldrig.clock import Clock
 from fieldrig.device import Point, Value
@@ -17,27 +17,18 @@ from fieldrig_devices.languages.debugging.breakpoints import Breakpoints
 from fieldrig_devices.languages.debugging.debuggee import Debuggee, ProgramState, Reset, Step, ThreadView, Variable
 from fieldrig_devices.languages.debugging.probes import Place, Probes, Search
 from fieldrig_devices.languages.debugging.probes import shown as found_shown
-from fieldrig_devices.languages.debugging.recorder import Edge, Recorder, RecorderState, Trigger
 
 MOST_NAMES: Final = 1_000
 MOST_BREAKPOINTS: Final = 1_000
 MOST_WATCHED: Final = 16
 MOST_FILES: Final = 1_000
-MOST_SAMPLES_IN_ANSWER: Final = 5_000
 LONGEST_DOWNLOAD: Final = 8 << 20
 """Longest source of a download in characters, over all of its parts."""
 
 PROGRAM: Final = "program:"
 """Begins the keys of points that are variables of the program by the names that the debugger has for them."""
-MOST_TRACES: Final = 8
-LONGEST_TRACE_NAME: Final = 64
 
 Answer = dict[str, Any]
-
-
-class _Trace(NamedTuple):
-    recorder: Recorder
-    names: list[str]
 
 
 class DebugService:
@@ -47,8 +38,6 @@ class DebugService:
         self._clock, self._debuggee = clock, debuggee
         self._stops = self._loads = 0
         self._places = Breakpoints()
-        self._traces: dict[str, _Trace] = {}
-        """The traces by the names that their askers gave them, those that were asked about last at the end."""
         self._parts: dict[str, str] = {}
         self._probes = Probes(clock, debuggee)
         self._stopped_ns = 0
@@ -76,8 +65,6 @@ class DebugService:
             "watch": self._watch,
             "probe": self._probe,
             "found": self._found,
-            "record": self._record,
-            "samples": self._samples,
         }
 
     def point(self, key: str) -> Point | None:
@@ -95,6 +82,12 @@ class DebugService:
             return nan if value is None else value
 
         return Point(present)
+
+    def _reader(self, name: str) -> Callable[[], Value | None]:
+        """Return a function for the value; None where there is none, as after a download or the end of a call."""
+        if self._debuggee.evaluate(name).value is None:
+            raise ValueError(f"{shown(name)} is a group of values\nexpected a single value")
+        return self._debuggee.reader(name)
 
     def answer(self, message: Any) -> Answer:
         """Answer one question.  ValueError, saying what was expected, if it is not understood or not possible now."""
@@ -140,7 +133,7 @@ class DebugService:
         return {"text": text}
 
     def _reset(self, message: Mapping[str, Any]) -> Answer:
-        kind = _choice(Reset, message.get("kind", Reset.WARM.value), "kind")
+        kind = choice(Reset, message.get("kind", Reset.WARM.value), "kind")
         return self._do(lambda: self._debuggee.reset(kind))
 
     def _do(self, action: Callable[[], None]) -> Answer:
@@ -188,7 +181,7 @@ class DebugService:
         return {"state": self._debuggee.state.value}
 
     def _step(self, message: Mapping[str, Any]) -> Answer:
-        kind = _choice(Step, message.get("kind", Step.INTO.value), "kind")
+        kind = choice(Step, message.get("kind", Step.INTO.value), "kind")
         thread = self._thread(message)
         return self._do(lambda: self._debuggee.step(thread, kind))
 
@@ -343,84 +336,12 @@ class DebugService:
         files, self._parts = self._parts, {}
         return self._do(lambda: self._debuggee.download(files, is_online=is_online))
 
-    # ---- trace
-
-    def _record(self, message: Mapping[str, Any]) -> Answer:
-        """Begin a trace of `names`, or end it if there are none; several askers have traces beside each other.
-
-        `trace` is the asker's name for it.  The trace that was asked about least recently ends for one too many.
-        """
-        names = items(field(message, "names", list), str, MOST_NAMES, "names")
-        own = _trace_name(message)
-        if not names:
-            self._traces.pop(own, None)
-            self._sample_if_traced()
-            return {"names": []}
-        trigger = self._trigger(message["trigger"]) if message.get("trigger") is not None else None
-        recorder = Recorder(
-            [self._reader(name) for name in names],
-            every=typed(message.get("every", 1), int, "every"),
-            depth=typed(message.get("depth", 1_000), int, "depth"),
-            trigger=trigger,
-        )
-        self._traces.pop(own, None)
-        while len(self._traces) >= MOST_TRACES:
-            del self._traces[next(iter(self._traces))]
-        self._traces[own] = _Trace(recorder, names)
-        self._sample_if_traced()
-        return {"names": names}
-
-    def _sample_if_traced(self) -> None:
-        self._debuggee.on_sample = self._sample if self._traces else None
-
-    def _sample(self) -> None:
-        now_ns = self._clock.now_ns()
-        for trace in self._traces.values():
-            trace.recorder.sample(now_ns)
-
-    def _trigger(self, wanted: Any) -> Trigger:
-        edge = _choice(Edge, wanted.get("edge", Edge.RISING.value) if isinstance(wanted, dict) else None, "edge")
-        level = typed(wanted.get("level", 0.0), float, "level")
-        before = typed(wanted.get("before", 0), int, "before")
-        return Trigger(self._reader(field(wanted, "name", str)), edge, level, before)
-
-    def _reader(self, name: str) -> Callable[[], Value | None]:
-        """Return a function for the value; None where there is none, as after a download or the end of a call."""
-        if self._debuggee.evaluate(name).value is None:
-            raise ValueError(f"{shown(name)} is a group of values\nexpected a single value")
-        return self._debuggee.reader(name)
-
-    def _samples(self, message: Mapping[str, Any]) -> Answer:
-        own = _trace_name(message)
-        if own not in self._traces:
-            raise ValueError("no trace was begun\nexpected `record` before it")
-        trace = self._traces[own] = self._traces.pop(own)
-        recorder = trace.recorder
-        after = typed(message.get("after", 0), int, "after")
-        samples = recorder.samples(after)[:MOST_SAMPLES_IN_ANSWER]
-        return {
-            "names": trace.names,
-            "state": recorder.state.value,
-            "is_full": recorder.state is RecorderState.FULL,
-            "triggered_ns": recorder.triggered_ns,
-            "taken": recorder.taken,
-            "samples": [[now_ns, *values] for now_ns, values in samples],
-        }
-
-
-def _trace_name(message: Mapping[str, Any]) -> str:
-    """Return the asker's name of a trace; without one, all askers share one trace."""
-    name = typed(message.get("trace", ""), str, "trace")
-    if len(name) > LONGEST_TRACE_NAME:
-        raise MalformedError(f"trace: {len(name)} characters, expected at most {LONGEST_TRACE_NAME}")
-    return name
-
 
 def _shown(variable: Variable) -> Answer:
     return asdict(variable)
 
 
-def _choice(choices: Any, value: Any, name: str) -> Any:
+def choice(choices: Any, value: Any, name: str) -> Any:
     known = {choice.value: choice for choice in choices}
     if not isinstance(value, str) or value not in known:
         raise MalformedError(f"{name}: expected {', '.join(known)}, got {shown(value)}")

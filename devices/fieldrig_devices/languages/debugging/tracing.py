@@ -10,7 +10,6 @@ from uuid import uuid4
 
 from fieldrig_devices.languages.debugging.adapter import Ask
 from fieldrig_devices.languages.debugging.prompt import NotStoppedError
-from fieldrig_devices.languages.debugging.service import MOST_SAMPLES_IN_ANSWER
 from fieldrig_devices.languages.debugging.texts import text_of
 
 DEPTH: Final = 20
@@ -102,8 +101,9 @@ def trace(ask: Ask, words: Sequence[str], moments: Callable[[], Iterator[object]
     finally:
         ask({"command": "record", "trace": wanted.own, "names": []})
     rows = _rows(answer)
+    lost = [f"missing for lack of time on the host: {_samples(answer['lost'])}"] if answer["lost"] else []
     if wanted.file is None:
-        return _table(("time/s", *wanted.names), rows)
+        return [*_table(("time/s", *wanted.names), rows), *lost]
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([("time/s", *wanted.names), *rows])
     if not wanted.file:
@@ -112,7 +112,11 @@ def trace(ask: Ask, words: Sequence[str], moments: Callable[[], Iterator[object]
         Path(wanted.file).write_text(text.getvalue(), encoding="utf-8")
     except OSError as cause:
         raise ValueError(f"{wanted.file} cannot be written: {cause.strerror or cause}") from cause
-    return [f"{wanted.file}: {len(rows)} samples"]
+    return [f"{wanted.file}: {_samples(len(rows))}", *lost]
+
+
+def _samples(count: int) -> str:
+    return "1 sample" if count == 1 else f"{count} samples"
 
 
 def _recorded(ask: Ask, wanted: Wanted, moments: Callable[[], Iterator[object]]) -> dict[str, Any]:
@@ -121,23 +125,11 @@ def _recorded(ask: Ask, wanted: Wanted, moments: Callable[[], Iterator[object]])
         for _ in moments():
             answer = ask({"command": "samples", "trace": wanted.own, "after": 1 << 62})
             if answer["is_full"] or (wanted.trigger is None and answer["taken"] >= wanted.depth):
-                return _samples(ask, wanted)
+                return ask({"command": "samples", "trace": wanted.own})
     except KeyboardInterrupt:
-        return _samples(ask, wanted)
+        return ask({"command": "samples", "trace": wanted.own})
     why = "the trigger has not come" if answer.get("state") == "waiting" else "the samples have not come"
-    raise NotStoppedError(f"{why}, {answer.get('taken', 0)} samples were taken\nthe program may be standing")
-
-
-def _samples(ask: Ask, wanted: Wanted) -> dict[str, Any]:
-    """Read all samples of a recording; one answer has a limited number of them."""
-    question = {"command": "samples", "trace": wanted.own}
-    answer = ask({**question, "after": 0})
-    samples, last = answer["samples"], answer["samples"]
-    first = answer["taken"] - min(answer["taken"], wanted.depth)
-    while len(last) == MOST_SAMPLES_IN_ANSWER:
-        last = ask({**question, "after": first + len(samples)})["samples"]
-        samples += last
-    return {**answer, "samples": samples}
+    raise NotStoppedError(f"{why}, samples taken: {answer.get('taken', 0)}\nthe program may be standing")
 
 
 def _rows(answer: dict[str, Any]) -> list[list[str]]:

@@ -42,7 +42,6 @@ class PamDebuggee:
     def __init__(self) -> None:
         self.on_stop: Callable[[], None] = lambda: None
         self.on_load: Callable[[], None] = lambda: None
-        self.on_sample: Callable[[], None] | None = None
         self._breakpoints: dict[str, set[int]] = {}
         self._looks: Looks | None = None
 
@@ -74,13 +73,8 @@ class PamDebuggee:
     def attach(self, runtime: Runtime) -> None:
         """Watch another application; call it when the application has been started."""
         runtime.on_stop = lambda: self.on_stop()
-        runtime.on_cycle = self._on_cycle
         self.break_at(self._breakpoints)
         self.look_on(self._looks)
-
-    def _on_cycle(self) -> None:
-        if self.on_sample is not None:
-            self.on_sample()
 
     # ---- the program
 

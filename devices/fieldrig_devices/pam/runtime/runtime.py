@@ -97,8 +97,6 @@ class Runtime:
         """The task of the program that the fault is in."""
         self.forced: dict[int, Value] = {}
         """Variables that a debugger holds, by their cells: they have these values when a basic cycle begins."""
-        self.on_cycle: Callable[[], None] | None = None
-        """Called at the end of each basic cycle."""
         self.on_stop: Callable[[], None] = lambda: None
         """Called when a program reaches a breakpoint, has made a step, or stops by a fault."""
 
@@ -235,8 +233,6 @@ class Runtime:
             self._run_programs()
         for part in self._parts:
             part.give()
-        if self.on_cycle is not None:
-            self.on_cycle()
 
     def _run_programs(self) -> None:
         self.run_routines()

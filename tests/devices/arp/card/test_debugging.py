@@ -2,7 +2,6 @@
 
 import struct
 from contextlib import suppress
-from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -199,16 +198,6 @@ def test_what_cannot_be_forced_says_why(bench: CardBench, name: str, why: str) -
         ask(bench, "force", values={name: 1})
 
 
-def test_a_trace_has_a_sample_in_every_control_loop(bench: CardBench) -> None:
-    ask(bench, "write", values={"V1": 0})
-    ask(bench, "record", names=["V1", "O101"], depth=30, trigger={"name": "COUNT", "level": 5, "before": 2})
-    bench.run_for(200)
-    answer = ask(bench, "samples")
-    assert answer["is_full"]
-    assert {after[0] - before[0] for before, after in pairwise(answer["samples"])} == {1_000_000}
-    assert [sample[1] for sample in answer["samples"][:3]] == [5, 5, 6]
-
-
 def test_start_stop_pause_and_reset(bench: CardBench) -> None:
     assert ask(bench, "pause") == {"state": "paused"}
     with pytest.raises(ValueError, match="the program is not running"):
@@ -299,7 +288,6 @@ def test_the_debugger_of_the_command_line(bench: CardBench) -> None:
         "V2 = 82",
         "COUNT=41 = TRUE",
     ]
-    assert session.do("trace V1 depth 2 csv")[0] == "time/s,V1"
 
 
 def test_the_user_port_sees_the_same_breakpoints() -> None:

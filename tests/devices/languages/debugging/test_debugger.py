@@ -14,6 +14,7 @@ from debug_session import DebugSession
 from hypothesis import given
 from hypothesis import strategies as st
 from plc_bench import PlcBench, task_of
+from rig_traces import RigTraces
 
 from fieldrig_devices.languages.debugging.debugger_words import WORDS
 from fieldrig_devices.languages.debugging.prompt import NotStoppedError, converse
@@ -40,12 +41,12 @@ class Session(DebugSession):
     def __init__(self, folder: Path) -> None:
         self.bench = PlcBench(folder, TEXT).run(100)
         self.questions: list[str] = []
+        self.traces = RigTraces(self.bench.rig, "max4")
         super().__init__(self._ask, self.bench.run)
 
     def _ask(self, message: Any) -> dict[str, Any]:
         self.questions.append(message["command"])
-        answer: dict[str, Any] = self.bench.max4.answer("debug", message)
-        return answer
+        return self.traces(message)
 
 
 @pytest.fixture
@@ -126,7 +127,8 @@ def test_a_trace_as_csv(session: Session, tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     assert session.do(f"trace Main.a depth 3 csv {file}") == [f"{file}: 3 samples"]
     assert len(file.read_text().splitlines()) == 4
-    assert session.bench.max4.answer("debug", {"command": "record", "names": []}) == {"names": []}
+    assert session.do(f"trace Main.a depth 1 csv {file}") == [f"{file}: 1 sample"]
+    assert not session.traces.recordings, "a trace ends its recording"
 
 
 @pytest.mark.long

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fieldrig.clock import VirtualClock
 from fieldrig_devices.languages.debugging.debuggee import ProgramState, Reset, Step
-from fieldrig_devices.languages.debugging.service import MOST_TRACES, DebugService
+from fieldrig_devices.languages.debugging.service import DebugService
 
 
 @pytest.fixture
@@ -77,49 +77,6 @@ def test_values_are_read_written_and_forced(counter: CountingProgram, service: D
     assert counter.values["n"] == 6
 
 
-def test_a_trace_of_the_cycles(counter: CountingProgram, service: DebugService) -> None:
-    ask(service, "record", names=["n"], depth=2, trigger={"name": "n", "edge": "rising", "level": 2})
-    for _ in range(12):
-        counter.run_line()
-    answer = ask(service, "samples")
-    assert answer["samples"] == [[0, 3], [0, 4]]
-    assert (answer["state"], answer["is_full"], answer["triggered_ns"]) == ("full", True, 0)
-    ask(service, "record", names=[])
-    assert counter.on_sample is None
-
-
-def test_two_askers_trace_at_once_and_do_not_disturb_each_other(
-    counter: CountingProgram, service: DebugService
-) -> None:
-    ask(service, "record", trace="one", names=["n"], depth=100)
-    counter.run_line()
-    ask(service, "record", trace="two", names=["m", "n"], depth=100)
-    for _ in range(6):
-        counter.run_line()
-    one, two = (ask(service, "samples", trace=name) for name in ("one", "two"))
-    assert (one["names"], two["names"]) == (["n"], ["m", "n"])
-    assert [sample[1] for sample in one["samples"]][-len(two["samples"]) :] == [sample[2] for sample in two["samples"]]
-    ask(service, "record", trace="one", names=[])
-    counter.run_line()
-    counter.run_line()
-    assert ask(service, "samples", trace="two")["taken"] > two["taken"]
-    with pytest.raises(ValueError, match="no trace was begun"):
-        ask(service, "samples", trace="one")
-
-
-def test_the_trace_that_was_forgotten_longest_ends_for_one_too_many(
-    counter: CountingProgram, service: DebugService
-) -> None:
-    for number in range(MOST_TRACES):
-        ask(service, "record", trace=str(number), names=["n"])
-    ask(service, "samples", trace="0")
-    ask(service, "record", trace="another", names=["n"])
-    with pytest.raises(ValueError, match="no trace was begun"):
-        ask(service, "samples", trace="1")
-    for name in ("0", "2", "another"):
-        ask(service, "samples", trace=name)
-
-
 def test_a_program_arrives_in_parts(counter: CountingProgram, service: DebugService) -> None:
     ask(service, "part", file="a.st", text="old", is_first=True)
     ask(service, "part", file="a.st", text="x := ", is_first=True)
@@ -147,8 +104,7 @@ def test_commands_reach_the_program(counter: CountingProgram, service: DebugServ
         ({"command": "step", "kind": "back"}, "expected into, over, out"),
         ({"command": "step", "thread": 7}, "there is no thread 7"),
         ({"command": "source", "file": "x"}, "expected count.txt"),
-        ({"command": "samples"}, "no trace was begun"),
-        ({"command": "record", "names": ["n"], "trigger": {"name": "n", "edge": "up"}}, "expected rising, falling"),
+        ({"command": "record", "names": ["n"]}, "there is no command"),
         ({"command": "write", "values": {"n": [1]}}, "expected a number"),
         ({"command": "breakpoints", "file": "count.txt", "breakpoints": [1]}, "expected an object"),
     ],
@@ -166,7 +122,6 @@ JSON = st.recursive(
 COMMANDS = list(DebugService(VirtualClock(), CountingProgram())._commands)
 KEYS = st.sampled_from(
     [
-        "trace",
         "file",
         "breakpoints",
         "thread",
@@ -176,9 +131,6 @@ KEYS = st.sampled_from(
         "values",
         "text",
         "online",
-        "every",
-        "depth",
-        "trigger",
     ]
 )
 

@@ -1,11 +1,13 @@
 """The program of the controller in the debugging service: stops, steps, values, trace, download."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
 from plc_bench import PlcBench, task_of
+from rig_traces import RigTraces
 
 from fieldrig_devices.languages.debugging.adapter import Adapter
 from fieldrig_devices.languages.debugging.framing import Framer, framed
@@ -55,6 +57,11 @@ def bench(tmp_path: Path) -> PlcBench:
 def ask(bench: PlcBench, command: str, **keys: Any) -> dict[str, Any]:
     answer: dict[str, Any] = bench.max4.answer("debug", {"command": command, **keys})
     return answer
+
+
+def traces_of(bench: PlcBench) -> Callable[..., dict[str, Any]]:
+    traces = RigTraces(bench.rig, "max4")
+    return lambda command, **keys: traces({"command": command, **keys})
 
 
 def stop_at(bench: PlcBench, line: int, condition: str = "") -> None:
@@ -244,9 +251,10 @@ def test_parameters_are_observed_like_variables(bench: PlcBench) -> None:
     assert (group["value"], "not a variable" in unknown["error"]) == (None, True)
     inside = {variable["path"]: variable for variable in ask(bench, "variables", path="PacDriveM")["variables"]}
     assert inside["PacDriveM.Timer1"]["is_writable"] is False
-    ask(bench, "record", names=["PacDriveM.Timer1"], depth=5)
+    trace = traces_of(bench)
+    trace("record", names=["PacDriveM.Timer1"], depth=5)
     bench.run(100)
-    times = [sample[1] for sample in ask(bench, "samples")["samples"]]
+    times = [sample[1] for sample in trace("samples")["samples"]]
     assert [after - before for before, after in pairwise(times)] == [4, 4, 4, 4]
 
 
@@ -312,8 +320,9 @@ def test_a_pause_prepares_steps_as_well(tmp_path: Path) -> None:
 
 def test_a_trace_outlives_its_variables(bench: PlcBench) -> None:
     stop_at(bench, IN_FUNCTION)
-    ask(bench, "record", names=["@1:0.x", "Main.b", "Other.n"], trigger={"name": "@1:0.x", "level": 1e9})
-    ask(bench, "record", names=["@1:0.x", "Main.b", "Other.n"])
+    trace = traces_of(bench)
+    trace("record", names=["@1:0.x", "Main.b", "Other.n"], trigger={"name": "@1:0.x", "level": 1e9})
+    trace("record", names=["@1:0.x", "Main.b", "Other.n"])
     bench.run(20)
     ask(bench, "breakpoints", file=FILE, breakpoints=[])
     ask(bench, "continue")
@@ -323,7 +332,7 @@ def test_a_trace_outlives_its_variables(bench: PlcBench) -> None:
     ask(bench, "download", online=True)
     bench.run(3_000)
     assert ask(bench, "state")["problem"] == ""
-    samples = ask(bench, "samples")["samples"]
+    samples = trace("samples")["samples"]
     assert samples[0][1] is not None
     assert samples[-1][1:3] == [None, None]
     assert samples[-1][3] == int(bench.value("Other.n"))
@@ -336,7 +345,7 @@ def test_an_expression_without_a_value_that_can_be_shown_is_refused(bench: PlcBe
     (found,) = ask(bench, "read", names=[expression], thread=1)["variables"]
     assert found["error"] in ("the result is too large", "a division by zero")
     with pytest.raises(ValueError, match=r"too large|zero|not a variable"):
-        ask(bench, "record", names=[expression])
+        traces_of(bench)("record", names=[expression])
 
 
 def test_parameters_are_written_by_the_rules_of_the_controller(bench: PlcBench) -> None:
@@ -359,9 +368,10 @@ def test_a_forced_variable_keeps_its_value(bench: PlcBench) -> None:
 
 @pytest.mark.manual("PD-224")
 def test_a_trace_has_a_sample_in_every_cycle_of_the_real_time_process(bench: PlcBench) -> None:
-    ask(bench, "record", names=["Main.a", "Other.n"], depth=20, trigger={"name": "Main.a", "level": 12.5})
+    trace = traces_of(bench)
+    trace("record", names=["Main.a", "Other.n"], depth=20, trigger={"name": "Main.a", "level": 12.5})
     bench.run(200)
-    answer = ask(bench, "samples")
+    answer = trace("samples")
     assert answer["is_full"]
     times = [sample[0] for sample in answer["samples"]]
     assert {after - before for before, after in pairwise(times)} == {4_000_000}

@@ -213,14 +213,6 @@ def test_variables_are_listed_with_their_items(session: Session) -> None:
     assert roots["SBI_a"].value is True
 
 
-def test_a_trace_records_each_cycle(session: Session) -> None:
-    session.service.answer({"command": "record", "names": ["n", "n * 2"], "depth": 100})
-    session.run(25)
-    samples = session.service.answer({"command": "samples"})["samples"]
-    assert [sample[1:] if isinstance(sample, list) else sample for sample in samples][-1] is not None
-    assert len(samples) == 25
-
-
 def test_stop_start_and_reset(session: Session) -> None:
     session.run(50)
     session.solo.stop()
