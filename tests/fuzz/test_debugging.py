@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import pytest
 from plc_bench import PlcBench, task_of
-from rig_traces import RigTraces
+from program_traces import RigTraces
 
 pytestmark = pytest.mark.system
 

@@ -14,7 +14,7 @@ from debug_session import DebugSession
 from hypothesis import given
 from hypothesis import strategies as st
 from plc_bench import PlcBench, task_of
-from rig_traces import RigTraces
+from program_traces import RigTraces
 
 from fieldrig_devices.languages.debugging.debugger_words import WORDS
 from fieldrig_devices.languages.debugging.prompt import NotStoppedError, converse

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from plc_bench import PlcBench, task_of
-from rig_traces import RigTraces
+from program_traces import RigTraces
 
 from fieldrig.clock import MS
 from fieldrig.config.rig_file import load

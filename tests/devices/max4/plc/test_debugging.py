@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from plc_bench import PlcBench, task_of
-from rig_traces import RigTraces
+from program_traces import RigTraces
 
 from fieldrig_devices.languages.debugging.adapter import Adapter
 from fieldrig_devices.languages.debugging.framing import Framer, framed
