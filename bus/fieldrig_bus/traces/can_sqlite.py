@@ -34,6 +34,10 @@ _SELECT: Final = "SELECT ts, arbitration_id, extended, remote, error, dlc, subst
 _new = tuple.__new__
 _BATCH: Final = 10_000
 """Rows that are written at once."""
+_LEAST_ROW: Final = 6
+"""The fewest bytes of a row in a file: its place in the page, two lengths, and a head."""
+_COMPUTED: Final = "SELECT name FROM pragma_table_xinfo('messages') WHERE hidden <> 0"
+_SORT: Final = "SELECT type FROM sqlite_master WHERE lower(name) = 'messages'"
 
 
 def recognises(head: bytes) -> bool:
@@ -72,7 +76,11 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     with path_to_read(file) as path:
         try:
             with closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)) as database:
+                _check(database)
+                most = path.stat().st_size // _LEAST_ROW
                 for values in database.execute(_SELECT):
+                    if odd.number >= most:  # pages that lead to each other have rows without end
+                        raise sqlite3.DatabaseError("there are more rows than a file of this size can hold")
                     odd.number += 1
                     try:
                         yield _entry(values)
@@ -81,6 +89,15 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         except (sqlite3.Error, sqlite3.Warning, UnicodeDecodeError) as cause:
             where = f"after row {odd.number}: " if odd.number else ""
             raise UsageError(f"{where}{cause}", REMEDY) from cause
+
+
+def _check(database: sqlite3.Connection) -> None:
+    """Raise sqlite3.DatabaseError for messages that the file computes: they may have no end, and need any memory."""
+    for (sort,) in database.execute(_SORT):
+        if sort != "table":
+            raise sqlite3.DatabaseError(f"messages is a {sort} and no table")
+    for (column,) in database.execute(_COMPUTED):
+        raise sqlite3.DatabaseError(f"the column {column} of messages is computed")
 
 
 def _entry(values: tuple[Any, ...]) -> TraceEntry:
