@@ -71,6 +71,7 @@ def texts(path: Path) -> Iterator[ast.Constant]:
             yield node
 
 
+@pytest.mark.long
 def test_no_message_names_a_page_that_a_wheel_lacks() -> None:
     naming = [f"{path}:{text.lineno}" for path in SOURCES for text in texts(path) if "docs/" in str(text.value)]
     assert naming == []

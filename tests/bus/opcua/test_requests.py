@@ -12,6 +12,8 @@ from asyncua import Client, ua
 from in_loop import in_loop
 from opcua_bench import server_bench
 
+pytestmark = pytest.mark.long
+
 POSITION = ua.NodeId("belt.Position", 2)
 PLC = ua.NodeId(1, 2)
 HIERARCHICAL = ua.NodeId(ua.ObjectIds.HierarchicalReferences)

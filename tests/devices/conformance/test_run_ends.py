@@ -142,6 +142,7 @@ class NeverLast(Fault):
             yield frame
 
 
+@pytest.mark.long
 def test_a_case_that_takes_long_says_what_it_waits_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(FAULTS, "NeverLast", NeverLast)
     told: list[str] = []

@@ -17,6 +17,8 @@ from fieldrig_bus.modbus.codec import encode as modbus
 from fieldrig_devices.replay import ReplayResult, diff, replay
 from fieldrig_devices.replay.comparison import compare_logs
 
+pytestmark = pytest.mark.long
+
 CONFIGS = Path(__file__).parents[3] / "configs"
 LAB, DRIVE, METER = (CONFIGS / name for name in ("lab.yaml", "drive.yaml", "energy-meter.yaml"))
 

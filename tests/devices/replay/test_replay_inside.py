@@ -15,6 +15,8 @@ from fieldrig_devices.replay.align import Pair
 from fieldrig_devices.replay.cycles import Cycles
 from fieldrig_devices.replay.streams import Item
 
+pytestmark = pytest.mark.long
+
 CONFIGS = Path(__file__).parents[3] / "configs"
 CONVEYOR, PAM = CONFIGS / "conveyor.yaml", CONFIGS / "pam-machine.yaml"
 FEEDBACK = 17

@@ -138,6 +138,7 @@ def test_a_finding_of_keys_alone_of_which_one_is_refused_fails_as_a_test_too(tmp
     assert "ControlError" not in shown.stdout
 
 
+@pytest.mark.long
 def test_another_phase_of_the_cycles_is_a_world_and_its_finding_repeats_it(tmp_path: Path) -> None:
     """The device ticks each 7 ms: in 30 ms from 10 ms on four times, and from 13.9 ms on five times."""
     file = planned(tmp_path, ["{clear: one}"], ["few: {always: one/sum < 5}"])

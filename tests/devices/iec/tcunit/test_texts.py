@@ -54,6 +54,7 @@ def test_a_failed_assert_shows_both_values(kind: str, one: str, other: str, expe
     assert bench.lines == [f"FAILED TEST 'PRG_TEST.s@t', EXP: {expected}, ACT: {actual}, MSG: Values differ"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "one", "other", "expected", "actual"), SCALARS)
 def test_any_acts_as_the_assert_of_the_type(kind: str, one: str, other: str, expected: str, actual: str) -> None:
     declarations = f"a : {kind} := {one}; b : {kind} := {other};"

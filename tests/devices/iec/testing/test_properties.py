@@ -101,6 +101,7 @@ def test_a_seed_tries_others(plc: ProgramBench) -> None:
     assert tried(1) == tried(1) != tried(2)
 
 
+@pytest.mark.long
 def test_tasks_run_between_the_inputs(tmp_path: Path) -> None:
     (tmp_path / "p.st").write_text(
         "PROGRAM P\nVAR go : BOOL; count, limit : INT; END_VAR\n"

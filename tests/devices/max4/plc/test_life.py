@@ -609,6 +609,7 @@ def test_a_program_that_does_not_compile_is_refused_at_the_start_with_file_line_
     assert "program" in first.key
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-312", "PD-316")
 @pytest.mark.parametrize(
     ("version", "kilobytes", "arrays", "refusal"),
