@@ -42,6 +42,11 @@ def lineage(project: Project, node: tree.Pou, file: str, known: Mapping[str, tup
             project.reports.say(
                 file, node.position, f"{node.extends} is FINAL and cannot be extended", "an instance of it in VAR"
             )
+        if isinstance(above[0].body, tree.NativeBody):
+            what = f"{node.extends} is built into the controller and cannot be extended"
+            project.reports.say(file, node.position, what, "an instance of it in VAR")
+            is_broken = True
+            break
         if any(above[0] is other for other, _ in line):
             project.reports.say(file, node.position, f"{node.name} extends itself", "another function block")
             break

@@ -289,3 +289,10 @@ END_PROGRAM
     bench.set("g_iDay", 7)
     bench.run(20)
     assert (bench.get("g_iError"), bench.get("plc/state")) == (2, "run")
+
+
+@pytest.mark.long
+def test_a_block_of_the_controller_is_used_and_not_extended(tmp_path: Path) -> None:
+    text = "FUNCTION_BLOCK Mine EXTENDS PTOMoveRelative\nEND_FUNCTION_BLOCK\nPROGRAM PLC_PRG\nEND_PROGRAM\n"
+    with pytest.raises(ConfigError, match=r"program.st:1:1: .*built into the controller.*\n.*instance of it in VAR"):
+        DeviceBench(tmp_path, text, dialect="codesys")
