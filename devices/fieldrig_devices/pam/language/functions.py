@@ -168,6 +168,7 @@ INQUIRIES: Final = _chosen(is_inquiry=True)
 """The questions that an object answers, as in AXI_Belt ? ready."""
 
 EXECUTIVE_NAMES: Final = frozenset(name for table in EXECUTIVE.values() for name in table)
+INQUIRY_NAMES: Final = frozenset(name for table in INQUIRIES.values() for name in table)
 
 REPLACED: Final[Mapping[str, str]] = {
     "travel_speed": "TRAVEL_SPEED",

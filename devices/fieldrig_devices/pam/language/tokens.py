@@ -24,17 +24,20 @@ _PATTERN: Final = re.compile(
     r"""(?P<blank>[ \t\r\f\v]+|\\[ \t\r]*\n)
       | (?P<line>\n)
       | (?P<stray>\*/)
-      | (?P<foreign>!=|==|:=|->|=>|=<|><|[≠≤≥]|&&?|\|\||\*\*)
+      | (?P<foreign>!=|==|:=|->|=>|=<|><|<[–−]|[≠≤≥←–−；，~]|&&?|\|\||\*\*)
+      | (?P<pascal>\(\*(?:[^*]|\*(?!\)))*\*\))
       | (?P<comment>//[^\n]*|/\*\*(?!/)(?:(?!\*/)[^\n])*(?:\*/)?|/\*(?!\*)(?:[^*]|\*(?!/))*\*/|/\*\*/)
       | (?P<directive>\#[ \t]*(?i:define|set|undef|include)\b)
       | (?P<time>(?:(?i:t|time)\#)?[0-9]+(?:\.[0-9]+)?(?i:ms|s|sec|min|h)(?![\w.])|(?i:t|time)\#\w[\w.]*)
-      | (?P<number>(?:0[xX]|16\#|\$)[0-9A-Fa-f]+(?!\w)|[0-9]+(?:\.[0-9]*)?[eE][-+]?[0-9]+(?!\w))
+      | (?P<number>(?:0[xX]|16\#|\$)[0-9A-Fa-f]+(?!\w)|[0-9]+(?:\.[0-9]*)?[eE][-+]?[0-9]+(?!\w)
+          |[0-9][0-9A-Fa-f]*[hH](?!\w)|(?:0[bB]|2\#)[01_]+(?!\w)|(?:0[oO]|8\#)[0-7_]+(?!\w)|[0-9]+(?:_[0-9]+)+(?!\w)
+          |(?<![\w.])\.[0-9]+(?![\w.]))
       | (?P<hexadecimal>\#[0-9A-Fa-f]+(?!\w))
       | (?P<real>[0-9]+\.[0-9]+(?![\w.])|[0-9]+\.(?![\w.]))
       | (?P<integer>[0-9]+(?![\w]))
       | (?P<name>[^\W\d]\w*)
       | (?P<text>"[^"\n]*")
-      | (?P<quoted>'[^'"\n]*')
+      | (?P<quoted>'[^'"\n]*'|[“”„][^“”"\n]*[“”])
       | (?P<index>\[[ \t]*(?i:i|all[ \t]*[+*]?)[ \t]*\])
       | (?P<wrong_index>\[[^\[\]\n;]*\])
       | (?P<sign><-|<<|<=|>=|<>|[-+*%^=<>!?:;,()|.]|/(?!\*))
@@ -63,9 +66,19 @@ FOREIGN: Final[Mapping[str, str]] = {
     "&&": "*",
     "||": "+",
     "**": "^",
+    "←": "<-",
+    "<–": "<-",
+    "<−": "<-",
+    "–": "-",
+    "−": "-",
+    "；": ";",
+    "，": ",",
+    "~": "!",
 }
 """Signs of other languages, and what they are here."""
 _TIME: Final = re.compile(r"(?:t|time)?#?([0-9]+(?:\.[0-9]+)?)(ms|s|sec|min|h)", re.IGNORECASE)
+_BASES: Final = {"0x": 16, "16#": 16, "$": 16, "0b": 2, "2#": 2, "0o": 8, "8#": 8}
+"""The marks of numbers in other languages, and their bases."""
 _MILLISECONDS: Final = {"ms": 1, "s": 1_000, "sec": 1_000, "min": 60_000, "h": 3_600_000}
 
 
@@ -159,13 +172,24 @@ def _native(word: str, place: Place, begins_line: bool, source: Tokens) -> Seque
 
 def _native_number(word: str, place: Place, begins_line: bool, source: Tokens) -> Sequence[Token]:
     """Report a number of another language, such as 0x1F or 1e3, and return the number that it means."""
-    marks = next((marks for marks in ("0x", "16#", "$") if word.lower().startswith(marks)), "")
-    if marks:
-        right = f"#{word[len(marks) :]}"
-        source.mistakes.append(mistake(place, f"got {word}", right))
-        return (_token("hexadecimal", right, place, begins_line, source.mistakes),)
-    source.mistakes.append(mistake(place, f"got {word}", "a number without an exponent"))
-    return (Token("real", word, place, float(word), begins_line),)
+    right, kind = _number_here(word)
+    source.mistakes.append(mistake(place, f"got {word}", right or "a number without an exponent"))
+    if not right:
+        return (Token("real", word, place, float(word), begins_line),)
+    return (_token(kind, right, place, begins_line, source.mistakes),)
+
+
+def _number_here(word: str) -> tuple[str, Literal["hexadecimal", "integer", "real"]]:
+    """Return the number that a word means, and its kind; an empty one for an exponent."""
+    for marks, base in _BASES.items():
+        if word.lower().startswith(marks):
+            digits = word[len(marks) :].strip("_")
+            return (f"#{digits}", "hexadecimal") if base == 16 else (str(int(digits or "0", base)), "integer")
+    if word[-1] in "hH":
+        return f"#{word[:-1]}", "hexadecimal"
+    if word.startswith("."):
+        return f"0{word}", "real"
+    return (word.replace("_", ""), "integer") if "_" in word else ("", "real")
 
 
 def _native_time(word: str, place: Place, begins_line: bool, source: Tokens) -> Sequence[Token]:
@@ -186,6 +210,13 @@ def _native_text(word: str, place: Place, begins_line: bool, source: Tokens) -> 
     return (_token("text", right, place, begins_line, source.mistakes),)
 
 
+def _pascal_comment(word: str, place: Place, _begins_line: bool, source: Tokens) -> Sequence[Token]:
+    """Report a comment of IEC languages, and pass over it."""
+    source.mistakes.append(mistake(place, "got (*", "a comment, /* ... */ or // up to the end of the line"))
+    source.comments.append((place, f"/*{word[2:-2]}*/"))
+    return ()
+
+
 def _wrong_index(_word: str, place: Place, _begins_line: bool, source: Tokens) -> Sequence[Token]:
     source.mistakes.append(_index_is_wrong(place))
     return ()
@@ -197,6 +228,7 @@ _FOREIGN: Final[Mapping[str | None, Callable[[str, Place, bool, Tokens], Sequenc
     "time": _native_time,
     "quoted": _native_text,
     "wrong_index": _wrong_index,
+    "pascal": _pascal_comment,
 }
 """The functions that read each sort of tokens that this language does not have."""
 
@@ -255,6 +287,9 @@ def _wrong_character(text: str, at: int, place: Place) -> Mistake:
         return _index_is_wrong(place)
     if text[at] == "#":
         return mistake(place, "# has no meaning here", "hexadecimal digits, define, set, undef or include")
+    if text[at] in "{}":
+        hint = "Statements are between words such as THEN and END_IF, and a comment is between /* and */."
+        return mistake(place, f"{text[at]} has no meaning here", "", hint)
     return mistake(place, f"{text[at]!r} has no meaning here", "a name, a number, a text or a sign")
 
 

@@ -136,7 +136,7 @@ WRONG = [
     ("AXI_Belt:NODE <- 5;", "NODE of AXIS cannot be changed by a program"),
     ("CRV_Size <- AXI_Belt:PULSES_PER_UNIT;", "PULSES_PER_UNIT of an AXIS cannot be read by a program"),
     ("AXI_Belt:COLOUR <- 5;", "an AXIS has no parameter COLOUR"),
-    ("CALL RTN_Show WITH 5;", "RTN_Show is called with 1 arguments; expected 2 of them"),
+    ("CALL RTN_Show WITH 5;", "RTN_Show is called with 1 argument; expected 2 of them"),
     ("CALL AXI_Belt;", "AXI_Belt is an AXIS; expected a routine"),
     ("XEQ_SEQUENCE SEQ_None;", "TSK_Test has no sequence SEQ_None; expected SEQ_Test or SEQ_Other"),
     ("XEQ_SEQUENCE SEQ_Other[i];", "the index of SEQ_Other does not fit its task"),

@@ -7,6 +7,7 @@ everywhere.
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from fieldrig.points.values import counted
 from fieldrig_devices.pam.language import tree
 from fieldrig_devices.pam.language.check.constants import constant
 from fieldrig_devices.pam.language.check.symbols import TYPE_NAMES, Context, Names, Symbol, listed, with_article
@@ -249,7 +250,9 @@ def fitting(
     if form is None:
         counts = sorted({count for form in forms for count in range(form.fewest, len(form.arguments) + 1)})
         names.wrong(
-            at.place, f"{name} has {len(arguments)} arguments", f"{listed([str(count) for count in counts])} of them"
+            at.place,
+            f"{name} has {counted(len(arguments), 'argument')}",
+            f"{listed([str(count) for count in counts])} of them",
         )
         return forms[0].answer
     for argument, wanted in zip(arguments, form.arguments, strict=False):

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 
+from fieldrig.points.values import counted
 from fieldrig_devices.pam.language import tree
 from fieldrig_devices.pam.language.check.constants import check_constants, constant
 from fieldrig_devices.pam.language.check.expressions import check_argument, fitting, indexed, need, rule_of, type_of
@@ -154,7 +155,11 @@ def _execute(statement: tree.Execute, names: Names, context: Context) -> None:
     else:
         known = sorted(EXECUTIVE.get(symbol.kind, {}))
         what = f"{with_article(symbol.kind)} has no function {statement.function}"
-        names.wrong(statement.place, what, listed(known) if known else "an object with functions")
+        others = sorted(kind for kind, forms in EXECUTIVE.items() if statement.function in forms)
+        of_others = (
+            f"an object of the kind {listed(others)}" if others else f"no call, as no object has {statement.function}"
+        )
+        names.wrong(statement.place, what, listed(known) if known else of_others)
 
 
 def _modify(statement: tree.Modify, names: Names, context: Context) -> None:
@@ -200,7 +205,7 @@ def check_routine_call(call: tree.RoutineCall, names: Names, context: Context, *
     if symbol.routine is None:
         names.wrong(call.place, f"{call.routine} is {with_article(symbol.kind)}", "a routine")
     elif len(symbol.routine.formals) != len(call.arguments):
-        what = f"{call.routine} is called with {len(call.arguments)} arguments"
+        what = f"{call.routine} is called with {counted(len(call.arguments), 'argument')}"
         names.wrong(call.place, what, f"{len(symbol.routine.formals)} of them")
 
 

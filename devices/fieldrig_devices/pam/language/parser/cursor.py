@@ -117,17 +117,29 @@ class Cursor:
         """Pass over a semicolon.  The listings leave some out, which is worth a note where that is known."""
         if self.accept(";"):
             return
+        if self._is_decimal_comma():
+            return
         if is_optional:
             self._say(self.i, "a semicolon is missing", "", is_note=True)
         else:
             self.missing(";")
 
-    def name(self, what: str) -> str:
-        """Read a name; `what` says what it is the name of."""
+    def _is_decimal_comma(self) -> bool:
+        """Report 1,5 for 1.5, and pass over it with its semicolon."""
+        before, behind = self.tokens[self.i - 1], self.following
+        if self.token.text != "," or {before.kind, behind.kind} != {"integer"}:
+            return False
+        self.wrong(before.place, f"got {before.text},{behind.text}", f"{before.text}.{behind.text}")
+        self.i += 2
+        self.accept(";")
+        return True
+
+    def name(self, what: str, hint: str = "Choose another name.") -> str:
+        """Read a name; `what` says what it is the name of, and `hint` what to do about a reserved word."""
         if self.token.kind != "name":
             raise self.unexpected(what)
         if self.token.text.upper() in LABEL_KEYWORDS and not self.is_name(self.token):
-            raise self.unexpected(what, f"{self.token.text} is a reserved word. Choose another name.")
+            raise self.unexpected(what, f"{self.token.text} is a reserved word. {hint}".rstrip())
         return self.take().text
 
     def index(self) -> Index | None:

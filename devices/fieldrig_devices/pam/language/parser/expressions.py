@@ -3,12 +3,14 @@
 from typing import Final, Literal
 
 from fieldrig_devices.pam.language import tree
+from fieldrig_devices.pam.language.functions import INQUIRY_NAMES
 from fieldrig_devices.pam.language.parser.cursor import Cursor
 from fieldrig_devices.pam.language.words import SYMBOLIC
 
 _LEVELS: Final = (("=", "<>"), ("<", "<=", ">", ">="), ("+", "-"), ("*", "/", "%", "^"))
 """The operators of two operands, loosest first."""
 _COMPARISONS: Final = 1
+AS_IN: Final = "A value is changed as in {name} <- {name} {sign} 1."
 LONGEST_CHAIN: Final = 1000
 """Operators of one level in a row."""
 
@@ -28,14 +30,21 @@ def _level(cursor: Cursor, level: int) -> tree.Expression:
     if level == _COMPARISONS and cursor.token.text == "<-" and cursor.is_one_line(begin):
         left = _below_negative(cursor, left)
     length = 0
-    while cursor.token.kind == "sign" and cursor.token.text in _LEVELS[level]:
-        place, operator = cursor.place, cursor.token.text
+    while cursor.token.kind == "sign" and (operator := _operator(cursor)) in _LEVELS[level]:
+        place = cursor.place
+        if operator != cursor.token.text:
+            cursor.wrong(place, f"got {cursor.token.text}", operator)
         length += 1
         if length > LONGEST_CHAIN:
             raise cursor.unexpected(f"at most {LONGEST_CHAIN} operators in a row")
         cursor.take()
         left = tree.Binary(place, operator, left, _level(cursor, level + 1))
     return left
+
+
+def _operator(cursor: Cursor) -> str:
+    """Return the sign that is there; | of other languages is that of OR."""
+    return "+" if cursor.token.text == "|" else cursor.token.text
 
 
 def _below_negative(cursor: Cursor, left: tree.Expression) -> tree.Expression:
@@ -48,13 +57,29 @@ def _below_negative(cursor: Cursor, left: tree.Expression) -> tree.Expression:
 def _inquiry(cursor: Cursor) -> tree.Expression:
     subject = _unary(cursor)
     length = 0
-    while cursor.accept("?"):
+    while _asks(cursor):
         place = cursor.place
         length += 1
         if length > LONGEST_CHAIN:
             raise cursor.unexpected(f"at most {LONGEST_CHAIN} inquiries in a row")
         subject = tree.Inquiry(place, subject, function_name(cursor), arguments(cursor))
     return subject
+
+
+def _asks(cursor: Cursor) -> bool:
+    """Pass over the question mark of an inquiry, also over a point in its place and where it is missing."""
+    if cursor.accept("?"):
+        return True
+    is_point = cursor.token.text == "." and cursor.following.kind == "name"
+    asked = cursor.following if is_point else cursor.token
+    is_forgotten = cursor.i > 0 and cursor.tokens[cursor.i - 1].kind == "name" and not cursor.token.begins_line
+    if asked.kind != "name" or cursor.is_name(asked) or asked.text.lower() not in INQUIRY_NAMES:
+        return False
+    if is_point:
+        cursor.wrong(cursor.take().place, "got .", "?")
+    elif is_forgotten:
+        cursor.missing("?")
+    return is_point or is_forgotten
 
 
 def function_name(cursor: Cursor) -> str:
@@ -66,7 +91,11 @@ def function_name(cursor: Cursor) -> str:
 
 def arguments(cursor: Cursor) -> tuple[tree.Expression, ...]:
     """Read the arguments of a function in parentheses, if there are any."""
+    place = cursor.place
     if not cursor.accept("("):
+        return ()
+    if cursor.accept(")"):
+        cursor.wrong(place, "got ()", "arguments, or no parentheses")
         return ()
     expressions = [expression(cursor)]
     while cursor.accept(","):
@@ -104,7 +133,10 @@ def _primary(cursor: Cursor) -> tree.Expression:
     if cursor.is_word(*SYMBOLIC) and not cursor.is_next(":"):
         cursor.take()
         return tree.Word(token.place, token.text.upper())
-    return object_or_parameter(cursor)
+    if cursor.token.kind != "name":
+        is_changed = cursor.i > 1 and cursor.tokens[cursor.i - 1].text == cursor.tokens[cursor.i - 2].text in ("+", "-")
+        raise cursor.unexpected("a value", AS_IN.format(name="M", sign="+") if is_changed else "")
+    return object_or_parameter(cursor, "It has no value here.")
 
 
 def _reduced(cursor: Cursor, inside: tree.Expression) -> tree.Expression:
@@ -118,14 +150,15 @@ def _reduced(cursor: Cursor, inside: tree.Expression) -> tree.Expression:
     return tree.Reduction(place, inside, index)
 
 
-def reference(cursor: Cursor) -> tree.Reference:
+def reference(cursor: Cursor, hint: str = "Choose another name.") -> tree.Reference:
+    """Read the name of an object; `hint` says what to do about a reserved word."""
     place = cursor.place
-    name = cursor.name("the name of an object")
+    name = cursor.name("the name of an object", hint)
     return tree.Reference(place, name, cursor.index())
 
 
-def object_or_parameter(cursor: Cursor) -> tree.Reference | tree.ParameterOf:
-    subject = reference(cursor)
+def object_or_parameter(cursor: Cursor, hint: str = "Choose another name.") -> tree.Reference | tree.ParameterOf:
+    subject = reference(cursor, hint)
     if not cursor.accept(":"):
         return subject
     if cursor.token.kind != "name":

@@ -5,7 +5,7 @@ from fieldrig_devices.pam.language.objects import SPECS
 from fieldrig_devices.pam.language.parser.cursor import Cursor
 from fieldrig_devices.pam.language.parser.declarations import parameters
 from fieldrig_devices.pam.language.parser.expressions import expression
-from fieldrig_devices.pam.language.parser.statements import sequence_name, statements
+from fieldrig_devices.pam.language.parser.statements import body, sequence_name
 from fieldrig_devices.pam.language.tree import Statement
 
 
@@ -45,10 +45,10 @@ def _reaction(cursor: Cursor) -> Reaction:
     condition = expression(cursor)
     cursor.expect("ACTION")
     cursor.accept(";")
-    body = statements(cursor)
+    statements = body(cursor)
     cursor.close("END_ACTION", begin)
     cursor.accept(";")
-    return Reaction(place, "ON_EVENT" if is_event else "ON_STATE", condition, body)
+    return Reaction(place, "ON_EVENT" if is_event else "ON_STATE", condition, statements)
 
 
 def _power_on(cursor: Cursor) -> tuple[Statement, ...] | None:
@@ -57,10 +57,10 @@ def _power_on(cursor: Cursor) -> tuple[Statement, ...] | None:
         return None
     cursor.item_index()
     cursor.accept(";")
-    body = statements(cursor)
+    statements = body(cursor)
     cursor.close("END_POWERON", begin)
     cursor.accept(";")
-    return body
+    return statements
 
 
 def routines(cursor: Cursor) -> Routines:
@@ -87,10 +87,10 @@ def _routine(cursor: Cursor) -> Routine:
         while cursor.accept(","):
             formals.append(cursor.name("the name of a parameter"))
     cursor.semicolon()
-    body = statements(cursor)
+    statements = body(cursor)
     cursor.close("END_ROUTINE", begin)
     cursor.accept(";")
-    return Routine(place, name, tuple(formals), body)
+    return Routine(place, name, tuple(formals), statements)
 
 
 def task(cursor: Cursor) -> Task:
@@ -132,7 +132,7 @@ def _sequence(cursor: Cursor) -> Sequence:
     is_multiple = cursor.item_index()
     cursor.semicolon(is_optional=True)
     specs = _specs(cursor, "SEQUENCE")
-    body = statements(cursor)
+    statements = body(cursor)
     cursor.close("END_SEQUENCE", begin)
     cursor.accept(";")
-    return Sequence(place, name, is_multiple, specs, body)
+    return Sequence(place, name, is_multiple, specs, statements)

@@ -1,12 +1,14 @@
 """Statements: object access, flow control, and the service statements that suspend a sequence (section 1.4)."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Final, Literal
 
 from fieldrig_devices.pam.language import tree
 from fieldrig_devices.pam.language.functions import EXECUTIVE_NAMES, MATHEMATICS, REPLACED
 from fieldrig_devices.pam.language.parser.cursor import Cursor, UnexpectedError
 from fieldrig_devices.pam.language.parser.expressions import (
+    AS_IN,
     arguments,
     expression,
     function_name,
@@ -34,6 +36,9 @@ _OTHER_LOOPS: Final = ("WHILE", "FOR", "REPEAT", "DO")
 _OTHER_ENDS: Final = ("END_WHILE", "END_FOR", "END_REPEAT", "UNTIL", "ENDWHILE", "ENDFOR")
 _OTHER_JUMPS: Final = ("GOTO", "JMP", "RETURN", "EXIT", "BREAK", "CONTINUE")
 _OTHER_WAITS: Final = ("WAIT", "DELAY", "SLEEP", "PAUSE")
+_LEVELS_OF_FLAGS: Final = {"ON": "set", "HIGH": "set", "YES": "set", "OFF": "reset", "LOW": "reset", "NO": "reset"}
+_BEGINS: Final = {"END_IF": "IF", "ELSE": "IF", "END_LOOP": "LOOP", "END_CASE": "CASE"}
+"""The words that end what is in a body, and what they end."""
 _OPERATORS: Final = ("+", "-", "*", "/", "%")
 _UNITS: Final = ("ms", "s", "sec", "min")
 MOST_STATEMENTS: Final = 20_000
@@ -55,6 +60,21 @@ def statements(cursor: Cursor) -> tuple[tree.Statement, ...]:
             cursor.recover(begin, depth, ";", *_ENDS, *_STATEMENTS)
             cursor.accept(";")
     return tuple(body)
+
+
+def body(cursor: Cursor) -> tuple[tree.Statement, ...]:
+    """Read the statements of a sequence or routine, and report a word in it that ends nothing."""
+    before = len(cursor.mistakes)
+    read = statements(cursor)
+    while cursor.is_word(*_BEGINS):
+        word = cursor.token.text.upper()
+        if len(cursor.mistakes) == before:
+            cursor.wrong(cursor.place, f"{word} has no {_BEGINS[word]} in front of it")
+        cursor.take()
+        if word == "END_LOOP":  # its condition
+            cursor.skip_to(";", *_ENDS)
+        read += statements(cursor)
+    return read
 
 
 def begins_item(cursor: Cursor) -> bool:
@@ -84,6 +104,9 @@ def _access(cursor: Cursor) -> tree.Statement:
         )
     if cursor.is_word(*_OTHER_WAITS) and cursor.following.kind in ("integer", "real"):
         raise cursor.unexpected("WAIT_TIME")
+    if cursor.token.text in ("+", "-") and cursor.is_next(cursor.token.text):  # ++M
+        name = cursor.tokens[min(cursor.i + 2, len(cursor.tokens) - 1)].text
+        raise cursor.unexpected("a statement", AS_IN.format(name=name, sign=cursor.token.text))
     target = object_or_parameter(cursor)
     if isinstance(target, tree.ParameterOf):
         cursor.expect("<-")
@@ -97,13 +120,21 @@ def _access(cursor: Cursor) -> tree.Statement:
         asked = tree.Inquiry(cursor.place, target, function_name(cursor), arguments(cursor))
         cursor.semicolon()
         return tree.Ask(place, asked)
-    if not cursor.accept("<-"):
+    if not cursor.accept("<-") and not _point(cursor):
         raise cursor.unexpected("<-", _hint(target.name, cursor.token.text))
+    if cursor.is_word(*_LEVELS_OF_FLAGS) and cursor.is_next(";"):
+        level = _LEVELS_OF_FLAGS[cursor.token.text.upper()]
+        cursor.wrong(cursor.place, f"got {cursor.token.text}", level)
+        cursor.tokens[cursor.i] = replace(cursor.token, text=level)
     word = cursor.token.text.lower()
     is_function = cursor.token.kind == "name" and word in EXECUTIVE_NAMES | REPLACED.keys()
     if word in MATHEMATICS and cursor.is_next("("):
         raise cursor.unexpected(f"a value in front of ? {word}, as in 2 ? {word}")
     is_call = cursor.token.kind == "name" and cursor.is_next("(")  # also of a function that no object has
+    if is_function and word not in REPLACED and cursor.following.kind in ("integer", "real"):
+        cursor.take()
+        cursor.missing("(")
+        raise UnexpectedError
     if is_call or (is_function and cursor.is_next(";") and not cursor.is_name(cursor.token)):
         assignment: tree.Statement = tree.Execute(place, target, function_name(cursor), arguments(cursor))
     else:
@@ -112,12 +143,22 @@ def _access(cursor: Cursor) -> tree.Statement:
     return assignment
 
 
+def _point(cursor: Cursor) -> bool:
+    """Pass over the point of other languages in front of a function, as in AXI_Belt.stop."""
+    if cursor.token.text != "." or cursor.following.text.lower() not in EXECUTIVE_NAMES:
+        return False
+    cursor.wrong(cursor.take().place, "got .", "<-")
+    return True
+
+
 def _hint(name: str, following: str) -> str:
     """Return the hint for a name that is not followed by what a statement needs."""
     from difflib import get_close_matches
 
     if following in _OPERATORS:  # such as M++ or M += 2
-        return f"A value is changed as in {name} <- {name} {following} 1."
+        return AS_IN.format(name=name, sign=following)
+    if following == "(":
+        return f"A routine is called as in CALL {name} WITH 1, 2;"
     close = get_close_matches(name.upper(), (*_STATEMENTS, *_ENDS), 1, 0.75)
     form = "A statement is object <- value, object <- function, or object:PARAMETER <- value."
     return f"Perhaps {close[0]} is meant." if close else form
@@ -188,6 +229,10 @@ def _loop(cursor: Cursor) -> tree.Loop:
         cursor.close("END_LOOP", begin)
         return tree.Loop(place, body, tree.Number(place, 1))
     cursor.close("END_LOOP", begin)
+    if cursor.token.text == ";" or cursor.is_word(*_ENDS, *_STATEMENTS):
+        cursor.missing("a condition", "The loop ends when it is met, as in END_LOOP M = 5;")
+        cursor.accept(";")
+        return tree.Loop(place, body, tree.Number(place, 1))
     until = expression(cursor)
     cursor.semicolon()
     return tree.Loop(place, body, until)
@@ -251,7 +296,8 @@ def _case(cursor: Cursor) -> tree.Case:
     while cursor.accept("CONDITION"):
         branches.append(_branch(cursor))
     if not branches:
-        raise cursor.unexpected("CONDITION")
+        hint = "A case is as in CASE CONDITION M = 1 XEQ_SEQUENCE SEQ_One; END_CASE"
+        raise cursor.unexpected("CONDITION", hint)
     timeout = _branch(cursor) if cursor.accept("TIMEOUT") else None
     cursor.close("END_CASE", begin)
     cursor.accept(";")
