@@ -176,6 +176,10 @@ class Dialect:
     repeats_enumeration_values: bool = _rule(Origin.TODAY)
     """Two enumerations may have a value of the same name, of which the later one is written `Type.value`, and their
     numbers may have any order (manual 862 to 866, PD-359: they cannot)."""
+    passes_alike: bool = _rule(Origin.TOOLS)
+    """A `VAR_IN_OUT` of a bit string takes an unsigned integer of the same size, and the other way round."""
+    wraps_enumeration_values: bool = _rule(Origin.TOOLS)
+    """A number of an enumeration that needs the sign bit of its type, `unknown := 65535`, is the negative number."""
     allows_numbers_between: bool = _rule(Origin.TODAY)
     """At run time, a variable of an enumeration takes each number from its first to its last value (manual 846: the
     validity of the number is checked)."""

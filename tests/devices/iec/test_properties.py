@@ -122,3 +122,20 @@ def test_a_property_of_an_interface_without_accessors_can_be_read(dialect: Diale
     assert any("Number" in message for message in found), found
     found = refused(text.replace("GET Number := 7; END_GET", "SET ; END_SET") + program("", ""), dialect)
     assert any("Number" in message for message in found), found
+
+
+def test_a_property_of_what_the_own_property_of_an_interface_gives() -> None:
+    text = """
+    INTERFACE IKind PROPERTY Title : STRING GET END_GET END_PROPERTY END_INTERFACE
+    FUNCTION_BLOCK Bool_ IMPLEMENTS IKind
+    PROPERTY Title : STRING GET Title := 'BOOL'; END_GET END_PROPERTY
+    END_FUNCTION_BLOCK
+    FUNCTION_BLOCK Items
+    VAR kind : Bool_; END_VAR
+    PROPERTY Kind_ : IKind GET Kind_ := kind; END_GET END_PROPERTY
+    METHOD Name : STRING Name := CONCAT('OF ', Kind_.Title); END_METHOD
+    END_FUNCTION_BLOCK
+    """
+    bench = IecBench(text + program("items : Items; s : STRING;", "s := items.Name();"), CODESYS)
+    bench.cycle()
+    assert bench["s"] == "OF BOOL"

@@ -1,9 +1,9 @@
 """Small constructs of TwinCAT's sources: words, names, and values, each with a program that stopped at it."""
 
 import pytest
-from iec_program import IecBench, program
+from iec_program import IecBench, program, refused
 
-from fieldrig_devices.iec.dialect import CODESYS, Dialect
+from fieldrig_devices.iec.dialect import CODESYS, EPAS_4, Dialect
 from fieldrig_devices.languages.mistakes import CompileError
 
 
@@ -214,3 +214,52 @@ def test_a_drawing_with_something_in_it_is_refused() -> None:
     full = EMPTY_CFC.replace('<l2 n="InnerList"/>', '<l2 n="InnerList"><o t="CFCItem"/></l2>')
     with pytest.raises(CompileError, match="The body is in CFC"):
         IecBench(OBJECT.replace("BODY", full), CODESYS, name="PLC_PRG.TcPOU")
+
+
+def test_a_name_behind_that_of_a_library_is_no_variable_of_the_program() -> None:
+    text = "FUNCTION Twice : INT VAR_INPUT x : INT; END_VAR Twice := 2 * x; END_FUNCTION\n"
+    body = "len := Tc2_Standard.LEN('abc'); twice := Lib.Twice(len);"
+    bench = IecBench(text + program("len, twice : INT;", body), CODESYS)
+    bench.cycle()
+    assert (bench["len"], bench["twice"]) == (3, 6)
+
+
+ALIKE = """
+FUNCTION Next : BOOL VAR_IN_OUT value : {wanted}; END_VAR value := value + 1; Next := TRUE; END_FUNCTION
+"""
+
+
+@pytest.mark.parametrize(
+    ("wanted", "given"), [("WORD", "UINT"), ("UINT", "WORD"), ("BYTE", "USINT"), ("LWORD", "ULINT")]
+)
+def test_an_unsigned_integer_is_passed_for_a_bit_string_of_its_size(wanted: str, given: str) -> None:
+    text = ALIKE.format(wanted=wanted)
+    bench = IecBench(text + program(f"x : {given} := 7; b : BOOL;", "b := Next(x);"), CODESYS)
+    bench.cycle()
+    assert bench["x"] == 8
+
+
+@pytest.mark.parametrize(
+    ("wanted", "given", "dialect"),
+    [("WORD", "INT", CODESYS), ("WORD", "UDINT", CODESYS), ("INT", "UINT", CODESYS), ("WORD", "UINT", EPAS_4)],
+)
+def test_no_other_number_is_passed_for_a_bit_string(wanted: str, given: str, dialect: Dialect) -> None:
+    text = ALIKE.format(wanted=wanted) + program(f"x : {given}; b : BOOL;", "b := Next(x);")
+    expected = f"a variable of type {wanted} for the VAR_IN_OUT value"
+    assert any(expected in message for message in refused(text, dialect))
+
+
+CODES = "TYPE Code : (none := 0, unknown := 65535); END_TYPE\n"
+
+
+def test_a_number_of_an_enumeration_may_need_the_sign_bit() -> None:
+    body = "c := Code.unknown; n := c; is_same := c = Code.unknown;"
+    bench = IecBench(CODES + program("c : Code; n : INT; is_same : BOOL;", body), CODESYS)
+    bench.cycle()
+    assert (bench["n"], bench["is_same"]) == (-1, True)
+
+
+@pytest.mark.parametrize(("number", "dialect"), [("65536", CODESYS), ("65535", EPAS_4)])
+def test_a_larger_number_of_an_enumeration_is_refused(number: str, dialect: Dialect) -> None:
+    text = CODES.replace("65535", number) + program("c : Code;", "c := unknown;")
+    assert f"{number} does not fit INT" in refused(text, dialect)[0]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import dispatch, enable, open_arrays
@@ -9,7 +10,7 @@ from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.project import Pins
 from fieldrig_devices.iec.check.texts import a, listed, text
-from fieldrig_devices.iec.elementary import Elementary
+from fieldrig_devices.iec.elementary import Elementary, Family
 from fieldrig_devices.iec.program import (
     AddressOf,
     Binary,
@@ -31,6 +32,9 @@ from fieldrig_devices.iec.program import (
 )
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import EnumType, ObjectType, OpenArrayType, StringType, Type
+
+_ALIKE: Final = {Family.BITS, Family.UNSIGNED}
+"""Types of one size in these families have the same numbers in the same bytes."""
 
 
 @dataclass(slots=True)
@@ -280,6 +284,8 @@ def _fits(context: Context, given: Type, wanted: Type) -> bool:
         return open_arrays.fits(given, wanted)
     if isinstance(given, EnumType) and context.mixes_integers:
         return wanted in (given, given.base)
+    if isinstance(given, Elementary) and isinstance(wanted, Elementary) and context.project.dialect.passes_alike:
+        return given == wanted or (given.size == wanted.size and {given.family, wanted.family} == _ALIKE)
     return given == wanted or _is_longer_text(given, wanted) or dispatch.derives(context.project, given, wanted)
 
 

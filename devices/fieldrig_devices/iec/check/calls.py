@@ -19,7 +19,7 @@ from fieldrig_devices.iec.check import (
 )
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.checker import Checker
-from fieldrig_devices.iec.check.context import Context, position_of
+from fieldrig_devices.iec.check.context import OUTSIDE, Context, position_of
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.elementary import Elementary
@@ -57,8 +57,7 @@ def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression 
             return None
         context.say(node, f"the call of {text(node.called)} has no result", "a function", _pin_hint(text(node.called)))
         return None
-    name = called.text
-    entity = context.find(name)
+    entity, name = context.find(called.text), called.text.removeprefix(OUTSIDE)
     if entity is None or isinstance(entity, Variable):
         function = called_function(context, name)
         if function is not None:

@@ -22,6 +22,8 @@ _KNOWN_ELSEWHERE: Final[Mapping[str, str]] = {
     "printf": "`fieldrig iec run` shows the variables",
 }
 """Words of other languages that a beginner may write, and the object of every MAx-4, with what to do instead."""
+OUTSIDE: Final = "."
+"""In front of a name, it stands for a library or a namespace: the name means nothing that the POU declares itself."""
 
 
 def position_of(node: Node) -> Position:
@@ -72,7 +74,7 @@ class Context:
         entity: Entity | None = self.names.get(wanted)
         if entity is None and self.is_library:
             entity = self.project.shadowed.get(wanted)
-        return entity or self.project.find(self.listed.get(wanted, wanted))
+        return entity or self.project.find(self.listed.get(wanted, wanted).removeprefix(OUTSIDE))
 
     def say(
         self,

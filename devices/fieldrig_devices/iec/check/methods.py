@@ -58,7 +58,7 @@ def find(checker: Checker, called: tree.Expression) -> Called | None:
     if is_this(context, called.of):
         method = _own(context, called.name)
         return None if method is None else (None, method)
-    if isinstance(called.of, tree.Name) and context.find(called.of.text) is None:
+    if isinstance(called.of, tree.Name) and context.find(called.of.text) is None and not _own(context, called.of.text):
         return None
     owner = checker.meaning(called.of)
     if isinstance(owner, Pou) and owner.instance is not None:

@@ -15,7 +15,7 @@ from fieldrig_devices.iec.check import (
     properties,
 )
 from fieldrig_devices.iec.check.checker import Checker, Meaning
-from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.context import OUTSIDE, Context
 from fieldrig_devices.iec.check.located import located
 from fieldrig_devices.iec.check.project import UNKNOWN, Entity
 from fieldrig_devices.iec.check.texts import a, text
@@ -98,7 +98,10 @@ def without_library(context: Context, node: tree.Expression) -> tree.Expression:
         return node
     is_listed = name in project.types or name in project.lists
     is_ours = project.find(name) is not None or is_listed or intrinsics.is_standard(node.name)
-    return tree.Name(node.name, position=node.position) if is_ours else node
+    if not is_ours:
+        return node
+    is_hidden = name in context.names and (project.find(name) is not None or intrinsics.is_standard(node.name))
+    return tree.Name(f"{OUTSIDE}{node.name}" if is_hidden else node.name, position=node.position)
 
 
 def _is_value(entity: Entity | None) -> bool:

@@ -327,14 +327,22 @@ class TypeSpecs:
         values = self._project.values_of(kind)
         return Constant(next((number for name, number in values.items() if self._key(name) == wanted), 0), kind)
 
+    def _given_number(self, value: tree.Expression, base: Elementary, context: Context) -> int | None:
+        """Return the number of a value of an enumeration; None after a message."""
+        written = value.value if isinstance(value, tree.Literal) and type(value.value) is int else 0
+        if base.low < 0 and base.high < written < 1 << base.bits and self._project.dialect.wraps_enumeration_values:
+            return written - (1 << base.bits)
+        found = Expressions(context).constant_as(value, base)
+        return int(found.value) if found is not None else None
+
     def _number(self, kind: EnumType, spec: tree.EnumSpec, context: Context) -> None:
         """Work out the numbers; a value may stand on those in front of it, and one behind it is not known there."""
         number, base, names, pending = -1, kind.base, self._project.names, self._pending.pop(kind, {})
         for waiting in pending.values():
             waiting.is_busy = True
         for value in spec.values:
-            given = Expressions(context).constant_as(value.value, base) if value.value is not None else None
-            previous, number = number, int(given.value) if given is not None else number + 1
+            given = self._given_number(value.value, base, context) if value.value is not None else None
+            previous, number = number, given if given is not None else number + 1
             if kind.values and number <= previous and not self._project.dialect.repeats_enumeration_values:
                 context.say(value, f"{value.name} is {number} after {previous}", "ascending numbers (PD-359)")
             elif number > base.high:

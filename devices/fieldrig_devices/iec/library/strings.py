@@ -1,7 +1,8 @@
 """The string functions of CoDeSys V2.3's Standard.lib.  Positions count from 1; no result is longer than 255.
 
 Lengths below 0 count as 0.  A position outside the text changes nothing for DELETE and REPLACE, inserts at the nearest
-end, and makes MID empty, so no argument is a fault.
+end, and makes MID empty, so no argument is a fault.  DELETE takes the position 0 in front of the text as the first of
+its characters: public programs of TwinCAT delete all up to a point by `DELETE(text, FIND(text, '.') + 1, 0)`.
 """
 
 from typing import Final
@@ -38,9 +39,9 @@ def inserted(text: str, part: str, position: int) -> str:
 
 def deleted(text: str, size: int, position: int) -> str:
     """DELETE: `size` characters from `position` on are gone."""
-    if not 1 <= position <= len(text):
+    if not 0 <= position <= len(text):
         return text
-    return text[: position - 1] + text[position - 1 + max(size, 0) :]
+    return text[: max(position - 1, 0)] + text[max(position - 1 + max(size, 0), 0) :]
 
 
 def replaced(text: str, part: str, size: int, position: int) -> str:

@@ -140,7 +140,7 @@ def _array(name: str, kind: Elementary, dimensions: int) -> tuple[str, str]:
     """Return the same for arrays."""
     spec = f"ARRAY[{', '.join('*' * dimensions)}] OF {kind.name}"
     delta, given = (f"Delta : {kind.name}; ", ", Delta") if kind.is_real else ("", "")
-    arrays = f"VAR_IN_OUT Expecteds : {spec}; Actuals : {spec}; END_VAR"
+    arrays = f"VAR_IN_OUT CONSTANT Expecteds : {spec}; Actuals : {spec}; END_VAR"
     native = native_name(kind.name, dimensions)
     method = (
         f"METHOD {name}\n{arrays}\nVAR_INPUT {delta}Message : STRING(255); END_VAR\n"

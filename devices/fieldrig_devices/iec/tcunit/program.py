@@ -146,12 +146,15 @@ class _Builder:
             if item.name not in declared and "ABSTRACT" not in getattr(item.declaration, "modifiers", ())
         ]
         lines = "\n".join(f"{name.removeprefix('FB_')}_ : {name};" for name in wanted)
-        text = f"PROGRAM {MAIN}\nVAR\n{lines}\nEND_VAR\nTcUnit.RUN();\nEND_PROGRAM\n"
+        title = MAIN
+        while self._units.named(title.casefold()):  # a library may bring its own tests
+            title += "_"
+        text = f"PROGRAM {title}\nVAR\n{lines}\nEND_VAR\nTcUnit.RUN();\nEND_PROGRAM\n"
         unit, mistakes = parse(text, MADE, CODESYS)
         if mistakes:
             raise CompileError(mistakes)
         declaration = unit.declarations[0]
-        return Item(MAIN.casefold(), MADE, 1, declaration, True, frozenset(words_of(declaration)))
+        return Item(title.casefold(), MADE, 1, declaration, True, frozenset(words_of(declaration)))
 
     def _interval_ms(self, roots: Sequence[Item]) -> float:
         names = {item.name for item in roots}

@@ -287,3 +287,11 @@ AssertTrue(F_CheckMemoryArea(q, 6) = E_TcMemoryArea.Unknown, 'given back');
     bench = SuiteBench(suite(f"TEST('t');{body}TEST_FINISHED();", declarations), areas)
     bench.run()
     assert (bench.test("t").is_finished, bench.lines, bench.faults) == (True, [], [])
+
+
+def test_arrays_that_are_constants_are_compared() -> None:
+    body = "TEST('t'); AssertArrayEquals_INT(wanted, found, 'differ'); TEST_FINISHED();"
+    bench = SuiteBench.ran(
+        suite(body, "found : ARRAY[1..2] OF INT := [3, 4]; END_VAR VAR CONSTANT wanted : ARRAY[1..2] OF INT := [3, 5];")
+    )
+    assert [line.partition(", EXP: ")[2] for line in bench.lines] == ["ARRAY[2] = 5, ACT: ARRAY[2] = 4, MSG: differ"]

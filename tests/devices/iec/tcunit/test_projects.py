@@ -252,3 +252,17 @@ AssertEquals('tests', TwinCAT_SystemInfoVarList._AppInfo.ProjectName, 'project')
 TEST_FINISHED();"""
     bench = SuiteBench.ran(named, suite(body, "ones : ARRAY[1..2] OF Named; one : Derived;"))
     assert not bench.test("t").failures, bench.lines
+
+
+def test_the_program_that_is_made_has_a_name_of_its_own(tmp_path: Path) -> None:
+    # A library may bring its own tests, with a program of the usual name.
+    project(tmp_path / "libs" / "Pumps", {"Pump.TcPOU": PUMP, "PRG_TEST.TcPOU": pou("PRG_TEST", "PROGRAM PRG_TEST")})
+    path = project(
+        tmp_path / "tests" / "PumpTests",
+        {"Tests\\Pump_Test.TcPOU": SUITE},
+        '<PlaceholderReference Include="Pumps"><Namespace>Pumps</Namespace></PlaceholderReference>',
+    )
+    bench = Bench(opened(path))
+    bench.run()
+    assert [suite.path for suite in bench.session.suites.values()] == ["PRG_TEST_.Pump_Test_"]
+    assert [test.has_failed for suite in bench.session.suites.values() for test in suite.tests.values()] == [False]
