@@ -147,7 +147,13 @@ class CanopenBus:
         is_drive = self._is_drive(node_id)
         is_refusing = any(emergency.code in WRONG_LENGTH for emergency in log.life.emergencies)
         models = pdo_models(
-            self._log, pdos, self._number(node_id), self._indices(node_id), is_drive=is_drive, is_refusing=is_refusing
+            self._log,
+            pdos,
+            self._number(node_id),
+            self._indices(node_id),
+            log.life.breaks,
+            is_drive=is_drive,
+            is_refusing=is_refusing,
         )
         name = f"{self._prefix}node{node_id}"
         model = NodeModel(name, node_id, log, is_drive, models, log.life.begins_ns(self._log.start_ns))

@@ -43,6 +43,8 @@ class Life:
         self.heartbeats = array("q")
         self.guarded = array("q")
         """Instants of the requests of node guarding."""
+        self.breaks = array("q")
+        """Instants at which the node booted, or was told to send no PDOs."""
         self.states: Counter[int] = Counter()
         self.first_state: int | None = None
         self.started_ns: int | None = None
@@ -67,6 +69,8 @@ class Life:
         """Take a command of the NMT master for this node or for all."""
         if command in RESETS:
             self._reset = time_ns, command
+        if command is not Command.START:
+            self._note_break(time_ns)
         if command is Command.START and self.started_ns is None:
             self.started_ns = time_ns
         self._is_reset |= command is Command.RESET_NODE
@@ -102,7 +106,12 @@ class Life:
         if len(self.emergencies) < MOST:
             self.emergencies.append(Emergency(time_ns, int.from_bytes(data[:2], "little"), data[2], data[3:]))
 
+    def _note_break(self, time_ns: int) -> None:
+        if len(self.breaks) < MOST and not (self.breaks and time_ns < self.breaks[-1]):
+            self.breaks.append(time_ns)
+
     def _boot(self, time_ns: int) -> None:
+        self._note_break(time_ns)
         reset, self._reset = self._reset, None
         is_reset = reset is not None and 0 <= time_ns - reset[0] <= RESET_TAKES_NS
         if len(self.boots) < MOST:

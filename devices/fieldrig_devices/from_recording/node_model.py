@@ -1,6 +1,6 @@
 """A node of a recording as a device of a rig: its dictionary, its values, what it refuses, and what is not known."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
@@ -71,11 +71,18 @@ class NodeModel:
 
 
 def pdo_models(
-    bus: CanLog, pdos: Mapping[Pdo, int], number: Number, indices: frozenset[int], *, is_drive: bool, is_refusing: bool
+    bus: CanLog,
+    pdos: Mapping[Pdo, int],
+    number: Number,
+    indices: frozenset[int],
+    breaks: Sequence[int],
+    *,
+    is_drive: bool,
+    is_refusing: bool,
 ) -> list[PdoModel]:
     """Return the PDOs of a node that were seen; `number` gives its parameters, `indices` the objects that it has.
 
-    `is_refusing` is True for a node that reports PDOs of a wrong length.
+    `breaks` are those of `rhythm_of`.  `is_refusing` is True for a node that reports PDOs of a wrong length.
     """
     found = []
     for pdo, identifier in sorted(pdos.items()):
@@ -85,7 +92,7 @@ def pdo_models(
         is_refused = is_refusing and not pdo.is_transmitted
         layout = assumed or layout_of(pdo, number, log.length, indices, is_refused=is_refused)
         found.append(
-            PdoModel(pdo, identifier, log, layout, rhythm_of(log, bus.sync_ns) if pdo.is_transmitted else None)
+            PdoModel(pdo, identifier, log, layout, rhythm_of(log, bus.sync_ns, breaks) if pdo.is_transmitted else None)
         )
     return found
 

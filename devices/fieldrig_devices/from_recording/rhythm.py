@@ -3,6 +3,7 @@
 Source: CiA 301, 7.5.2.37, for the transmission types, the inhibit time and the event timer.
 """
 
+from bisect import bisect
 from collections.abc import Sequence
 from itertools import pairwise
 from statistics import median
@@ -46,13 +47,16 @@ class Rhythm(NamedTuple):
         return self.type <= MOST_SYNCS
 
 
-def rhythm_of(log: Identifier, sync_period_ns: int) -> Rhythm:
-    """Return the rhythm; `sync_period_ns` is that of SYNC, and 0 without one."""
+def rhythm_of(log: Identifier, sync_period_ns: int, breaks: Sequence[int] = ()) -> Rhythm:
+    """Return the rhythm; `sync_period_ns` is that of SYNC, and 0 without one.
+
+    `breaks` are the instants, in order, at which the node was off or sent no PDOs: a time with one in it says nothing.
+    """
     if log.count < FEWEST:
         return Rhythm(EVENT_DRIVEN, words=f"sent {counted(log.count, 'time')}, too seldom to find a rhythm")
     if sync_period_ns and (found := _synchronous(log, sync_period_ns)) is not None:
         return found
-    return _asynchronous(log)
+    return _asynchronous(log, breaks)
 
 
 def period_of(instants: Sequence[int]) -> int:
@@ -81,16 +85,20 @@ def _synchronous(log: Identifier, sync_period_ns: int) -> Rhythm | None:
     return None
 
 
-def _asynchronous(log: Identifier) -> Rhythm:
+def _asynchronous(log: Identifier, breaks: Sequence[int]) -> Rhythm:
     """A PDO that repeats its data has a timer, and one that always waits for it is cyclic: no event makes it earlier.
 
     The emulated node waits because its inhibit time is the period too.
     """
-    distances = _distances(log.instants)
+    steps = list(zip(log.instants, _distances(log.instants), log.changed[1:], strict=False))
+    whole = [step for step in steps if bisect(breaks, step[0]) == bisect(breaks, step[0] + step[1])]
+    if len(whole) >= FEWEST - 1:
+        steps = whole
+    distances = [distance for _, distance, _ in steps]
     usual_ns = round(median(distances))
     is_regular = _share(distances, usual_ns) >= SHARE and usual_ns >= MS // 2
-    repeats = [distance for distance, is_new in zip(distances, log.changed[1:], strict=True) if not is_new]
-    news = [distance for distance, is_new in zip(distances, log.changed[1:], strict=True) if is_new]
+    repeats = [distance for _, distance, is_new in steps if not is_new]
+    news = [distance for _, distance, is_new in steps if is_new]
     period_ns = round(median(repeats)) if len(repeats) >= FEWEST - 1 else 0
     is_timed = bool(repeats) and _share(repeats, usual_ns) >= SHARE  # no event sends the same data again
     if is_regular and is_timed and (not news or _share(news, usual_ns) >= SHARE):
