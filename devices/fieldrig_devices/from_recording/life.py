@@ -44,7 +44,7 @@ class Life:
         self.guarded = array("q")
         """Instants of the requests of node guarding."""
         self.breaks = array("q")
-        """Instants at which the node booted, or was told to send no PDOs."""
+        """Instants at which the node booted, or its master let it send no PDOs."""
         self.states: Counter[int] = Counter()
         self.first_state: int | None = None
         self.started_ns: int | None = None
