@@ -6,7 +6,8 @@ Source: can-utils, the manual pages of candump and log2asc, and lib.h (CANFRAME 
       (000.012345)  can0  TX - -  123   [2]  11 22   '.."'     plain candump, with the options -t, -x, -a and -S
 
 A line of plain candump without a time has that of the line before it, and 0 at the beginning.  Empty lines, comments
-that begin with #, and the explanations below an error frame (option -e), which begin with a tab, say nothing.
+that begin with #, and the explanations below an error frame (option -e), which begin with a tab, say nothing.  Neither
+does what a terminal has around them, as many are copied from one: the command, ^C, and the next prompt.
 Left out: CAN XL and the binary output (option -i).
 """
 
@@ -32,6 +33,10 @@ LIKE_A_DATE: Final = re.compile(r"[0-9][-0-9:. T/]*")
 REMOTE: Final = re.compile(r"R(\d?)(?:_[0-9A-Fa-f])?")
 LOG_DATA: Final = re.compile(r"([0-9A-Fa-f.]*)(?:_[0-9A-Fa-f])?")
 """Data, and the raw DLC of a frame of 8 bytes."""
+TERMINAL: Final = re.compile(
+    r"(?:\^C)?(?:[\w.-]+@[\w.-]+[^$#%>]*[$#%>]|[$#%>])? ?(?:(?:sudo )?candump(?: .*)?)?", re.ASCII
+)
+LONGEST_TERMINAL: Final = 200
 LONGEST_S: Final = 86_400
 """Seconds between two lines, at most, of a log with such times."""
 _SINCE: Final = re.compile(r"^ *\((\d{3,5}\.\d{6})\) +[^\s()#]+ +[^#\n]*\[\d+\]", re.MULTILINE)
@@ -50,8 +55,11 @@ class Line(NamedTuple):
 
 
 def says_nothing(line: str) -> bool:
-    """Return whether it is an empty line, a comment, or the explanation of an error frame."""
-    return not line.strip() or line.startswith(("#", "\t"))
+    """Return whether it is an empty line, a comment, the explanation of an error frame, or from around the log."""
+    text = line.strip()
+    if not text or line.startswith(("#", "\t")):
+        return True
+    return len(text) <= LONGEST_TERMINAL and TERMINAL.fullmatch(text) is not None
 
 
 def parse(line: str) -> Line:

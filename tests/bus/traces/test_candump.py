@@ -136,6 +136,22 @@ def test_comments_empty_lines_and_explanations_say_nothing() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        "candump can0",
+        "$ candump -ta can0,500:7ff",
+        "# candump any",
+        "pi@rover:~/logs $ candump can0 -e",
+        "sudo candump can0",
+    ],
+)
+def test_what_a_terminal_has_around_a_log_says_nothing(command: str) -> None:
+    text = f"{command}\n  can0  701   [1]  00\n^Cpi@rover:~/logs $ \n"
+    assert [decode(found.data) for found in read(text)] == [CanFrame(0x701, b"\x00")]
+    assert candump.recognises(text.encode())
+
+
 def test_what_other_programs_add_to_data_is_read() -> None:
     """cansend puts dots between bytes, and candump adds the raw DLC of a frame of 8 bytes."""
     assert read("(1.5) can0 123#11.22.33\n") == [entry(CanFrame(0x123, b"\x11\x22\x33"), 1_500_000_000)]
