@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli.common import AsJson, Overrides, echo_json, writing
-from fieldrig.errors import UsageError
+from fieldrig.errors import BusError, UsageError
 from fieldrig.system.exits import Exit
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ BusName = Annotated[
         "--bus",
         metavar="BUS",
         help="can.socketcan:vcan0, can.udp:GROUP:PORT, can.hub:RUNFOLDER/can0, python-can:interface=...,channel=...;"
-        " with --rig, the name of a bus of the rig.",
+        " with --rig, the name of a bus of the rig.  [default: with --rig, that of its only node]",
         show_default=False,
     ),
 ]
@@ -36,7 +36,14 @@ RigFile = Annotated[
     Path | None, typer.Option("--rig", help="The file of a running rig, or of a rig with time: virtual.", **_FILE)
 ]
 NodeId = Annotated[
-    int | None, typer.Option("--node", min=1, max=127, help="Node-ID of the node, 1 to 127.", show_default=False)
+    int | None,
+    typer.Option(
+        "--node",
+        min=1,
+        max=127,
+        help="Node-ID of the node, 1 to 127.  [default: with --rig, that of its only node]",
+        show_default=False,
+    ),
 ]
 Eds = Annotated[
     Path | None,
@@ -110,6 +117,9 @@ def conform(
     if list_only:
         _list(cases, as_json)
         return
+    config = _config(rig, overrides or ())
+    if config is not None:
+        bus, node_id = _only_node(config, bus, node_id)
     missing = [option for option, value in (("--bus", bus), ("--node", node_id)) if value is None]
     if bus is None or node_id is None:
         raise typer.BadParameter(f"{' and '.join(missing)} missing; expected --bus and --node, and --eds or --rig")
@@ -119,7 +129,8 @@ def conform(
         bus,
         node_id,
         eds,
-        (rig, overrides or (), with_masters),
+        config,
+        with_masters,
         cases,
         options,
         None if as_json else lambda result: show_result(out, result),
@@ -136,7 +147,8 @@ def _report(
     bus: str,
     node_id: int,
     eds: Path | None,
-    of_rig: tuple[Path | None, Sequence[str], bool],
+    config: "RigConfig | None",
+    with_masters: bool,
     cases: "list[Case]",
     options: "Options",
     on_result: "OnResult | None",
@@ -145,7 +157,6 @@ def _report(
     from datetime import UTC, datetime
     from functools import partial
 
-    from fieldrig.config.rig_file import load
     from fieldrig.text.nearest import closest
     from fieldrig.virtual.rig import Rig
     from fieldrig_devices.conformance import address
@@ -154,16 +165,14 @@ def _report(
     from fieldrig_devices.conformance.run import conform_real, conform_virtual
 
     date = datetime.now(UTC).date().isoformat()
-    rig, overrides, with_masters = of_rig
-    if rig is None:
+    if config is None:
         where = address.parse(bus)
         if eds is None:
             raise typer.BadParameter("expected --eds FILE, the EDS or DCF file of the node, or --rig FILE")
         description = Description(eds, node_id)
         return conform_real(where.bus, where.run, description, cases, options, on_result, date, bus, _tell)
-    config = load(rig, overrides)
     if bus not in config.buses:
-        raise UsageError(f"{rig} has no bus {bus!r}", closest(bus, list(config.buses)))
+        raise UsageError(f"{config.name} has no bus {bus!r}", closest(bus, list(config.buses)))
     description = _described(config, bus, node_id, eds)
     masters = masters_of(config, bus, node_id)
     for master in masters:
@@ -184,11 +193,47 @@ def _report(
 
             live = opened.enter_context(RunningRig(config.control))
             opened.enter_context(kept_off(kept, node_id, partial(live.add_fault, bus), partial(live.clear_fault, bus)))
-        return conform_real(own, config.run.absolute(), description, cases, options, on_result, date, where_text, _tell)
+        try:
+            return conform_real(
+                own, config.run.absolute(), description, cases, options, on_result, date, where_text, _tell
+            )
+        except BusError as cause:
+            remedy = "start it by `fieldrig up`, or test the node in virtual time by --set time=virtual"
+            raise BusError(f"{config.name} does not run here: {cause.what}", remedy) from cause
 
 
 def _tell(progress: str) -> None:
     typer.echo(f"... {progress}", err=True)
+
+
+def _config(rig: Path | None, overrides: Sequence[str]) -> "RigConfig | None":
+    from fieldrig.config.rig_file import load
+
+    return None if rig is None else load(rig, overrides)
+
+
+def _only_node(config: "RigConfig", bus: str | None, node_id: int | None) -> tuple[str, int]:
+    """Return bus and node-ID of the node that is meant.  UsageError if the rig has several such nodes, or none."""
+    from fieldrig_bus.can.family import CanFamily
+
+    if bus is not None and node_id is not None:
+        return bus, node_id
+    nodes = {
+        (name, node.node_id): device.name
+        for name, entry in config.buses.items()
+        if isinstance(entry.bus, CanFamily)
+        for device in config.devices.values()
+        for node in _nodes_at(device, name)
+        if node.node_id is not None
+    }
+    found = [(name, number) for name, number in nodes if bus in (None, name) and node_id in (None, number)]
+    if len(found) != 1:
+        choices = [f"--bus {name} --node {number} ({nodes[name, number]})" for name, number in found or nodes]
+        raise UsageError(
+            f"{config.name} has {'several CANopen nodes' if found else 'no such CANopen node'}",
+            f"expected one of {', '.join(choices)}" if choices else "expected a rig with a node, or --eds FILE",
+        )
+    return found[0]
 
 
 def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) -> "Description":

@@ -9,7 +9,7 @@ from canopen_bench import EDS
 from typer.testing import CliRunner
 
 from fieldrig.cli.app import app
-from fieldrig.errors import UsageError
+from fieldrig.errors import BusError, UsageError
 from fieldrig.system.exits import Exit
 from fieldrig_devices.canopen.described import nodes_of
 from fieldrig_devices.hmiscu.settings import HmiscuSettings
@@ -105,3 +105,32 @@ def test_file_that_is_no_eds_is_named(tmp_path: Path, text: str) -> None:
     fault = conform("--rig", LAB, "--set", "time=virtual", "--bus", "can0", "--node", 5, "--eds", eds).exception
     assert isinstance(fault, UsageError)
     assert "cannot be used as an EDS" in fault.what
+
+
+def test_the_only_node_of_a_rig_needs_no_name() -> None:
+    drive = LAB.with_name("drive.yaml")
+    done = conform("--rig", drive, "--set", "time=virtual", "--only", "SDO 01", "--json")
+    assert done.exit_code == Exit.OK, done.output
+    assert json.loads(done.stdout)["node_id"] == 3
+
+
+@pytest.mark.parametrize(
+    ("given", "what", "expected"),
+    [
+        ((), "lab has several CANopen nodes", "--bus can0 --node 5 (io), --bus can0 --node 6 (sensor)"),
+        (("--bus", "can0"), "lab has several CANopen nodes", "--bus can0 --node 5 (io), --bus can0 --node 6 (sensor)"),
+        (("--bus", "wires"), "lab has no such CANopen node", "--bus can0 --node 5 (io), --bus can0 --node 6 (sensor)"),
+        (("--node", 7), "lab has no such CANopen node", "--bus can0 --node 5 (io), --bus can0 --node 6 (sensor)"),
+    ],
+)
+def test_which_node_is_meant_is_asked_with_the_choices(given: tuple[object, ...], what: str, expected: str) -> None:
+    done = conform("--rig", LAB, "--set", "time=virtual", *given)
+    assert isinstance(done.exception, UsageError)
+    assert (done.exception.what, done.exception.remedy) == (what, f"expected one of {expected}")
+
+
+def test_a_rig_that_does_not_run_is_named_with_what_to_do(tmp_path: Path) -> None:
+    done = conform("--rig", LAB, "--set", f"run={tmp_path}", "--node", 5)
+    assert isinstance(done.exception, BusError)
+    assert done.exception.what.startswith("lab does not run here: can0: no hub answers: no socket ")
+    assert done.exception.remedy == "start it by `fieldrig up`, or test the node in virtual time by --set time=virtual"
