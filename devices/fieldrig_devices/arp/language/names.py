@@ -9,7 +9,7 @@ import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 from fieldrig_devices.arp.language import instructions
 from fieldrig_devices.arp.language.tree import (
@@ -27,6 +27,7 @@ from fieldrig_devices.arp.language.tree import (
 from fieldrig_devices.languages.mistakes import Mistake
 
 _N = TypeVar("_N", bound=Node)
+_LEVELS: Final = {"HIGH": "HI", "TRUE": "HI", "YES": "HI", "LOW": "LO", "FALSE": "LO", "NO": "LO"}
 _LOOKS_LIKE = str.maketrans("IO", "10")  # the manual's own misprints: VI for V1
 
 
@@ -165,6 +166,8 @@ class _Resolver:
         looks = text[0] + text[1:].translate(_LOOKS_LIKE)
         if len(text) > 1 and text[0] in instructions.RANGES and looks[1:].isdigit():
             return _Unknown(name, f"{text} is not defined; did you mean {looks}?", f"{text} EQU, or {looks}")
+        if text in _LEVELS:
+            return _Unknown(name, f"{text} is not defined; did you mean {_LEVELS[text]}?", _LEVELS[text])
         close = get_close_matches(text, sorted(self._raw), n=1)
         hint = f"; did you mean {close[0]}?" if close else ""
         return _Unknown(name, f"{text} is not defined{hint}", f"a line {text} EQU ...")

@@ -13,6 +13,7 @@ Hexadecimal numbers and names look alike (HEAD).  A word that the program define
 import re
 from collections.abc import Collection, Iterable
 
+from fieldrig_devices.arp.language.habits import in_words_of_the_language
 from fieldrig_devices.arp.language.line import LineReader, label_of
 from fieldrig_devices.arp.language.tokens import LONGEST_LINE, Kind, Token, tokens
 from fieldrig_devices.arp.language.tree import Equ, Line, Program, Routine
@@ -60,7 +61,8 @@ class _ProgramReader:
             if len(text) > self._longest:
                 raise LineError(self._longest + 1, f"the line has {len(text)} characters", f"at most {self._longest}")
             self._read(number, tokens(text))
-        except LineError as wrong:
+        except LineError as unread:
+            wrong = in_words_of_the_language(text, unread)
             self._mistakes.append(Mistake(number, wrong.column, wrong.what, wrong.expected))
             label = label_of(text, number) if self._open is not None else None
             if label is not None:  # jumps to the label, and duplicates of it, are still checked
