@@ -73,6 +73,22 @@ _MISSPELLED_SIGNS: Final[Mapping[str, tuple[str, str]]] = {
     ": =": (":=", "There is no blank in the sign of the assignment."),
 }
 
+_TYPOGRAPHIC: Final[Mapping[str, str]] = {
+    "←": ":=",
+    "–": "-",
+    "−": "-",
+    "×": "*",
+    "÷": "/",
+    "≠": "<>",
+    "≤": "<=",
+    "≥": ">=",
+    "；": ";",
+    "，": ",",
+    "：": ":",
+    "（": "(",
+    "）": ")",
+}
+"""Signs that a word processor writes, and what is meant."""
 _OF_OTHER_LANGUAGES: Final = re.compile(
     r"(?:0x(?P<hex>[0-9a-f_]+)|0b(?P<bin>[01_]+)|0o(?P<oct>[0-7_]+)|\$(?P<dollar>[0-9a-f]+)"
     r"|(?P<suffix>[0-9][0-9a-f]*)h)\b",
@@ -441,6 +457,9 @@ class _Scanner:
         elif text == "!":
             self._say(offset, "got !", "NOT", "The operator is NOT.")
             self._add("NOT", text, offset)
+        elif text in _TYPOGRAPHIC:
+            self._say(offset, f"got {text}", _TYPOGRAPHIC[text])
+            self._add(_TYPOGRAPHIC[text], text, offset)
         else:
             shown = text if text.isprintable() else f"the character with code {ord(text[0])}"
             hint = "Statements have no braces: IF ... THEN ... END_IF;" if text in ("{", "}") else ""

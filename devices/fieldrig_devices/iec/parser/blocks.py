@@ -227,6 +227,8 @@ class Blocks(Expressions):
     def _operator_hint(self) -> str:
         if self.kinds[self.i] == ")":
             return "There is one closing bracket more than opening ones."
+        if self.texts[self.i].upper() == "STEP":
+            return "The step of a FOR is behind BY."
         if self.texts[self.i] == "=" or self.kinds[self.i] == token.NAME:
             return "Between two operands stands an operator, such as AND, OR, = or <>."
         return ""

@@ -192,6 +192,10 @@ class Expressions(Cursor):
         hint = ""
         if kind == "=" and self.i and self.kinds[self.i - 1] in ("=", ":="):
             hint = "A comparison is written with one equals sign, an assignment with := and no blank."
+        elif kind == "." and self.kinds[self.i + 1] == token.INTEGER:
+            hint = f"A number has a digit in front of its point: 0.{self.texts[self.i + 1]}."
+        elif kind in ("<", ">") and self.kinds[self.i - 1] in ("<", ">"):
+            hint = "The sign for unequal is <>, and bits are moved by SHL and SHR."
         elif kind == "&":
             hint = "The address of a variable is ADR(variable)."
         elif self.texts[self.i][:1].isalpha():

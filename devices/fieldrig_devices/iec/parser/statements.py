@@ -8,6 +8,7 @@ from typing import Final
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.elementary import ALIASES, Elementary
 from fieldrig_devices.iec.parser.blocks import ALWAYS, BLOCK_ENDS, OPERANDS, OUTER, STOPS, Blocks
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
 from fieldrig_devices.iec.parser.expressions import RANKS
@@ -15,6 +16,17 @@ from fieldrig_devices.iec.parser.expressions import RANKS
 _NO_OPERATOR: Final = max(RANKS.values()) + 1
 _MOCKS: Final = frozenset({"MOCK", "MOCK_FUNCTION"})
 _OBJECT_ORIENTED: Final = frozenset({"METHOD", "PROPERTY"})
+
+
+_TYPES: Final = frozenset({*map(str, Elementary), *ALIASES})
+_WORDS: Final = {
+    "GOTO": "Structured Text has loops, IF and CASE instead of jumps.",
+    "LET": "An assignment is x := 5; without a word in front.",
+    "MOVE": "An assignment is x := y; or x := MOVE(y);",
+    "CALL": "A call is the name of the instance with brackets: timer(IN := x);",
+    "CAL": "A call is the name of the instance with brackets: timer(IN := x);",
+}
+"""Words with which statements of other languages begin."""
 
 
 class Statements(Blocks):
@@ -54,6 +66,8 @@ class Statements(Blocks):
             raise self.unexpected(";", "A statement assigns to one variable only, and a comparison is written with =.")
         elif kind == token.NAME:
             raise self.unexpected(";", "Between two operands stands an operator. A name has no blank in it.")
+        elif kind == "=>":
+            raise self.unexpected(";", "The sign for greater or equal is >=.")
         else:
             raise self.unexpected(";")
 
@@ -205,7 +219,7 @@ class Statements(Blocks):
         if isinstance(target, tree.Name):
             name, after = target.text, self.texts[self.i]
             is_test = name.upper().startswith("ASSERT")
-            hint = f"Write {name}({after}...);" if is_test else f"A name has no blank in it: {name}_{after}."
+            hint = f"Write {name}({after}...);" if is_test else _hint(name.upper(), name, after)
         raise self.unexpected(":= or a call", hint)
 
     def _mock(self, word: tree.Name) -> tree.CallStatement:
@@ -417,3 +431,14 @@ class Statements(Blocks):
         if self.accept(".."):
             return tree.Range(low, self.expression(), position=position)
         return low
+
+
+def _hint(word: str, name: str, after: str) -> str:
+    """Return what to do about a name, `word` in capitals, with something behind it that neither assigns nor calls."""
+    if word in _TYPES:
+        return f"A variable is declared between VAR and END_VAR: {after} : {word};"
+    if word in _WORDS:
+        return _WORDS[word]
+    if not after.isidentifier():
+        return "The sign of the assignment is :=." if after == "<" else ""
+    return f"A name has no blank in it: {name}_{after}."

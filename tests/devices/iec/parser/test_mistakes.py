@@ -274,3 +274,32 @@ def test_a_keyword_as_the_name_of_a_variable_is_one_mistake(behind: str) -> None
                     f"PROGRAM p\nVAR\n {front}{word} : BYTE := 200; {behind}\nEND_VAR\nEND_PROGRAM\n", "p.st"
                 )
                 assert len(mistakes) == 1, (word, mistakes)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("x ← 5;", "got ←; expected :="),
+        ("x := 5 – y;", "got –; expected -"),
+        ("x := 5 × y ÷ 2;", "got ×; expected *"),
+        ("b := x ≠ 5;", "got ≠; expected <>"),
+        ("b := x ≤ 5;", "got ≤; expected <="),
+        ("x := 5；", "got ；; expected ;"),
+        ("f（x）;", "got （; expected ("),
+        ("b := x => 5;", "The sign for greater or equal is >=."),
+        ("b := x >< 5;", "The sign for unequal is <>"),
+        ("x := x << 2;", "bits are moved by SHL and SHR"),
+        ("x := .5;", "A number has a digit in front of its point: 0.5."),
+        ("GOTO there;", "loops, IF and CASE instead of jumps"),
+        ("LET x := 5;", "An assignment is x := 5; without a word in front."),
+        ("MOVE x TO y;", "An assignment is x := y; or x := MOVE(y);"),
+        ("CALL timer;", "A call is the name of the instance with brackets"),
+        ("INT z;", "A variable is declared between VAR and END_VAR: z : INT;"),
+        ("int z := 5;", "A variable is declared between VAR and END_VAR: z : INT;"),
+        ("FOR i := 1 TO 5 STEP 2 DO ; END_FOR;", "The step of a FOR is behind BY."),
+    ],
+)
+def test_a_habit_of_other_languages_and_of_word_processors_is_told_the_right_form(text: str, said: str) -> None:
+    _, found = parse_body(text, "test.st", "ST", EDITION_3)
+    assert said in str(found[0])
+    assert {mistake.line for mistake in found} == {1}
