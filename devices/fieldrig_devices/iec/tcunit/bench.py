@@ -1,11 +1,12 @@
 """Runs the suites of a project in virtual time."""
 
 import sys
-from collections.abc import Callable
+from math import inf
 from pathlib import Path
 from typing import Final
 
 from fieldrig.clock import MS, S, VirtualClock
+from fieldrig.system.stopwatch import Stopwatch
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.layout import MOST_STACKS, STACK_SIZE
 from fieldrig_devices.iec.runtime import Runtime
@@ -37,7 +38,8 @@ class Bench:
         """NothingToRunError if there are no suites; CompileError if nothing of the project compiles."""
         self.clock = VirtualClock()
         self.host = StandaloneHost(self.clock)
-        self.session = Session(self.clock.now_ns, self._path_of, self._place)
+        self._watch = Stopwatch()
+        self.session = Session(self.clock.now_ns, self._path_of, self._place, busy_s=lambda: self._watch.busy_seconds)
         natives = Natives(self.session)
         self.files = Files()
         self.host.libraries = (natives.library(), self.files.library())
@@ -60,23 +62,32 @@ class Bench:
         self.faults: list[str] = []
         """Faults at run time outside of all suites."""
 
-    def run(self, longest_ns: int = LONGEST_NS, is_late: Callable[[], bool] = lambda: False) -> None:
-        """Run cycles until all suites have finished, at most for this virtual time, or until it is late."""
-        while not self.session.is_over and self.clock.now_ns() < longest_ns and not is_late():
-            self.cycle(is_late)
+    def run(self, longest_ns: int = LONGEST_NS, limit_s: float = inf) -> None:
+        """Run cycles until all suites have finished, at most for this virtual time.
+
+        A suite that has a processor for longer than `limit_s` for each of its tests ends, and the others go on.
+        """
+        began_s = self._watch.busy_seconds
+        while not self.session.is_over and self.clock.now_ns() < longest_ns:
+            self.cycle(limit_s)
+            self.session.end_slow(limit_s)
+            if self._watch.busy_seconds - began_s > limit_s * (1 + self.session.parts):
+                break  # what is beside the suites takes the time
             if not self.session.has_run and self.clock.now_ns() > 10 * S:
                 break
             self.clock.advance_to(self.clock.now_ns() + self.interval_ns)
 
-    def cycle(self, is_late: Callable[[], bool] = lambda: False) -> None:
+    def cycle(self, limit_s: float = inf) -> None:
         """Run one cycle of the programs.  A fault ends the suite that is running, and the others go on."""
         self._count_cycle()
+        began_s = self._watch.busy_seconds
         for thread in self._threads:
             thread.start()
             left_ns = CYCLE_NS
             while thread.state is WorkState.READY:
                 left_ns -= SLICE_NS - thread.run(SLICE_NS)
-                if left_ns < 0 or is_late():
+                is_beside = self.session.running is None and self._watch.busy_seconds - began_s > limit_s
+                if left_ns < 0 or is_beside or self.session.is_stuck(limit_s):
                     self._give_up(thread, str(thread.fault_here("cycle", ENDLESS) or ENDLESS))
                     break
             if thread.state is WorkState.FAULTED:

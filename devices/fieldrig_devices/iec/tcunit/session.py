@@ -109,6 +109,8 @@ class Suite:
     ended_ns: int | None = None
     fault: str = ""
     """The run-time fault that ended the suite; empty if there was none."""
+    busy_s: float = 0.0
+    """The time for which the suite has had a processor, up to its last call that has ended."""
 
     @property
     def are_all_done(self) -> bool:
@@ -138,7 +140,10 @@ class Session:
         path_of: Callable[[int], str],
         place: Callable[[], tuple[str, int]] = lambda: ("", 0),
         on_line: Callable[[str], None] = lambda line: None,
+        busy_s: Callable[[], float] = lambda: 0.0,
     ) -> None:
+        """`busy_s` is the time for which the process has had a processor."""
+        self._busy_s, self._called_s = busy_s, 0.0
         self._now_ns, self._path_of, self._place, self._on_line = now_ns, path_of, place, on_line
         self.parameters = Parameters()
         self.suites: dict[int, Suite] = {}
@@ -179,7 +184,7 @@ class Session:
         suite = next(self._open, None)
         if suite is None or self.is_aborted:
             return 0
-        self._called = suite
+        self._called, self._called_s = suite, self._busy_s()
         suite.declared.clear()
         named = suite.tests.get(self._named)
         suite.current = suite.last_named = named if named is not None and not named.is_done else None
@@ -192,6 +197,7 @@ class Session:
         suite, self._called = self._called, None
         if suite is None:
             return
+        suite.busy_s += self._busy_s() - self._called_s
         if suite.declared or suite.current is not None:
             self._named = suite.current.name if suite.current is not None else ""
         if suite.are_all_done:
@@ -221,6 +227,25 @@ class Session:
         if test is not None and not test.is_done:
             test.fault, test.ended_ns = fault, self._now_ns()
         self._finish(suite)
+
+    @property
+    def parts(self) -> int:
+        """The number of tests that are known, and of suites without one."""
+        return sum(max(1, len(suite.tests)) for suite in self.suites.values())
+
+    def is_stuck(self, limit_s: float) -> bool:
+        """True if the suite that is running has had a processor for longer than its tests may, each for this time."""
+        suite = self._called
+        if suite is None:
+            return False
+        return suite.busy_s + self._busy_s() - self._called_s > limit_s * max(1, len(suite.tests))
+
+    def end_slow(self, limit_s: float) -> None:
+        """End the suites between two cycles that have had a processor for longer than that."""
+        for suite in self.suites.values():
+            if not suite.is_finished and suite.busy_s > limit_s * max(1, len(suite.tests)):
+                self._called = suite
+                self.give_up(f"its tests take a processor for more than {limit_s:g} s each")
 
     @property
     def running(self) -> Suite | None:

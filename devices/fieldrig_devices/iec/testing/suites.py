@@ -87,8 +87,7 @@ class SuiteSource:
             raise UsageError(f"{self._project} has no suites", str(wrong)) from wrong
         watch = Stopwatch()
         listed = {(case.suite, case.name): case for case in _cases(bench)}
-        longest_s = limits.timeout_s * max(1, len(listed))
-        bench.run(limits.longest_ns, lambda: watch.busy_seconds > longest_s)
+        bench.run(limits.longest_ns, limits.timeout_s)
         busy_s = watch.busy_seconds / max(1, len(listed))
         yield from (one._replace(busy_s=busy_s) for one in _outcomes(bench, listed, chosen, watch.seconds))
         for one in bench.program.left_out:

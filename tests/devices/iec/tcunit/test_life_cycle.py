@@ -211,8 +211,26 @@ def test_a_fault_ends_its_suite_and_the_others_go_on() -> None:
 def test_a_cycle_without_an_end_is_ended() -> None:
     text = suite("TEST('t'); WHILE TRUE DO n := n + 1; END_WHILE", "n : UDINT;")
     bench = SuiteBench(text)
-    bench.cycle(is_late=lambda: True)
+    bench.cycle(limit_s=0.0)
     assert "the cycle does not end" in bench.test("t").fault
+
+
+def test_a_cycle_without_an_end_beside_the_suites_is_ended() -> None:
+    text = suite("TEST('t'); TEST_FINISHED();").replace("TcUnit.RUN();", "TcUnit.RUN(); WHILE TRUE DO ; END_WHILE")
+    bench = SuiteBench(text)
+    bench.run(limit_s=0.0)
+    assert verdicts(bench) == {"t": "PASS"}
+    assert "the cycle does not end in PRG_TEST" in bench.faults[0]
+
+
+def test_a_suite_that_takes_too_long_ends_and_the_others_go_on() -> None:
+    # It waits for what never comes, as for a machine that is not there.
+    text = PAIR.replace("{run}", "TcUnit.RUN()").replace("n := n + 1;", "TEST('one');")
+    bench = SuiteBench(text)
+    bench.run(limit_s=0.0)
+    assert bench.test("one").fault == "its tests take a processor for more than 0 s each"
+    assert bench.session.is_over
+    assert bench.clock.now_ns() < 1 * S
 
 
 def test_a_suite_that_never_finishes_is_left_after_its_time() -> None:
