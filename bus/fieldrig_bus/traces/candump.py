@@ -129,6 +129,8 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
             raise UsageError(f"line {odd.number} {how}: {wrong}", REMEDY) from wrong
         if entry.is_time_wrong:
             odd.report("the time is not one, and the message has that of the line before")
+        elif entry.time_ns is None:
+            odd.report("lines are without a time (candump -t), and get that of the line before")
         if adds_up and not is_reported:
             is_reported = True
             odd.report("times are those since the line before (candump -t d), and are added up")

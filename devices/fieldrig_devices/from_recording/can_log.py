@@ -27,6 +27,10 @@ MOST_EXTENDED: Final = 64
 _STATES: Final = frozenset(int(state) for state in State)
 
 
+FEWEST: Final = 3
+"""Messages in each direction that show a transfer without its beginning."""
+
+
 class NodeLog:
     """One node-ID."""
 
@@ -43,8 +47,11 @@ class NodeLog:
 
     @property
     def answers_sdo(self) -> bool:
-        """True if it has answered requests."""
-        return self.requests > 0 and self.answers > 0
+        """True if it has answered requests, or a transfer goes on that began before the recording.
+
+        Other protocols have identifiers of SDO too, with 8 bytes that fit no request.
+        """
+        return bool(self.objects.by_key) or min(self.requests, self.answers) >= FEWEST
 
 
 class CanLog:

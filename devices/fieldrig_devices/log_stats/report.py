@@ -16,6 +16,8 @@ from fieldrig_devices.log_stats.series import Series
 
 MOST_ROWS: Final = 200
 """Rows of a table for people; scripts get all."""
+MOST_ERRORS: Final = 4
+"""Kinds of errors that a row names."""
 
 
 def as_data(stats: LogStats) -> dict[str, Any]:
@@ -129,8 +131,10 @@ def _answers_row(answers: Answers, more: list[str]) -> tuple[object, ...]:
     times = answers.times
     spread = (span(times.quantile(0.5)), span(times.quantile(0.99))) if times.count else ("", "")
     strays = [f"messages without a dialogue x {answers.strays}"] if answers.strays else []
-    errors = "; ".join([*(f"{words} x {count}" for words, count in answers.errors.most_common()), *strays, *more])
-    return (answers.reads + answers.writes, answers.unanswered, *spread, errors)
+    errors = [*(f"{words} x {count}" for words, count in answers.errors.most_common()), *strays, *more]
+    if len(errors) > MOST_ERRORS + 1:
+        errors[MOST_ERRORS:] = [f"{len(errors) - MOST_ERRORS} more kinds; --json has all"]
+    return (answers.reads + answers.writes, answers.unanswered, *spread, "; ".join(errors))
 
 
 def _show_modbus(modbus: ModbusStats) -> None:

@@ -208,6 +208,10 @@ def test_a_last_line_that_is_cut_off_is_left_out_and_told(line: str) -> None:
             "line 1: the time is not one, and the message has that of the line before",
         ),
         (
+            "can0  123   [1]  01\ncan0  123   [1]  02\n",
+            "line 1: lines are without a time (candump -t), and get that of the line before (2 times in all)",
+        ),
+        (
             "(1.0) can0 123#\n(1.0) can0 20000080#0000000000000000\n",
             "line 2: error frames that report no error and no state of a controller are left out",
         ),

@@ -35,6 +35,7 @@ def words_about(log: Path, *words: str) -> str:
             "nodes 1 to 3, 9 never answered 1 SDO request each: they are no devices here",
         ),
         ([f"{turn} 0A5#0102030405060708" for turn in range(3)], "shows no device"),
+        (["0 5E3#9C3B2F774B25865A", "1 663#3E32EA5A14A9272B", "2 3E3#01"], "node 99 never answered 1 SDO request"),
     ],
 )
 def test_a_log_without_a_device_says_what_it_has(tmp_path: Path, lines: list[str], words: str) -> None:

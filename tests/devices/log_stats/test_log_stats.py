@@ -162,6 +162,16 @@ def test_the_command_prints_tables_or_json(log: Path) -> None:
     assert (data["bitrate"], data["is_bitrate_assumed"], data["count"]) == (500_000, False, 4)
 
 
+def test_a_row_names_few_kinds_of_errors(tmp_path: Path) -> None:
+    path = tmp_path / "log.jsonl"
+    write(can_log(*(f"085#{number:02X}81110000000000" for number in range(40))), path)
+    shown = CliRunner().invoke(app, ["stats", str(path)], catch_exceptions=False).output
+    assert "36 more kinds; --json has all" in shown
+    assert max(map(len, shown.splitlines())) < 600
+    data = json.loads(CliRunner().invoke(app, ["stats", str(path), "--json"]).output)
+    assert json.dumps(data).count("8120h") == 1, "scripts get all"
+
+
 def test_the_bit_rate_is_that_of_the_rig(log: Path) -> None:
     data = json.loads(
         CliRunner().invoke(app, ["stats", str(log), "--json", "--rig", str(EDS.parent / "lab.yaml")]).output
