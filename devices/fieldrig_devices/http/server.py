@@ -28,6 +28,8 @@ MOST_CONTENT: Final = 64 * 1024
 """Content of a request that is skipped, in bytes (413 for more)."""
 IDLE_NS: Final = 30 * S
 METHODS: Final = (b"GET", b"HEAD")
+NOT_ALLOWED: Final = (b"POST", b"PUT", b"DELETE", b"CONNECT", b"OPTIONS", b"TRACE", b"PATCH")
+"""Methods that are known and not allowed (405); any other is not implemented (RFC 9110, 9.1)."""
 HEADERS: Final = (
     ("Cache-Control", "no-store"),
     ("X-Content-Type-Options", "nosniff"),
@@ -48,6 +50,18 @@ def _hosts(request: h11.Request) -> list[bytes]:
     """Return what a request names as its host: the field Host, or instead of it the target, if that has one."""
     authority = authority_of(request.target)
     return [value for name, value in request.headers if name == b"host"] if authority is None else [authority]
+
+
+def _length(request: h11.Request) -> int:
+    """Return the length of the head of a request in bytes, whatever the pieces in which it arrived."""
+    fields = sum(len(name) + len(value) + len(": \r\n") for name, value in request.headers)
+    return len(request.method) + len(request.target) + len("  HTTP/1.1\r\n\r\n") + fields
+
+
+def _is_last(request: h11.Request) -> bool:
+    """True for a request after which the connection ends, as its framing may be a smuggled one (RFC 9112, 6.1)."""
+    names = {name for name, _ in request.headers}
+    return b"transfer-encoding" in names and (b"content-length" in names or request.http_version < b"1.1")
 
 
 class HttpSession:
@@ -97,6 +111,7 @@ class HttpSession:
                 if event is h11.NEED_DATA:
                     data = self._next_data()
                     if not data:
+                        self._continue()
                         self._close_if_ended()
                         return
                     self._http.receive_data(data)
@@ -121,10 +136,16 @@ class HttpSession:
         match event:
             case h11.Request():
                 self._request, self._content = event, 0
-                if not all(is_host(value) for value in _hosts(event)):
+                if not event.http_version.startswith(b"1."):
+                    self._refuse(HTTPStatus.HTTP_VERSION_NOT_SUPPORTED)
+                elif _length(event) > LONGEST_HEAD:
+                    self._refuse(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE)
+                elif not all(is_host(value) for value in _hosts(event)):
                     self._refuse(HTTPStatus.BAD_REQUEST)
-                elif event.method not in METHODS:
+                elif event.method in NOT_ALLOWED:
                     self._refuse(HTTPStatus.METHOD_NOT_ALLOWED)
+                elif event.method not in METHODS:
+                    self._refuse(HTTPStatus.NOT_IMPLEMENTED)
                 elif not self._is_for_us(event):
                     self._refuse(HTTPStatus.MISDIRECTED_REQUEST)
             case h11.Data():
@@ -132,7 +153,9 @@ class HttpSession:
                 if self._content > MOST_CONTENT:
                     self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
             case h11.EndOfMessage():
-                self._respond(self._response())
+                assert self._request is not None, "h11 gives a request before its end"
+                further = (("Connection", "close"),) if _is_last(self._request) else ()
+                self._respond(self._response(self._request), *further)
             case h11.ConnectionClosed():
                 self._close()
             case _:  # an upgrade, which the server never takes
@@ -146,13 +169,18 @@ class HttpSession:
         is_secured = request.target.lower().startswith(b"https:")
         return not is_secured and all(is_own(host.decode("latin-1"), self._hosts) for host in _hosts(request))
 
-    def _response(self) -> Response:
-        assert self._request is not None, "h11 gives a request before its end"
+    def _response(self, asked: h11.Request) -> Response:
         try:
-            request = Request.of_target(self._request.target.decode("ascii"))
+            request = Request.of_target(asked.target.decode("ascii"))
         except ValueError:
             return refusal(HTTPStatus.BAD_REQUEST)
         return self._answer(request)
+
+    def _continue(self) -> None:
+        """Tell a client to send the content that it holds back until then (RFC 9110, 10.1.1)."""
+        if self._http.they_are_waiting_for_100_continue:
+            going_on = h11.InformationalResponse(status_code=HTTPStatus.CONTINUE, headers=[], reason="Continue")
+            self._connection.write(self._http.send(going_on) or b"")
 
     def _close_if_ended(self) -> None:
         if self._has_ended:

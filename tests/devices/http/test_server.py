@@ -97,6 +97,12 @@ def test_forms_of_a_target(target: str, path: str, query: dict[str, list[str]]) 
     [
         (b"POST / HTTP/1.1\r\nHost: plc\r\nContent-Length: 1\r\n\r\nx", b"405"),
         (b"DELETE / HTTP/1.1\r\nHost: plc\r\n\r\n", b"405"),
+        (b"OPTIONS * HTTP/1.1\r\nHost: plc\r\n\r\n", b"405"),
+        (b"FOO / HTTP/1.1\r\nHost: plc\r\n\r\n", b"501"),  # RFC 9110, 9.1
+        (b"get / HTTP/1.1\r\nHost: plc\r\n\r\n", b"501"),  # methods have a case
+        (b"GET / HTTP/2.0\r\nHost: plc\r\n\r\n", b"505"),  # RFC 9110, 15.6.6
+        (b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", b"505"),
+        (b"GET /" + b"a" * LONGEST_HEAD + b" HTTP/1.1\r\nHost: plc\r\n\r\n", b"431"),  # in one piece
         (b"GET / HTTP/1.1\r\n\r\n", b"400"),  # RFC 9112, 3.2: no Host
         (b"GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n", b"400"),
         (b"GET relative HTTP/1.1\r\nHost: plc\r\n\r\n", b"400"),
@@ -165,6 +171,29 @@ def test_a_host_of_rfc_3986_is_taken(host: str) -> None:
 def test_another_host_is_refused(host: str, version: str) -> None:
     answer = Client().send(f"GET / HTTP/{version}\r\nHost: {host}\r\n\r\n".encode())
     assert status_of(answer) == b"HTTP/1.1 400 Bad Request"
+
+
+def test_a_client_that_waits_for_100_continue_is_told_to_go_on() -> None:
+    """RFC 9110, 10.1.1; `curl -X GET -d @file` asks so."""
+    client = Client()
+    asked = client.send(b"GET /a.htm HTTP/1.1\r\nHost: plc\r\nExpect: 100-continue\r\nContent-Length: 3\r\n\r\n")
+    assert asked == b"HTTP/1.1 100 Continue\r\n\r\n"
+    assert status_of(client.send(b"abc")) == b"HTTP/1.1 200 OK"
+    assert status_of(client.send(GET)) == b"HTTP/1.1 200 OK"
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        b"GET / HTTP/1.1\r\nHost: plc\r\nContent-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n",
+        b"GET / HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n",
+    ],
+)
+def test_a_request_with_two_lengths_is_the_last_one(head: bytes) -> None:
+    """RFC 9112, 6.1: what follows may be a part of it that another server has read differently."""
+    client = Client()
+    assert client.send(head + b"0\r\n\r\n" + GET).count(b"HTTP/1.1 200 OK") == 1
+    assert client.connection.is_closed
 
 
 def test_pipelined_requests_wait_while_a_response_is_not_taken() -> None:

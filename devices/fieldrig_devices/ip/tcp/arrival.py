@@ -40,6 +40,8 @@ def arrive(connection: Connection, now_ns: int, segment: Segment) -> Segment | N
         return _in_syn_sent(connection, now_ns, segment)
     sequence = position(segment.sequence, connection.incoming.next)
     if not _is_in_window(connection, now_ns, sequence, segment):
+        if sequence == connection.incoming.next and connection.incoming.window == 0:
+            _take_acknowledgment(connection, now_ns, sequence, segment)
         return None
     if segment.flags & (RST | SYN):
         _reset_or_challenge(connection, now_ns, sequence, segment)
@@ -57,6 +59,14 @@ def arrive(connection: Connection, now_ns: int, segment: Segment) -> Segment | N
     _acknowledged(connection, now_ns, sequence, acknowledgment, segment)
     _take_data(connection, now_ns, sequence, segment)
     return None
+
+
+def _take_acknowledgment(connection: Connection, now_ns: int, sequence: int, segment: Segment) -> None:
+    """Take a valid ACK with data for which the window has no room (RFC 9293, 3.10.7.4: the special allowance)."""
+    acknowledgment = position(segment.acknowledgment, connection.outgoing.unacknowledged)
+    is_valid = connection.outgoing.oldest_acknowledgment <= acknowledgment <= connection.outgoing.highest
+    if segment.flags & (ACK | SYN | RST) == ACK and is_valid and connection.state not in OPENING:
+        _acknowledged(connection, now_ns, sequence, acknowledgment, segment)
 
 
 def _in_syn_sent(connection: Connection, now_ns: int, segment: Segment) -> Segment | None:

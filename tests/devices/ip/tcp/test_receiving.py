@@ -100,6 +100,22 @@ def test_a_paused_user_closes_the_window_and_opens_it_again() -> None:
     assert len(user.received) == 1000
 
 
+def test_a_probe_of_a_closed_window_acknowledges_our_data() -> None:
+    """RFC 9293, 3.10.7.4: valid ACKs are accepted where no data are; else both ends repeat theirs forever."""
+    peer, user = connected(window=1000)
+    user.connection.pause()
+    send(peer, 0, bytes(1000))
+    user.connection.send(b"ours")
+    assert peer.act()[-1].data == b"ours"
+    peer.send(ACK, 1101, peer.theirs + 5, b"x")
+    assert [segment.acknowledgment for segment in peer.take()] == [1101]
+    peer.wait(10)
+    assert [segment.data for segment in peer.take() if segment.data] == []
+    peer.send(ACK, 1101, peer.theirs + 99, b"x")  # of what was never sent
+    peer.wait(10)
+    assert user.connection.outgoing.queued == 0
+
+
 def test_a_paused_user_learns_of_the_end_after_the_data() -> None:
     peer, user = connected()
     user.connection.pause()
