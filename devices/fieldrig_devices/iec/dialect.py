@@ -176,6 +176,8 @@ class Dialect:
     repeats_enumeration_values: bool = _rule(Origin.TODAY)
     """Two enumerations may have a value of the same name, of which the later one is written `Type.value`, and their
     numbers may have any order (manual 862 to 866, PD-359: they cannot)."""
+    has_named_bits: bool = _rule(Origin.TOOLS)
+    """`word.ready` is the bit with the number of the constant `ready`."""
     passes_alike: bool = _rule(Origin.TOOLS)
     """A `VAR_IN_OUT` of a bit string takes an unsigned integer of the same size, and the other way round."""
     wraps_enumeration_values: bool = _rule(Origin.TOOLS)

@@ -5,6 +5,7 @@ from iec_program import IecBench, program, refused
 
 from fieldrig_devices.iec.dialect import CODESYS, EPAS_4, Dialect
 from fieldrig_devices.languages.mistakes import CompileError
+from fieldrig_devices.languages.source_file import SourceFile
 
 
 def ran(text: str, dialect: Dialect = CODESYS) -> IecBench:
@@ -263,3 +264,26 @@ def test_a_number_of_an_enumeration_may_need_the_sign_bit() -> None:
 def test_a_larger_number_of_an_enumeration_is_refused(number: str, dialect: Dialect) -> None:
     text = CODES.replace("65535", number) + program("c : Code;", "c := unknown;")
     assert f"{number} does not fit INT" in refused(text, dialect)[0]
+
+
+def test_a_bit_is_named_by_a_constant() -> None:
+    declared = "VAR CONSTANT ready : INT := 3; END_VAR VAR w : WORD; is_ready : BOOL; END_VAR"
+    text = f"PROGRAM PLC_PRG {declared} w.ready := TRUE; is_ready := w.ready; END_PROGRAM"
+    bench = ran(text)
+    assert (bench["w"], bench["is_ready"]) == (8, True)
+
+
+def test_a_bit_beyond_its_word_and_a_variable_are_no_bits() -> None:
+    declared = "VAR CONSTANT ready : INT := 16; END_VAR VAR w : WORD; n : INT; END_VAR"
+    found = refused(f"PROGRAM PLC_PRG {declared} w.ready := TRUE; w.n := TRUE; END_PROGRAM", CODESYS)
+    assert any("WORD has no bit 16" in one for one in found)
+    assert any("w is a WORD and has no components" in one for one in found)
+
+
+def test_the_number_of_equal_start_values_may_have_the_name_of_its_list() -> None:
+    declared = "<Declaration><![CDATA[VAR_GLOBAL CONSTANT most : INT := 3; END_VAR]]></Declaration>"
+    listed = f'<TcPlcObject Version="1.1.0.1"><GVL Name="Limits" Id="{{0}}">{declared}</GVL></TcPlcObject>'
+    main = program("a : ARRAY[1..3] OF INT := [Limits.most(7)]; x : INT;", "x := a[3];")
+    bench = IecBench(main, CODESYS, others=[SourceFile("Limits.TcGVL", listed)])
+    bench.cycle()
+    assert bench["x"] == 7

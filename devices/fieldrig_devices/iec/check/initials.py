@@ -213,8 +213,16 @@ def _repetition(part: tree.Initial | tree.Repeated, context: Context) -> tuple[i
     """The number and the value of `3(7)`, which looks like a call if the number is a named constant."""
     if isinstance(part, tree.Repeated):
         return Expressions(context).constant_integer(part.count), part.value
-    if isinstance(part, tree.Call) and len(part.arguments) == 1 and isinstance(part.called, tree.Name):
-        variable = context.find(part.called.text)
+    if isinstance(part, tree.Call) and len(part.arguments) == 1:
+        variable = _named(part.called, context)
         if variable is not None and getattr(variable, "is_constant", False):
             return Expressions(context).constant_integer(part.called), part.arguments[0].value
     return 1, part
+
+
+def _named(node: tree.Expression, context: Context) -> object:
+    """Return what a name means, also one with that of its list of global variables in front; None for anything else."""
+    if isinstance(node, tree.Member) and isinstance(node.of, tree.Name):
+        listed = context.project.lists.get(context.key(node.of.text), {}).get(context.key(node.name))
+        return context.project.find(listed) if listed is not None else None
+    return context.find(node.text) if isinstance(node, tree.Name) else None

@@ -193,7 +193,16 @@ def _member(checker: Checker, node: tree.Member) -> Meaning | None:
         hint = checker.context.project.reports.closest(node.name, known)
         checker.context.say(node, f"{kind} has no method or property {node.name}", ", ".join(known[:8]), hint)
         return None
-    return _of_object(checker.context, Load(owner), kind, node)
+    return _named_bit(checker, node) or _of_object(checker.context, Load(owner), kind, node)
+
+
+def _named_bit(checker: Checker, node: tree.Member) -> Meaning | None:
+    """Return the bit with the number of a constant, `word.ready`; None for anything else."""
+    declared = checker.context.find(node.name)
+    if type(declared) is not Variable or not declared.is_constant or not checker.context.project.dialect.has_named_bits:
+        return None
+    number = checker.context.project.constant_of(declared)
+    return meaning(checker, tree.BitOf(node.of, number, position=node.position)) if type(number) is int else None
 
 
 def _own(context: Context, node: tree.Member) -> Meaning | None:

@@ -12,6 +12,7 @@ from typing import Final
 
 from fieldrig.errors import UsageError
 from fieldrig.text.source_text import decoded
+from fieldrig_devices.iec.imports import tsproj
 from fieldrig_devices.iec.imports.plcproj import SOURCES, SUFFIX, PlcProject, read_plcproj
 from fieldrig_devices.iec.imports.report import Report
 from fieldrig_devices.languages.source_file import SourceFile
@@ -57,7 +58,17 @@ def opened(path: Path) -> Sources:
         raise UsageError(f"{path} cannot be read", str(report.mistakes[0]) if report.mistakes else "")
     made = Sources(path, project.name, [_read(file) for file in project.files])
     made.absent += [f"the file {name}" for name in project.missing]
+    made.library_files += _types_around(project)
     _add_libraries(project, made)
+    return made
+
+
+def _types_around(project: PlcProject) -> list[SourceFile]:
+    """Return the types of the TwinCAT project that a PLC project belongs to, which is in the folder above it."""
+    folder, made, known = project.path.parent.parent, list[SourceFile](), set[str]()
+    for path in (path for suffix in tsproj.SUFFIXES for path in sorted(folder.glob(f"*{suffix}"))):
+        text = tsproj.types_of(_read(path).text, Report(str(path)), known)
+        made += [SourceFile(str(path), text)] if text else []
     return made
 
 
@@ -76,7 +87,7 @@ def _add_libraries(project: PlcProject, made: Sources) -> None:
             if found is not None:
                 waiting.append(found)
                 known |= found.names
-                made.library_files += [_read(file) for file in found.files]
+                made.library_files += [*(_read(file) for file in found.files), *_types_around(found)]
 
 
 class _Finder:

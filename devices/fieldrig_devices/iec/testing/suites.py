@@ -158,13 +158,32 @@ def _outcomes(
     wanted, suites = set(chosen), {case.suite for case in chosen}
     seconds = wall_s / max(1, len(listed))
     output = tuple(line for line in bench.session.lines if not line.startswith("FAILED TEST"))
+    beside = tuple(f"beside the suites: {fault}" for fault in dict.fromkeys(bench.faults))
+    yield from (_not_begun(case, bench) for case in chosen if _has_not_begun(case, bench))
+    output += beside
     for suite in bench.session.suites.values():
+        if suite.started_ns is None and not bench.session.has_run:
+            continue
         for name in (*suite.tests, *(name for path, name in listed if path == suite.path and name not in suite.tests)):
             case = listed.get((suite.path, name), Case(name, suite.path, bench.file_of(suite.path), 0))
             is_new = (suite.path, name) not in listed and suite.path in suites
             if case in wanted or is_new:
                 yield _outcome(case, suite, suite.tests.get(name), seconds, output)
                 output = ()
+
+
+def _has_not_begun(case: Case, bench: Bench) -> bool:
+    """True for a test of a suite that no call of RUN has reached, because of a fault in front of it."""
+    if not any(path == case.suite for path, _ in bench.instances.values()):
+        return False
+    suite = next((one for one in bench.session.suites.values() if one.path == case.suite), None)
+    return suite is None or (suite.started_ns is None and not bench.session.has_run)
+
+
+def _not_begun(case: Case, bench: Bench) -> Outcome:
+    why = bench.faults[0] if bench.faults else "no program has called RUN"
+    failure = Failure("fault", "", f"the suite has not begun: {why}", "", case.file, case.line, 0)
+    return Outcome(case, Verdict.ERROR, (failure,))
 
 
 def _outcome(case: Case, suite: Suite, test: Test | None, wall_s: float, output: tuple[str, ...]) -> Outcome:

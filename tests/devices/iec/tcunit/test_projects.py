@@ -266,3 +266,101 @@ def test_the_program_that_is_made_has_a_name_of_its_own(tmp_path: Path) -> None:
     bench.run()
     assert [suite.path for suite in bench.session.suites.values()] == ["PRG_TEST_.Pump_Test_"]
     assert [test.has_failed for suite in bench.session.suites.values() for test in suite.tests.values()] == [False]
+
+
+BROKEN = """
+FUNCTION_BLOCK Broken
+VAR n : INT; END_VAR
+METHOD FB_init : BOOL VAR_INPUT bInitRetains : BOOL; bInCopyCode : BOOL; END_VAR n := 1 / n; END_METHOD
+END_FUNCTION_BLOCK
+"""
+NAMED = """
+FUNCTION_BLOCK {name} EXTENDS TcUnit.FB_TestSuite
+{variables}
+TEST('{name}'); TEST_FINISHED();
+END_FUNCTION_BLOCK
+"""
+
+
+def test_a_suite_behind_a_fault_at_the_start_is_an_error_and_not_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "all.st"
+    second = NAMED.format(name="Second", variables="VAR b : Broken; END_VAR")
+    path.write_text(
+        BROKEN + NAMED.format(name="First", variables="") + second + NAMED.format(name="Third", variables="")
+    )
+    (source,) = sources_in(path)
+    found = {one.case.name: one for one in source.run(source.cases(), Limits(30.0))}
+    assert {name: one.verdict for name, one in found.items()} == {
+        "First": Verdict.PASSED,
+        "Second": Verdict.ERROR,
+        "Third": Verdict.ERROR,
+    }
+    assert found["Third"].failures[0].actual.startswith("the suite has not begun: a division by zero in Broken.FB_init")
+
+
+def test_a_suite_that_no_program_gets_to_is_an_error(tmp_path: Path) -> None:
+    path = tmp_path / "all.st"
+    main = "PROGRAM PRG_TEST VAR s : Only; n : INT; END_VAR {body} END_PROGRAM"
+    suite_text = NAMED.format(name="Only", variables="")
+    for body, why in (
+        ("n := 1 / n; TcUnit.RUN();", "a division by zero in PRG_TEST"),
+        ("IF n > 0 THEN TcUnit.RUN(); END_IF", "no program has called RUN"),
+    ):
+        path.write_text(suite_text + main.format(body=body))
+        (source,) = sources_in(path)
+        (found,) = source.run(source.cases(), Limits(30.0))
+        assert (found.verdict, why in found.failures[0].actual) == (Verdict.ERROR, True)
+
+
+def test_a_fault_beside_the_suites_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "all.st"
+    main = "PROGRAM PRG_TEST VAR s : Only; n : INT; END_VAR TcUnit.RUN(); n := 1 / n; END_PROGRAM"
+    path.write_text(NAMED.format(name="Only", variables="") + main)
+    (source,) = sources_in(path)
+    (found,) = source.run(source.cases(), Limits(30.0))
+    assert found.verdict is Verdict.PASSED
+    assert found.output[-1].startswith("beside the suites: a division by zero in PRG_TEST")
+
+
+TYPES = (
+    HEAD
+    + """<TcSmProject><DataTypes>
+<DataType><Name GUID="{1}">Gap</Name><SubItem><Name>width</Name><Type>INT</Type></SubItem></DataType>
+<DataType><Name GUID="{2}">Gap</Name>
+  <SubItem><Name>width</Name><Type>REAL</Type></SubItem>
+  <SubItem><Name>steps</Name><Type>INT</Type>
+    <ArrayInfo><LBound>1</LBound><Elements>3</Elements></ArrayInfo></SubItem>
+  <Hides><Hide GUID="{1}"/></Hides></DataType>
+<DataType><Name RemovableEnumPrefix="GRADE_">Grade</Name><BaseType>INT</BaseType>
+  <EnumInfo><Text>GRADE_Low</Text><Enum>2</Enum></EnumInfo>
+  <EnumInfo><Text>GRADE_High</Text><Enum>5</Enum></EnumInfo></DataType>
+<DataType><Name>Pumped</Name><SubItem><Name>x</Name><Type>no; type</Type></SubItem></DataType>
+<DataType><Name>Lengths</Name><BaseType>LREAL</BaseType>
+  <ArrayInfo><LBound>0</LBound><Elements>2</Elements></ArrayInfo></DataType>
+</DataTypes></TcSmProject>
+"""
+)
+
+
+def test_the_types_of_the_twincat_project_are_known(tmp_path: Path) -> None:
+    declared = (
+        "FUNCTION_BLOCK T EXTENDS TcUnit.FB_TestSuite\nVAR g : Gap; l : Lengths; e : Grade := Grade.High; END_VAR"
+    )
+    body = "g.width := 0.5; l[1] := 2;\nTEST('t'); AssertEquals_DINT(5 + 1, e + TRUNC(g.width * l[1]), '');"
+    body += "\nAssertEquals_DINT(3, UPPER(g.steps), ''); TEST_FINISHED();"
+    upper = pou(
+        "UPPER", "FUNCTION UPPER : DINT\nVAR_IN_OUT a : ARRAY[*] OF INT; END_VAR", "UPPER := UPPER_BOUND(a, 1);"
+    )
+    path = project(tmp_path / "Machine" / "Plc", {"T.TcPOU": pou("T", declared, body), "UPPER.TcPOU": upper})
+    (tmp_path / "Machine" / "Machine.tsproj").write_text(TYPES)
+    bench = Bench(opened(path))
+    bench.run()
+    assert (bench.program.left_out, bench.session.lines, bench.faults) == ([], [], [])
+    assert bench.session.is_over
+
+
+@pytest.mark.parametrize("text", ["", "<TcSmProject", "<Other/>", "<TcSmProject/>", "<!DOCTYPE a><TcSmProject/>"])
+def test_a_project_without_types_changes_nothing(tmp_path: Path, text: str) -> None:
+    path = project(tmp_path / "Machine" / "Plc", FILES)
+    (tmp_path / "Machine" / "Machine.tsproj").write_text(text)
+    assert opened(path).library_files == []
