@@ -346,13 +346,17 @@ class IecDebuggee:
             numbers = {name.casefold(): number for name, number in kind.values.items()}
             if value.casefold() in numbers:
                 return numbers[value.casefold()]
-        expression = expression_of(value)
+        expected = f"{symbol.path}: expected a constant of type {kind}, got {value!r}"
+        try:
+            expression = expression_of(value)
+        except ValueError as wrong:
+            raise ValueError(f"{expected} ({wrong})") from wrong
         match expression:
             case tree.Literal(value=constant):
                 return constant
             case tree.Unary(operator="-" | "+"):
                 return evaluate(expression, _no_variables)
-        raise ValueError(f"{symbol.path}: expected a constant of type {kind}, got {value!r}")
+        raise ValueError(expected)
 
     # ---- the rest
 

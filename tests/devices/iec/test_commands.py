@@ -229,6 +229,8 @@ def test_run_ends_with_a_fault_of_the_program(tmp_path: Path) -> None:
         (("--for", "soon"), "is not a duration"),
         (("--for", "1s", "--set", "PLC_PRG.level"), "expected NAME=VALUE"),
         (("--for", "1s", "--set", "PLC_PRG.level=x"), "expected a constant"),
+        (("--for", "1s", "--set", "PLC_PRG.level=1,5"), "PLC_PRG.level: expected a constant of type"),
+        (("--for", "1s", "--set", "PLC_PRG.level=5s"), "expected T#5s"),
         (("--for", "1s", "--watch", "PLC_PRG.tap"), "is not a variable"),
         ((), "expected a time, because there is no terminal"),
     ],

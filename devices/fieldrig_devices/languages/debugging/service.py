@@ -41,6 +41,8 @@ class DebugService:
         self._parts: dict[str, str] = {}
         self._probes = Probes(clock, debuggee)
         self._stopped_ns = 0
+        self._unknown: dict[int, str] = {}
+        """Why the condition at which a thread stands has no value, by threads."""
         debuggee.on_stop, debuggee.on_load = self._on_stop, self._on_load
         self._commands: dict[str, Callable[[Mapping[str, Any]], Answer]] = {
             "state": self._state,
@@ -116,9 +118,13 @@ class DebugService:
         }
 
     def _why(self, thread: ThreadView) -> Answer:
-        """Return the change for which a thread has stopped, if that was a data breakpoint."""
-        change = self._probes.stopped.get(thread.number) if thread.state is ProgramState.PAUSED else None
-        return {} if change is None else {"about": change, "change": change}
+        """Return why a thread has stopped, if that was a data breakpoint or a condition that has no value."""
+        if thread.state is not ProgramState.PAUSED:
+            return {}
+        change, wrong = self._probes.stopped.get(thread.number), self._unknown.get(thread.number)
+        if change is not None:
+            return {"about": change, "change": change}
+        return {} if wrong is None else {"about": wrong}
 
     def _files(self, _: Mapping[str, Any]) -> Answer:
         return {"files": list(self._debuggee.files)}
@@ -205,6 +211,7 @@ class DebugService:
     def _on_stop(self) -> None:
         """Count the stop, unless it is a breakpoint whose condition does not hold."""
         debuggee = self._debuggee
+        self._unknown.clear()
         paused = [thread for thread in debuggee.threads() if thread.state is ProgramState.PAUSED]
         if len(paused) == 1:
             thread = paused[0].number
@@ -223,7 +230,9 @@ class DebugService:
         """A condition that cannot be evaluated stops the program, so that its author notices."""
         try:
             return self._debuggee.evaluate(condition, thread).value is not False
-        except ValueError:
+        except ValueError as wrong:
+            reason = str(wrong).replace("\n", ": ")
+            self._unknown[thread] = f"its condition {condition} has no value here: {reason}"
             return True
 
     # ---- values

@@ -54,6 +54,11 @@ def test_a_condition_that_cannot_be_evaluated_stops(counter: CountingProgram, se
     ask(service, "breakpoints", file="count.txt", breakpoints=[{"line": 2, "condition": "k=3"}])
     counter.run_line()
     assert counter.state is ProgramState.PAUSED
+    (thread,) = ask(service, "state")["threads"]
+    assert thread["about"] == "its condition k=3 has no value here: k is not known"
+    ask(service, "breakpoints", file="count.txt", breakpoints=[{"line": 2}])
+    ask(service, "continue")
+    assert not ask(service, "state")["threads"][0]["about"]
 
 
 def test_new_breakpoints_of_a_file_replace_its_old_ones(counter: CountingProgram, service: DebugService) -> None:
