@@ -157,7 +157,15 @@ class Hmiscu(Device):
 
     def why_refused(self, name: str) -> str:
         """Return why tools and masters may not set a point; empty if they may."""
-        return f"the program drives {name}" if self._plc.driven.has(self._fast.present_name(name)) else ""
+        present = self._fast.present_name(name)
+        if self._plc.driven.has(present):
+            return f"the program drives {name}"
+        is_running = self._plc.state is PlcState.RUN
+        if is_running and self._panel.is_written(present):
+            return f"the program writes {name}"
+        if not is_running and self._plc.driven.is_output(present):
+            return f"{name} does not change while the controller is not in RUN"
+        return ""
 
     def _guarded(self, name: str, point: Point) -> Point:
         """Return the point, which refuses values while the program drives it."""
@@ -168,10 +176,17 @@ class Hmiscu(Device):
         def write(value: Value) -> None:
             refusal = self.why_refused(name)
             if refusal:
-                raise ValueError(f"{refusal}\nexpected a program that leaves it alone; `fieldrig debug` forces it")
+                raise ValueError(f"{refusal}\nexpected {self._remedy(name)}")
             act(value)
 
         return replace(point, write=write)
+
+    def _remedy(self, name: str) -> str:
+        """Return what to do about a point that may not be set."""
+        if self._plc.driven.has(self._fast.present_name(name)):
+            return "a program that leaves it alone; `fieldrig debug` forces it"
+        is_running = self._plc.state is PlcState.RUN
+        return "another line, or a program that leaves it alone" if is_running else "plc/command = run before it"
 
     @property
     def plc(self) -> Plc:

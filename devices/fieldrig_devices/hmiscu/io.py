@@ -85,10 +85,13 @@ class Terminals:
     def give(self) -> None:
         """Write the image to the outputs."""
         for terminal in self._outputs:
-            raw = _get(self.outputs, place_of(terminal))
-            if self._shown.get(terminal) != raw:
-                self._shown[terminal] = raw
-                self._send(terminal, raw)
+            self._give(terminal)
+
+    def _give(self, terminal: str) -> None:
+        raw = _get(self.outputs, place_of(terminal))
+        if self._shown.get(terminal) != raw:
+            self._shown[terminal] = raw
+            self._send(terminal, raw)
 
     def fall(self) -> None:
         """Switch all outputs off, because the controller has left RUN."""
@@ -166,6 +169,7 @@ class Terminals:
         """Set an output in the image.  One that a program writes refuses it before."""
         raw = int(truth_in(value)) if kind == "digital output" else whole_in(value, 0, MOST_RAW)
         _put(self.outputs, place_of(terminal), raw)
+        self._give(terminal)  # at once, so that who sets it reads it
 
 
 def _put(area: bytearray, place: Place, raw: int) -> None:

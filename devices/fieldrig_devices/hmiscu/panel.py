@@ -19,6 +19,8 @@ WIDTH: Final = 40
 """Characters in a line."""
 AREA_BYTE: Final = 16
 """The byte of keys in %I, and of lamps in %Q."""
+RECENT: Final = 20
+"""Cycles of MAST for which a line counts as written by the program: slower tasks write lines too."""
 TEXT: Final = f"""
 FUNCTION PanelText : BOOL
 VAR_INPUT
@@ -39,12 +41,22 @@ class Panel:
         self.keys = [False] * KEYS
         self.lamps = [False] * LAMPS
         self.lines = [""] * LINES
+        self._cycles = 0
+        self._written = [-RECENT] * LINES
+        """The cycle in which the program wrote each line last."""
+
+    def is_written(self, name: str) -> bool:
+        """Return whether the program keeps writing this line, so that another text would be gone at once."""
+        number = name.casefold().removeprefix("panel.line")
+        known = {str(line + 1): last for line, last in enumerate(self._written)}
+        return number in known and self._cycles - known[number] < RECENT
 
     def library(self) -> Library:
         return Library("HMISCU_Panel", TEXT, {"paneltext": NativeFunction(self._write_line, cost_ns=20_000)}, {})
 
     def take(self, inputs: bytearray) -> None:
-        """Copy the keys into the image."""
+        """Copy the keys into the image, at the begin of a cycle."""
+        self._cycles += 1
         inputs[AREA_BYTE] = sum(is_down << number for number, is_down in enumerate(self.keys))
 
     def give(self) -> None:
@@ -55,6 +67,7 @@ class Panel:
         if not 1 <= line <= LINES:
             return (False,)
         self.lines[line - 1] = text[:WIDTH]
+        self._written[line - 1] = self._cycles
         return (True,)
 
     def points(self) -> Iterator[tuple[str, Point]]:
@@ -93,6 +106,7 @@ class Panel:
     def _switch(self, number: int, value: Value) -> None:
         rest = self._outputs[AREA_BYTE] & ~(1 << number)
         self._outputs[AREA_BYTE] = rest | truth_in(value) << number
+        self.lamps[number] = truth_in(value)
 
     def _set_line(self, number: int, value: Value) -> None:
         self.lines[number] = text_in(value, WIDTH)

@@ -36,6 +36,10 @@ class Driven:
             self._known[key] = self._variables.has(name)
         return self._known[key]
 
+    def is_output(self, name: str) -> bool:
+        """Return whether this is an output or a lamp, which are off while the program does not run."""
+        return name.casefold() in self._places or name.casefold().startswith("panel.lamp")
+
     def _take(self, compiled: Compiled) -> None:
         self._compiled, self._variables = compiled, Protected(compiled.written, compiled.symbols)
         bits = compiled.written.bits
