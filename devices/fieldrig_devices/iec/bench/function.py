@@ -5,7 +5,7 @@ from typing import Any
 
 from fieldrig.errors import ArgumentError
 from fieldrig.text.nearest import closest
-from fieldrig_devices.iec.bench.python_values import at, read, write
+from fieldrig_devices.iec.bench.python_values import Placed, at, read, write
 from fieldrig_devices.iec.bench.under_test import UnderTest
 from fieldrig_devices.iec.bench.wrappers import Call, Wrapper
 from fieldrig_devices.iec.program import Pou
@@ -25,6 +25,11 @@ class Function:
         pou, base = program.of_wrapper(self._wrapper)
         for name, own in call.inputs.items():
             variable = pou.variables[program.dialect.key(own)]
+            if name in call.pointers:
+                pointer = pou.variables[program.dialect.key(call.pointers[name])]
+                instance = given.pop(name) if isinstance(given.get(name), Placed) else None
+                place = at(pointer.type, base + pointer.offset, f"{self._name}.{name}")
+                write(program.runtime, place, instance)
             if name not in given:
                 program.runtime.restart(variable, base)
                 continue

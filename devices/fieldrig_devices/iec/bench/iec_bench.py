@@ -162,11 +162,15 @@ class IecBench(ProgramBench):
         instance, calls = caller.variables[program.dialect.key(BLOCK)], program.calls[wrapper]
         own = {name.lower(): caller.variables[program.dialect.key(name)] for name in calls.own.inputs.values()}
         in_outs = {name: (one.type, base + one.offset) for name, one in own.items()}
+        pointers = {
+            name.lower(): base + caller.variables[program.dialect.key(pointer)].offset
+            for name, pointer in calls.own.pointers.items()
+        }
         functions = {
             part: {name: Function(program, wrapper, call) for name, call in known.items()}
             for part, known in (("", calls.methods), ("GET", calls.getters), ("SET", calls.setters))
         }
-        block._bind(pou.type, base + instance.offset, program.runner(wrapper), in_outs, functions)
+        block._bind(pou.type, base + instance.offset, program.runner(wrapper), in_outs, functions, pointers)
 
     def mock(self, name: str, call: Callable[..., Any] | None = None, *, returns: Any = None) -> PythonMock:
         if call is not None and not callable(call):

@@ -15,7 +15,7 @@ from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.testing.reports.people import instant
 from fieldrig_devices.iec.testing.texts import value_text
 from fieldrig_devices.iec.tree import Section
-from fieldrig_devices.iec.types import BlockType, Type, Value
+from fieldrig_devices.iec.types import BlockType, PointerType, Type, Value
 
 MOST_CALLS: Final = 64
 """Calls of an instance whose values are kept."""
@@ -92,12 +92,13 @@ class Instance(Placed):
 class Block(Instance):
     """An instance under test.  A call gives it inputs, runs its code once, and returns it."""
 
-    __slots__ = ("_checks", "_functions", "_history", "_in_outs", "_run")
+    __slots__ = ("_checks", "_functions", "_history", "_in_outs", "_pointers", "_run")
 
     _checks: dict[str, tuple[Callable[[Any], Value], int]]
     _history: deque[tuple[int, list[Value]]]
     _functions: Mapping[str, Mapping[str, Callable[..., Any]]]
     _in_outs: Mapping[str, tuple[Type, int]]
+    _pointers: Mapping[str, int]
     _run: Callable[[], None]
 
     def __init__(self, bench: Owner, name: str) -> None:
@@ -111,14 +112,16 @@ class Block(Instance):
         run: Callable[[], None],
         in_outs: Mapping[str, tuple[Type, int]] = MappingProxyType({}),
         functions: Mapping[str, Mapping[str, Callable[..., Any]]] = MappingProxyType({}),
+        pointers: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
         """Use the code of the program as it is now.
 
-        `in_outs` are the variables behind VAR_IN_OUT; `functions` are the methods, and GET and SET of properties.
+        `in_outs` are the variables behind VAR_IN_OUT; `functions` are the methods, and GET and SET of properties;
+        `pointers` are the addresses of the pointers to the instances that are passed to VAR_IN_OUT.
         """
         before = self._offsets()
         self._place_at(kind, address)
-        self._keep(_run=run, _in_outs=in_outs, _functions=functions, _checks={})
+        self._keep(_run=run, _in_outs=in_outs, _functions=functions, _pointers=pointers, _checks={})
         if self._offsets() != before:
             self._history.clear()
 
@@ -150,6 +153,13 @@ class Block(Instance):
         return self
 
     def _give(self, name: str, value: Any) -> None:
+        pointer = self._pointers.get(name.lower())
+        if pointer is not None:
+            to = PointerType(self._in_outs[name.lower()][0])
+            instance = value if isinstance(value, Placed) else None
+            self._bench.cells[pointer] = checker_of(self._bench.runtime, to, f"{self._path}.{name}")(instance)
+            if instance is not None:
+                return
         check = self._checks.get(name)
         if check is None:
             kind, address = self._input(name)
@@ -179,7 +189,9 @@ class Block(Instance):
         self._history.clear()
 
     def _place(self, name: str) -> tuple[Type, int]:
-        known = self._in_outs.get(name.lower())
+        known, pointer = self._in_outs.get(name.lower()), self._pointers.get(name.lower())
+        if known is not None and pointer is not None and self._bench.cells[pointer]:
+            return known[0], int(self._bench.cells[pointer])
         return known if known is not None else super()._place(name)
 
     def __repr__(self) -> str:

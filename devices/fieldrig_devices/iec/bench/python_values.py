@@ -107,7 +107,9 @@ def _cells_of(runtime: Runtime, symbol: Symbol, value: Any) -> Iterator[tuple[Sy
             yield from _cells_of(runtime, part, one)
     else:
         if not isinstance(value, Mapping):
-            raise ArgumentError(f"{path} cannot be {_shown(value)}", f"expected a dict with values of {kind}")
+            instance = f"an instance of {kind} under test, or " if isinstance(kind, BlockType) else ""
+            of = "it" if instance else str(kind)
+            raise ArgumentError(f"{path} cannot be {_shown(value)}", f"expected {instance}a dict with values of {of}")
         known = {part.name.lower(): part for part in parts(symbol)}
         for name, one in value.items():
             found = known.get(str(name).lower())

@@ -50,6 +50,8 @@ class Call:
     """The variable with the result; empty if there is none."""
     action: str = ""
     """The action of the wrapper that makes the call; empty for its body."""
+    pointers: Mapping[str, str] = field(default_factory=dict)
+    """The VAR_IN_OUT that are instances, each with the pointer of the wrapper to the instance that is passed."""
 
 
 @dataclass(slots=True)
@@ -87,9 +89,11 @@ class _Declared:
 
     def __init__(self, wrapper: Wrapper, known: Mapping[str, tree.Pou]) -> None:
         self._wrapper, self._pou = wrapper, known.get(wrapper.name.casefold())
-        self._line = _line_of(self._pou, known)
+        self._line, self._known = _line_of(self._pou, known), known
         self._variables: dict[str, tree.Variable] = {}
         self._actions: list[tree.Action] = []
+        self._pointers: dict[str, str] = {}
+        """The pointers of the call that is made now."""
         self._body = self._of_function() if self._is_function else self._of_block()
 
     @property
@@ -98,7 +102,7 @@ class _Declared:
 
     def declarations(self) -> list[tree.Declaration]:
         wrapper, blocks = self._wrapper, (tree.Variables(tree.Section.LOCAL, tuple(self._variables.values())),)
-        kind, body = tree.PouKind.FUNCTION_BLOCK, tree.StBody((self._body,))
+        kind, body = tree.PouKind.FUNCTION_BLOCK, tree.StBody(self._body)
         made = tree.Pou(kind, wrapper.pou, None, blocks, body, tuple(self._actions))
         instance = tree.Variable(wrapper.instance, tree.NamedType(wrapper.pou))
         return [made, tree.Variables(tree.Section.GLOBAL, (instance,))]
@@ -118,12 +122,32 @@ class _Declared:
                     continue
                 own = self._add(f"{prefix}{variable.name}", variable.type, variable.initial)
                 is_output = block.section is tree.Section.OUTPUT
-                arguments.append(tree.Argument(tree.Name(own), variable.name, is_output=is_output))
+                passed: tree.Expression = tree.Name(own)
+                if block.section is tree.Section.IN_OUT and self._is_block(variable.type):
+                    pointer = self._pointers[variable.name] = self._add(f"TO {own}", tree.PointerSpec(variable.type))
+                    passed = tree.Dereference(tree.Name(pointer))
+                arguments.append(tree.Argument(passed, variable.name, is_output=is_output))
                 if not is_output:
                     inputs[variable.name] = own
                 if block.section is not tree.Section.INPUT:
                     outputs[variable.name] = own
         return arguments, inputs, outputs
+
+    def _is_block(self, spec: tree.TypeSpec) -> bool:
+        pou = self._known.get(spec.name.casefold()) if isinstance(spec, tree.NamedType) else None
+        return pou is not None and pou.kind.has_instances
+
+    def _with_own_instances(
+        self, statement: tree.AnyStatement, inputs: Mapping[str, str]
+    ) -> tuple[tuple[tree.AnyStatement, ...], dict[str, str]]:
+        """Return a call behind lines that let unset pointers refer to instances of the wrapper, and the pointers."""
+        pointers, self._pointers = self._pointers, {}
+        made: list[tree.AnyStatement] = []
+        for name, pointer in pointers.items():
+            own = tree.Call(tree.Name("ADR"), (tree.Argument(tree.Name(inputs[name])),))
+            nothing = tree.Binary("=", tree.Name(pointer), tree.Literal(tree.LiteralKind.INTEGER, 0))
+            made.append(tree.If((tree.Branch(nothing, (tree.Assign(tree.Name(pointer), own),)),)))
+        return (*made, statement), pointers
 
     def _called(self, call: tree.Call, result: tree.TypeSpec | None, name: str) -> tuple[tree.AnyStatement, str]:
         """Return the statement of a call, and the variable with its result."""
@@ -131,24 +155,27 @@ class _Declared:
             return tree.CallStatement(call), ""
         return tree.Assign(tree.Name(self._add(name, result)), call), name
 
-    def _of_function(self) -> tree.AnyStatement:
+    def _of_function(self) -> tuple[tree.AnyStatement, ...]:
         pou = self._pou
         assert pou is not None, "a function is known"
         arguments, inputs, outputs = self._arguments(pou.blocks, _ARGUMENTS)
         statement, result = self._called(tree.Call(tree.Name(pou.name), tuple(arguments)), pou.result, RESULT)
-        self.calls = Calls(Call(pou.name, inputs, outputs, result))
-        return statement
+        statements, pointers = self._with_own_instances(statement, inputs)
+        self.calls = Calls(Call(pou.name, inputs, outputs, result, pointers=pointers))
+        return statements
 
-    def _of_block(self) -> tree.AnyStatement:
+    def _of_block(self) -> tuple[tree.AnyStatement, ...]:
         blocks = [block for one in self._line for block in one.blocks]
         arguments, inputs, outputs = self._arguments(blocks, (tree.Section.IN_OUT,))
         init = tuple(tree.Argument(_constant(text), name) for name, text in self._wrapper.init)
         self._add(BLOCK, tree.NamedType(self._wrapper.name, init))
-        self.calls = Calls(Call(self._wrapper.name, inputs, outputs))
+        call = tree.CallStatement(tree.Call(tree.Name(BLOCK), tuple(arguments)))
+        statements, pointers = self._with_own_instances(call, inputs)
+        self.calls = Calls(Call(self._wrapper.name, inputs, outputs, pointers=pointers))
         for method in (method for one in self._line for method in one.methods):
             if method.name.casefold() not in _IMPLICIT and not _CLOSED & set(method.modifiers):
                 self._method(method)
-        return tree.CallStatement(tree.Call(tree.Name(BLOCK), tuple(arguments)))
+        return statements
 
     def _method(self, method: tree.Method) -> None:
         calls, name = self.calls, method.name.casefold()
@@ -170,8 +197,9 @@ class _Declared:
             call = tree.Call(member, tuple(arguments))
             statement, result = self._called(call, method.result, f"{action} result")
         if statement is not None:
-            self._actions.append(tree.Action(action, tree.StBody((statement,))))
-            known[name] = Call(f"{self._wrapper.name}.{method.name}", inputs, outputs, result, action)
+            statements, pointers = self._with_own_instances(statement, inputs)
+            self._actions.append(tree.Action(action, tree.StBody(statements)))
+            known[name] = Call(f"{self._wrapper.name}.{method.name}", inputs, outputs, result, action, pointers)
 
 
 def _line_of(pou: tree.Pou | None, known: Mapping[str, tree.Pou]) -> list[tree.Pou]:

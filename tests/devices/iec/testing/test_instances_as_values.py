@@ -1,4 +1,4 @@
-"""In Python, an instance under test may be given to an interface, a pointer or a reference of the program."""
+"""In Python, an instance under test may be given to an interface, a pointer, a reference or a VAR_IN_OUT."""
 
 from pathlib import Path
 from typing import Any
@@ -96,3 +96,62 @@ def test_what_is_no_instance_of_this_program_is_refused(plc: ProgramBench, tmp_p
     for value, expected in zip(values, ("of this program, not of another", "None, or an instance"), strict=True):
         with pytest.raises(ArgumentError, match=expected):
             user(counter=value)
+
+
+PASSED = """
+FUNCTION_BLOCK Valve
+VAR_INPUT open : BOOL; END_VAR
+VAR_OUTPUT count : INT; END_VAR
+IF open THEN count := count + 1; END_IF;
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK Opener
+VAR_IN_OUT valve : Valve; END_VAR
+valve(open := TRUE);
+END_FUNCTION_BLOCK
+FUNCTION OpenedBy : INT
+VAR_INPUT times : INT; END_VAR
+VAR_IN_OUT valve : Valve; END_VAR
+VAR i : INT; END_VAR
+FOR i := 1 TO times DO valve(open := TRUE); END_FOR;
+OpenedBy := valve.count;
+END_FUNCTION
+"""
+
+
+@pytest.fixture(params=["epas-4", "edition-3", "codesys"])
+def valves(tmp_path: Path, request: pytest.FixtureRequest) -> ProgramBench:
+    (tmp_path / "valves.st").write_text(PASSED, encoding="utf-8")
+    return program(tmp_path / "valves.st", dialect=request.param)
+
+
+def test_an_instance_is_passed_to_a_var_in_out(valves: ProgramBench) -> None:
+    opener, valve, other = valves.block("Opener"), valves.block("Valve"), valves.block("Valve")
+    opener(valve=valve)
+    opener()  # it keeps what it was given, as inputs do
+    opener(valve=other)
+    assert (valve.count, other.count, opener.valve.count) == (2, 1, 1)
+
+
+def test_without_an_instance_a_var_in_out_has_one_of_its_own(valves: ProgramBench) -> None:
+    opener, valve = valves.block("Opener"), valves.block("Valve")
+    opener()
+    assert opener.valve.count == 1
+    opener(valve=valve)
+    opener(valve={"count": 7})
+    assert (opener.valve.count, valve.count) == (8, 1)
+
+
+def test_an_instance_is_passed_to_a_function(valves: ProgramBench) -> None:
+    opened_by, valve = valves.function("OpenedBy"), valves.block("Valve")
+    assert (opened_by(3, valve), opened_by(times=1, valve=valve), valve.count) == (3, 4, 4)
+    assert (opened_by(1), opened_by(1, {"count": 5}), valve.count) == (1, 6, 4)
+
+
+def test_what_is_no_instance_of_the_block_is_refused_for_a_var_in_out(valves: ProgramBench) -> None:
+    opener = valves.block("Opener")
+    with pytest.raises(
+        ArgumentError, match=r"(?s)Opener\.valve cannot be .*expected an instance of Valve, not one of Opener"
+    ):
+        opener(valve=valves.block("Opener"))
+    with pytest.raises(ArgumentError, match=r"expected an instance of Valve under test, or a dict with values of it"):
+        opener(valve=3)
