@@ -118,3 +118,31 @@ def test_conditions_of_decisions(condition: str, values: list[tuple[int, bool]],
             bench.run(3)
         places = Coverage(collected.news()).total.places
     assert sorted(said(place) for place, has_run in places if not has_run and place.kind in DETAILS) == names
+
+
+WAITS = [
+    # condition, values of w and f one after the other, conditions that were not, or did not decide
+    ("(w > 1) * f", [(0, True), (2, False), (2, True)], []),
+    ("(w > 1) * f", [(0, False), (2, True)], ["f FALSE decides", "w > 1 FALSE decides"]),
+    ("!((w > 1) + f)", [(2, False), (0, True), (0, False)], []),
+    ("f", [(0, False), (0, True)], []),
+]
+
+
+@pytest.mark.parametrize("statement", ["CONDITION {}; n <- 1;", "CASE CONDITION {} XEQ_SEQUENCE SEQ_b; END_CASE"])
+@pytest.mark.parametrize(("condition", "values", "names"), WAITS)
+def test_conditions_that_a_sequence_waits_for(
+    statement: str, condition: str, values: list[tuple[int, bool]], names: list[str]
+) -> None:
+    with collecting(is_detailed=True) as collected:
+        bench = PamBench(TASK + statement.format(condition) + END)
+        bench["w"], bench["f"] = values[0]
+        bench["SBI_b"] = True
+        bench.run(3)
+        for w, f in values[1:]:
+            # Both change in one instant, so that no combination between them is seen.
+            bench["w"], bench["f"] = w, f
+            bench.run(3)
+        places = Coverage(collected.news()).total.places
+    assert bench["n"] in (1, 9)
+    assert sorted(said(place) for place, has_run in places if not has_run and place.kind in DETAILS) == names

@@ -1,12 +1,11 @@
 """The conditions of a decision, for the marks of coverage: with flags, `+` is OR, `*` is AND, and `!` is NOT."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from fieldrig.coverage.decisions import Formula, Join, Not
 from fieldrig_devices.pam.language import tree
 from fieldrig_devices.pam.language.tree import Expression
-from fieldrig_devices.pam.runtime.lower.operands import Emitter, Operand
+from fieldrig_devices.pam.runtime.lower.operands import Emitter, Operand, OperandOf
 
 LONGEST = 40
 """Longest text of a condition in a report."""
@@ -16,7 +15,7 @@ LONGEST = 40
 class Decision:
     """A decision that is being lowered, with its conditions from left to right."""
 
-    operand_of: Callable[[Expression, Emitter], Operand]
+    operand_of: OperandOf
     emitter: Emitter
     values: list[str] = field(default_factory=list)
     """Variables, each 0 or 1."""

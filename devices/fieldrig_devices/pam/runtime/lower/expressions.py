@@ -1,7 +1,8 @@
 """Expressions as Python: variables are cells of the list M, and objects are asked by functions (`uses`)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 from fieldrig_devices.pam.language import tree
@@ -10,7 +11,7 @@ from fieldrig_devices.pam.language.objects import KINDS, PORT_PARAMETERS
 from fieldrig_devices.pam.language.words import PREDECLARED
 from fieldrig_devices.pam.runtime.layout import Layout
 from fieldrig_devices.pam.runtime.lower.formulas import Formula, Formulas
-from fieldrig_devices.pam.runtime.lower.operands import HIGH, LOW, Emitter, Operand
+from fieldrig_devices.pam.runtime.lower.operands import HIGH, LOW, Emitter, Operand, OperandOf
 from fieldrig_devices.pam.runtime.lower.uses import PENDING, Argument, Fixed, ItemOf, Use, Uses, Verb
 from fieldrig_devices.pam.runtime.walk import nodes
 
@@ -182,10 +183,22 @@ class Expressions:
         verb = Verb.ANY if reduction.index == "all+" else Verb.ALL
         return Operand(f"{self.uses.name(Use(verb, over, None, str(formula.number)))}()", "flag")
 
-    def formula(self, expression: tree.Expression, items: str = "", wanted: Type | None = "flag") -> Formula:
-        """Return a function of the present item that computes an expression, with what it depends on."""
+    def formula(
+        self,
+        expression: tree.Expression,
+        items: str = "",
+        wanted: Type | None = "flag",
+        lower: Callable[[tree.Expression, Emitter, OperandOf], Operand] | None = None,
+    ) -> Formula:
+        """Return a function of the present item that computes an expression, with what it depends on.
+
+        `lower` makes the value of the whole expression from those of its parts, and may add lines.
+        """
         emitter, at = Emitter(), Surroundings(asks=Verb.POLL, items=items)
-        value = emitter.checked(self.operand(expression, emitter, at))
+        operand_of = partial(self.operand, at=at)
+        value = emitter.checked(
+            operand_of(expression, emitter) if lower is None else lower(expression, emitter, operand_of)
+        )
         value = value if wanted is None else emitter.as_type(value, wanted)
         return self.formulas.add(expression, [*emitter.lines, f"return {value.text}"], value.type, self)
 

@@ -1,9 +1,11 @@
 """The lines of one instruction, and the values that they compute."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 from fieldrig_devices.pam.language.functions import Type
+from fieldrig_devices.pam.language.tree import Expression
 
 INDENT: Final = "    "
 LOW: Final = -(2**31)
@@ -119,3 +121,7 @@ class Emitter:
     def checked(self, operand: Operand) -> Operand:
         """Return a value of any type as it may be compared, stored or given away."""
         return self.in_range(operand) if operand.type == "integer" else self.finite(operand)
+
+
+OperandOf = Callable[[Expression, Emitter], Operand]
+"""Computes a part of an expression, with lines of the emitter."""

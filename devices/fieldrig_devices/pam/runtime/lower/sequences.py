@@ -88,7 +88,7 @@ class SequenceBody(Body):
         return len(self._code.sites) - 1
 
     def _formula(self, expression: Expression) -> Formula:
-        return self._expressions.formula(expression, self._at.items)
+        return self._expressions.formula(expression, self._at.items, lower=self._condition)
 
     def _milliseconds(self, duration: Expression, emitter: Emitter) -> str:
         return emitter.checked(emitter.number(self._operand(duration, emitter))).text

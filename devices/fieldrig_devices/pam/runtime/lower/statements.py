@@ -19,7 +19,7 @@ from fieldrig_devices.pam.runtime.layout import Cells
 from fieldrig_devices.pam.runtime.lower.conditions import Decision, conditions_at_most
 from fieldrig_devices.pam.runtime.lower.expressions import Expressions, Surroundings, base_of, cell
 from fieldrig_devices.pam.runtime.lower.lowered import Lowered, routine_name
-from fieldrig_devices.pam.runtime.lower.operands import INDENT, Emitter, Operand
+from fieldrig_devices.pam.runtime.lower.operands import INDENT, Emitter, Operand, OperandOf
 from fieldrig_devices.pam.runtime.lower.uses import ItemOf, Use, Verb
 
 INTERRUPTED: Final = "W[1]"
@@ -97,11 +97,12 @@ class Body:
         line, column = (at or statement.place).line, statement.place.column
         return Place(statement.place.file, self._title, kind, line, column, of, branch)
 
-    def _condition(self, condition: Expression, emitter: Emitter) -> Operand:
+    def _condition(self, condition: Expression, emitter: Emitter, operand_of: OperandOf | None = None) -> Operand:
         """Return a condition as a flag; the conditions of a decision have marks, if they are wanted."""
+        operand_of = operand_of or self._operand
         if not collecting.is_detailed() or not conditions_at_most(condition, MOST):
-            return emitter.flag(self._operand(condition, emitter))
-        decision = Decision(self._operand, emitter)
+            return emitter.flag(operand_of(condition, emitter))
+        decision = Decision(operand_of, emitter)
         value, formula = decision.lower(condition)
         if len(decision.values) >= FEWEST:
             first = self._code.marked.new(1 << len(decision.values))
