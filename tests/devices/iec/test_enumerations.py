@@ -140,3 +140,34 @@ def test_a_name_that_two_enumerations_have_means_the_value_of_the_one_that_is_wa
     bench = IecBench(SAME_NAMES + program("p : Pump; v : Valve; n : INT;", body), dialect)
     bench.cycle()
     assert bench["n"] == expected
+
+
+@pytest.mark.parametrize("dialect", [EDITION_3, CODESYS])
+def test_a_name_of_two_enumerations_means_the_wanted_one_wherever_a_type_is_wanted(dialect: Dialect) -> None:
+    text = """
+    TYPE Lamp : (Red, Green, Idle); END_TYPE
+    TYPE Pump : (Idle, Start, Red); END_TYPE
+    TYPE Both : STRUCT l : Lamp := Idle; p : Pump := Red; END_STRUCT; END_TYPE
+    TYPE Dark : Pump := Red; END_TYPE
+    FUNCTION Number : INT VAR_INPUT p : Pump := Red; END_VAR Number := TO_INT(p); END_FUNCTION
+    """
+    declared = """
+    list : ARRAY[1..3] OF Pump := [Red, 2(Idle)]; both : Both; other : Both := (l := Red, p := Idle);
+    p : Pump := Red; d : Dark; ok : ARRAY[1..8] OF BOOL;
+    """
+    body = """
+    ok[1] := Number(Red) = 2 AND Number(p := Red) = 2;
+    ok[2] := list[1] = Red AND list[3] = Idle;
+    ok[3] := both.l = Idle AND both.p = Red AND other.l = Red AND other.p = Idle;
+    ok[4] := Red = p AND p = Red;
+    p := SEL(TRUE, Red, Idle);
+    ok[5] := p = Idle AND NOT (Red = p);
+    ok[6] := d = Red;
+    CASE both.l OF Red: ok[7] := FALSE; Idle: ok[7] := TRUE; END_CASE
+    ok[8] := both.l = Lamp#Idle AND both.p = Pump#Red;
+    """
+    if dialect is CODESYS:
+        body = body.replace("#", ".")
+    bench = IecBench(text + program(declared, body), dialect)
+    bench.cycle()
+    assert [bench[f"ok[{number}]"] for number in range(1, 9)] == [True] * 8

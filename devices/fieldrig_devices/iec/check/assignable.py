@@ -131,9 +131,6 @@ def _subrange(context: Context, value: Expression, kind: SubrangeType, at: tree.
 def _enumeration(context: Context, value: Expression, kind: EnumType, at: tree.Node) -> Expression | None:
     if isinstance(value.type, EnumType):
         is_same = value.type.values is kind.values  # one of the two is the input of a library's block
-        own = None if is_same else own_value(context, kind, at)
-        if own is not None:
-            return own
         return constants.converted(value, kind) if is_same else _no(context, value, kind, at)
     number = convert(context, value, kind.base, at)
     if isinstance(number, Constant):
@@ -144,16 +141,15 @@ def _enumeration(context: Context, value: Expression, kind: EnumType, at: tree.N
     return Convert(number, kind) if number is not None else None
 
 
-def own_value(context: Context, kind: Type, at: tree.Node) -> Constant | None:
-    """Return the value of this enumeration for a name without a type that several enumerations have."""
-    if not isinstance(at, tree.Name) or not isinstance(kind, EnumType):
-        return None
-    if not context.project.dialect.repeats_enumeration_values:
-        return None
-    if not isinstance(context.find(at.text), Constant):
-        return None
-    numbers = context.project.values_of(kind).items()
-    return next((Constant(number, kind) for name, number in numbers if context.key(name) == context.key(at.text)), None)
+def own_value(context: Context, value: Constant, wanted: Type | None, at: tree.Node) -> Constant:
+    """Return a constant where a type is wanted: a name that several enumerations have means the value of that one."""
+    if not isinstance(at, tree.Name) or not isinstance(wanted, EnumType) or not isinstance(value.type, EnumType):
+        return value
+    if value.type is wanted or not context.project.dialect.repeats_enumeration_values:
+        return value
+    numbers = context.project.values_of(wanted).items()
+    own = (Constant(number, wanted) for name, number in numbers if context.key(name) == context.key(at.text))
+    return next(own, value)
 
 
 def _values(kind: EnumType) -> str:

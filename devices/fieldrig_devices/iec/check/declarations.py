@@ -319,7 +319,7 @@ class Declarations:
             if name in self._project.defaults:
                 continue
             kind = self._project.types.get(name, UNKNOWN)
-            start = initials.of_type(node.initial, kind, context) if node.initial is not None else None
+            start = initials.value(node.initial, kind, context) if node.initial is not None else None
             if start is not None:
                 self._project.defaults[name] = start
 

@@ -121,7 +121,7 @@ class Expressions:
         return None
 
     def constant_as(self, node: tree.Expression, kind: Type) -> Constant | None:
-        value = self.expression(node)
+        value = self.expression(node, kind if isinstance(kind, EnumType) else None)
         if value is None or not isinstance(constants.whole(value), Constant):
             value = self.constant(node)
         made = self.convert(value, kind, node) if value is not None else None
@@ -199,8 +199,10 @@ def _named(checker: Checker, node: tree.Expression, wanted: Type | None) -> Expr
     if pointer is not None:
         return pointer
     meaning = places.meaning(checker, node)
-    if meaning is None or isinstance(meaning, Constant):
-        return meaning
+    if isinstance(meaning, Constant):
+        return assignable.own_value(checker.context, meaning, wanted, node)
+    if meaning is None:
+        return None
     if isinstance(meaning, Place):
         if isinstance(meaning.type, OpenArrayType):
             hint = f"choose an element: {text(node)}[...]"
@@ -261,14 +263,14 @@ def _binary(checker: Checker, node: tree.Binary, wanted: Type | None) -> Express
 def _with_right_side(
     checker: Checker, left: Expression | None, node: tree.Binary, wanted: Type | None
 ) -> Expression | None:
-    right = _EXPRESSIONS[type(node.right)](checker, node.right, wanted)
+    of_left = left is not None and isinstance(left.type, EnumType) and isinstance(node.right, tree.Name)
+    right = _EXPRESSIONS[type(node.right)](checker, node.right, left.type if left is not None and of_left else wanted)
     if left is None or right is None:
         return None
     if node.operator == "**":
         return standard.of_values(checker, "EXPT", [left, right], node, wanted)
-    if left.type != right.type and isinstance(left.type, EnumType) and isinstance(right.type, EnumType):
-        right = assignable.own_value(checker.context, left.type, node.right) or right
-        left = assignable.own_value(checker.context, right.type, node.left) or left
+    if isinstance(left, Constant) and isinstance(node.left, tree.Name) and isinstance(right.type, EnumType):
+        left = _named(checker, node.left, right.type) or left  # now that it is known what is compared
     return operators.binary(checker.context, _OPERATORS[node.operator], left, right, node)
 
 

@@ -16,7 +16,6 @@ from fieldrig_devices.iec.tree import Section
 from fieldrig_devices.iec.types import (
     ArrayType,
     BlockType,
-    EnumType,
     InitialValue,
     ObjectType,
     StringType,
@@ -51,15 +50,6 @@ def compute(start: Start, context: Context) -> None:
             context.project.computed[start.variable] = start
     context.project.depth -= 1
     start.is_done = True
-
-
-def of_type(node: tree.Initial, kind: Type, context: Context) -> InitialValue | None:
-    """Return the start value of a declared type, where the values of an enumeration mean its own ones."""
-    if isinstance(kind, EnumType) and isinstance(node, tree.Name):
-        numbers = {context.key(name): number for name, number in context.project.values_of(kind).items()}
-        if context.key(node.text) in numbers:
-            return numbers[context.key(node.text)]
-    return value(node, kind, context)
 
 
 def value(node: tree.Initial, kind: Type, context: Context) -> InitialValue | None:

@@ -7,7 +7,6 @@ from typing import Final, TypeGuard
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
-    assignable,
     constants,
     enable,
     registers,
@@ -50,10 +49,7 @@ def call(checker: Checker, name: str, node: tree.Call, wanted: Type | None) -> E
 def _value(checker: Checker, argument: tree.Expression | None, wanted: Type | None) -> Expression | None:
     if argument is None:
         return None
-    value = checker.expression(argument, wanted)
-    if value is None or wanted is None:
-        return value
-    return assignable.own_value(checker.context, wanted, argument) or value
+    return checker.expression(argument, wanted)
 
 
 def wanted_inside(name: str, wanted: Type | None, position: int = 0) -> Type | None:
