@@ -102,6 +102,15 @@ def test_a_small_rig_has_the_scope_beside_its_picture_from_the_start(browser: Br
         assert picture["x"] + picture["width"] <= beside["x"]
 
 
+def test_the_line_of_a_card_is_that_of_a_value_that_moves(browser: Browser, lab: ServedRig) -> None:
+    lab.ask("device/drive/set", {"values": {"speed_set": 80, "run": True}})
+    with opened(browser, lab) as page:
+        expect(card(page, "io").get_by_role("img", name="io Read inputs byte 1, its last values")).to_be_visible()
+        lab.ask("rig/run")
+        expect(card(page, "io").get_by_role("img", name="io Analogue input 1, its last values")).to_be_visible()
+        lab.ask("rig/pause")
+
+
 def test_a_page_for_looking_only_has_nothing_to_press(browser: Browser, ring: ServedRig) -> None:
     with opened(browser, ring, "look") as page:
         expect(page.get_by_role("button", name="break ring between infeed and film")).to_be_disabled()

@@ -8,7 +8,9 @@ const shortKind = kind => kind.replace(/^.*:/, '');
 
 export function Card({ device, part, keys, samples, ports, buses, place, ring, isChosen, isPartner, onChoose }) {
   const now = samples[samples.length - 1] || [];
-  const drawn = [...keys.keys()].find((at) => typeof now[at] === 'number') ?? keys.findIndex((_, at) => typeof now[at] === 'boolean');
+  const numbers = [...keys.keys()].filter((at) => typeof now[at] === 'number');
+  const moves = (at) => samples.some((row) => typeof row[at] === 'number' && row[at] !== now[at]);
+  const drawn = numbers.find(moves) ?? numbers[0] ?? keys.findIndex((_, at) => typeof now[at] === 'boolean');  // a line that moves says more
   const level = part.level || 'unknown';
   const classes = ['card', level, isChosen && 'chosen', isPartner && 'partner'].filter(Boolean).join(' ');
   const onClick = event => { if (!event.target.closest('a, button')) onChoose(); };  // the button in it is for the keyboard
