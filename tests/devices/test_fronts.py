@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from every_kind import DEVICES, whole
@@ -9,12 +10,13 @@ from shipped import RIGS, in_virtual_time
 
 from fieldrig.clock import MS
 from fieldrig.config.build import build_alone
-from fieldrig.config.rig_file import from_dict
+from fieldrig.config.rig_file import from_dict, load
 from fieldrig.device import Device
 from fieldrig.front import Clamp, Front, Key, Led, SevenSegment, Text
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.arp.terminal import panel
 
+CONFIGS = Path(__file__).parents[2] / "configs"
 LARGE = {"machine.yaml", "packaging-line.yaml"}
 """Rigs whose kinds the others have too."""
 
@@ -43,6 +45,25 @@ def test_what_is_operated_can_be_written(device: Device) -> None:
     points = device.points()
     operated = [part.point for part in device.front().parts if part.is_operated]
     assert [key for key in operated if points[key].write is None] == []
+
+
+@pytest.mark.parametrize(
+    ("rig", "device", "driven", "free"),
+    [
+        ("lab.yaml", "io", ["6000:01.0", "6401:01"], ["6000:01.2", "6401:02"]),
+        ("machine.yaml", "line", ["I107"], ["I106", "adc1"]),
+        ("pam-machine.yaml", "paper", ["IN16", "IN17"], ["IN0"]),
+    ],
+)
+def test_a_terminal_that_a_wire_drives_only_shows_its_level(
+    rig: str, device: str, driven: list[str], free: list[str]
+) -> None:
+    entry = load(CONFIGS / rig, ["time=virtual"]).devices[device]
+    clamps = {
+        part.words()["name"]: part.is_operated for part in build_alone(entry).front().parts if isinstance(part, Clamp)
+    }
+    assert [name for name in driven if clamps[name]] == []
+    assert [name for name in free if not clamps[name]] == []
 
 
 def test_what_is_operated_has_a_name_of_its_own(device: Device) -> None:

@@ -1,6 +1,6 @@
 """The front of a CANopen node: the LEDs of CiA 303-3, and the terminals of CiA 401 or the objects of its profile."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Final, Literal
 
 from fieldrig.front import Clamp, Front, Group, Led, Number, Part, Plate, Text
@@ -32,8 +32,11 @@ _MOST: Final = 64
 """Most terminals, and most objects, on a front."""
 
 
-def front_of(dictionary: Dictionary, profile: int) -> Front:
-    """Return the front of a node with the objects of a dictionary; `profile` is the number of its device profile."""
+def front_of(dictionary: Dictionary, profile: int, wires: Mapping[tuple[int, int, int | None], str]) -> Front:
+    """Return the front of a node with the objects of a dictionary; `profile` is the number of its device profile.
+
+    `wires` are those that drive inputs, by index, sub-index and bit; None for a whole object.
+    """
     state = [
         Text("state", "nmt.state", good=_ON, bad=("stopped",)),
         Text("last error", "emcy.code", "code of the last EMCY", names=((0, "none"),)),
@@ -42,13 +45,15 @@ def front_of(dictionary: Dictionary, profile: int) -> Front:
     parts: dict[str, list[Part]] = {}
     for variable in dictionary:
         if variable.index in _PROFILE:
-            for title, part in _parts(variable, profile):
+            for title, part in _parts(variable, profile, wires):
                 parts.setdefault(title, []).append(part)
     groups += [Group(of_title[:_MOST], title) for title, of_title in parts.items()]
     return Front(Plate("", "CANopen node", {"node-ID": "node_id"}), groups)
 
 
-def _parts(variable: Variable, profile: int) -> Iterator[tuple[str, Part]]:
+def _parts(
+    variable: Variable, profile: int, wires: Mapping[tuple[int, int, int | None], str]
+) -> Iterator[tuple[str, Part]]:
     index, sub, key = variable.index, variable.subindex, variable.key
     is_count = sub == 0 and variable.name.lower().startswith(("number of", "highest sub"))
     if is_count or not isinstance(variable.type, Boolean | Integer | Real):
@@ -59,10 +64,15 @@ def _parts(variable: Variable, profile: int) -> Iterator[tuple[str, Part]]:
         side, bits = _DIGITAL[index]
         for bit in range(bits):
             label = f"{(sub - 1) * bits + bit}" if sub else f"{bit}"
-            yield (
-                f"digital {side}puts",
-                Clamp(label, key, f"bit {bit} of {key}", side=side, is_set=side == "in", bit=bit if bits > 1 else None),
-            )
+            about, is_set = _of_wire(f"bit {bit} of {key}", side, wires.get((index, sub, bit)))
+            clamp = Clamp(label, key, about, side=side, is_set=is_set, bit=bit if bits > 1 else None)
+            yield f"digital {side}puts", clamp
     elif index in _ANALOG:
         side = _ANALOG[index]
-        yield f"analog {side}puts", Clamp(str(max(sub - 1, 0)), key, f"object {key}", side=side, is_set=side == "in")
+        about, is_set = _of_wire(f"object {key}", side, wires.get((index, sub, None)))
+        yield f"analog {side}puts", Clamp(str(max(sub - 1, 0)), key, about, side=side, is_set=is_set)
+
+
+def _of_wire(about: str, side: Side, wire: str | None) -> tuple[str, bool]:
+    """Return the description of a terminal, and whether a person sets it."""
+    return (f"{about}, driven by the wire {wire}", False) if wire else (about, side == "in")

@@ -87,7 +87,13 @@ class CanopenNode(Device):
         _offer_eds(self.dictionary, settings.eds)
         self._port = Port(can, settings.node_id or UNCONFIGURED)
         self._profile = Cia401(self.dictionary) if _profile(self.dictionary) == cia401.PROFILE else None
-        self._signals = self._make_signals(clock, wires, bind(self.dictionary, settings.signals))
+        bindings = bind(self.dictionary, settings.signals)
+        self._driven = {
+            (one.variable.index, one.variable.subindex, one.bit): one.settings.wire
+            for one in bindings
+            if not one.is_output
+        }
+        self._signals = self._make_signals(clock, wires, bindings)
         self._living = LivingObjects(
             clock, self.dictionary, settings.sources, {} if self._profile is None else self._profile.terminals, random
         )
@@ -122,7 +128,7 @@ class CanopenNode(Device):
         self.nmt.power_off()
 
     def front(self) -> Front:
-        return front_of(self.dictionary, _profile(self.dictionary))
+        return front_of(self.dictionary, _profile(self.dictionary), self._driven)
 
     def points(self) -> Mapping[str, Point]:
         return self._points

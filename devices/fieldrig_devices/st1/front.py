@@ -42,7 +42,11 @@ def front_of(settings: St1Settings) -> Front:
                 ],
                 "measured",
             ),
-            Group([Clamp(f"IN{number}", f"IN{number}", is_set=True) for number in INPUTS], "inputs"),
+            Group([_input(f"IN{number}", settings) for number in INPUTS], "inputs"),
             *([Group(outputs, "outputs")] if outputs else []),
         ],
     )
+
+
+def _input(terminal: str, settings: St1Settings) -> Clamp:
+    return Clamp(terminal, terminal, is_set=terminal not in settings.terminals)

@@ -28,7 +28,7 @@ from fieldrig_devices.arp.card import tools
 from fieldrig_devices.arp.card.access import Access
 from fieldrig_devices.arp.card.assembly import assemble
 from fieldrig_devices.arp.card.faults import MODELS, ArpFaults
-from fieldrig_devices.arp.card.front import FRONT
+from fieldrig_devices.arp.card.front import front_of
 from fieldrig_devices.arp.card.operation import Operation
 from fieldrig_devices.arp.card.points import points
 from fieldrig_devices.arp.card.settings import ArpSettings
@@ -123,7 +123,7 @@ class ArpCard(Device):
         clock.call_at(self._due_ns, self._on_control)
 
     def front(self) -> Front:
-        return FRONT
+        return front_of(self._settings.signals)
 
     def points(self) -> Mapping[str, Point]:
         return self._points
