@@ -24,14 +24,14 @@ class RigTraces:
     def __call__(self, message: Mapping[str, Any]) -> dict[str, Any]:
         for recording in self.recordings:
             recording.flush()
-        answer = self._traces.answer(message)
-        return self._ask_device(message) if answer is None else answer
-
-    def _ask_device(self, message: Mapping[str, Any]) -> dict[str, Any]:
         try:
-            answer: dict[str, Any] = self.rig.answer(self._device, "debug", message)
+            answer = self._traces.answer(message)
+            return self._ask_device(message) if answer is None else answer
         except ControlError as cause:
             raise ValueError(str(cause)) from None
+
+    def _ask_device(self, message: Mapping[str, Any]) -> dict[str, Any]:
+        answer: dict[str, Any] = self.rig.answer(self._device, "debug", message)
         return answer
 
     def begin(self, keys: Sequence[str], on_rows: OnRows) -> "_Recording":

@@ -240,6 +240,8 @@ def test_a_script_ends_at_its_first_mistake(machine: Machine) -> None:
     )
     assert machine.debug("controller", "print PLC_PRG.c").returncode == 2
     assert machine.debug("controller", "reset hot").returncode == 6
+    unknown = machine.debug("controller", "trace PLC_PRG.c depth 3")
+    assert (unknown.returncode, "not a variable" in unknown.stderr) == (6, True)
     slow = machine.debug("controller", "break 7 if a = -5", "run 0.1")
     assert (slow.returncode, "the program still runs after 0.1 s" in slow.stderr) == (6, True)
     stopped = machine.debug("controller", "break 8", "run", "dance")

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import Any, Final, Protocol
 
 from fieldrig.device import Value
+from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError, field, items, shown, typed
 from fieldrig.recording.reader import OnRows, Rows
 from fieldrig.recording.signals import Column, Sort
@@ -93,7 +94,10 @@ class Traces:
         self._traces: dict[str, _Trace] = {}
 
     def answer(self, message: Mapping[str, Any]) -> Answer | None:
-        """Answer a question; None if it is not about traces.  ValueError, saying what was expected, for a wrong one."""
+        """Answer a question; None if it is not about traces.  ValueError, saying what was expected, for a wrong one.
+
+        ControlError if the device has no such value.
+        """
         match message.get("command"):
             case "record":
                 return self._record(message)
@@ -141,13 +145,14 @@ class Traces:
         return Trigger(len(signals) - 1, edge, level, before)
 
     def _are_whole(self, names: Sequence[str]) -> list[bool]:
-        """Return true for each of these names that is a whole number.  ValueError for one that is no single value."""
+        """Return true for each of these names that is a whole number.  ControlError for one that is no single value."""
         found = []
         for name, variable in zip(names, self._ask({"command": "read", "names": names})["variables"], strict=True):
             if "error" in variable:
-                raise ValueError(variable["error"])
+                what, _, remedy = str(variable["error"]).partition("\n")
+                raise ControlError(what, remedy)
             if variable["value"] is None:
-                raise ValueError(f"{shown(name)} is a group of values\nexpected a single value")
+                raise ControlError(f"{shown(name)} is a group of values", "expected a single value")
             found.append(type(variable["value"]) is int)
         return found
 
