@@ -4,7 +4,6 @@ Two at a time in each case, on this machine; runs of `swarm` depend on nothing, 
 """
 
 import os
-import signal
 import tempfile
 import time
 from collections.abc import Callable
@@ -55,11 +54,11 @@ class Losing:
     def next(self) -> Run:
         self._count += 1
         if self._workers is not None and self._count == RUNS // 3:
-            os.kill(self._workers.workers[0].pid, signal.SIGKILL)
+            self._workers.kill_worker()
         return self._crew.next()
 
 
-def measured(name: str, losing: bool = False) -> tuple[float, str, int]:
+def measured(name: str, *, losing: bool = False, have_nannies: bool = False) -> tuple[float, str, int]:
     """Return the time of a search, its hash and the number of its runs."""
     progress(f"search farm: {name}")
     with ExitStack() as stack:
@@ -70,7 +69,7 @@ def measured(name: str, losing: bool = False) -> tuple[float, str, int]:
         if name == "pool":
             crew: LocalCrew | Losing = stack.enter_context(LocalCrew(bench, 2))
         else:
-            workers = stack.enter_context(cluster(2, folder))
+            workers = stack.enter_context(cluster(2, folder, have_nannies=have_nannies))
             cluster_crew = stack.enter_context(ClusterCrew(workers.address, luggage_of(plan)))
             crew = Losing(cluster_crew, workers if losing else None)
         for _ in range(WARM):
@@ -88,13 +87,15 @@ def run() -> Report:
     report = Report(
         "A search on a cluster",
         f"This table compares {RUNS} runs of 4 s of configs/feeder.yaml by dice: two at a time in a pool, by two"
-        " workers of Dask on the same machine, and by two of which one is killed after a third.",
+        " workers of Dask on the same machine, and by two of which one is killed after a third; a nanny, which"
+        " `dask worker` has by default, starts it again.",
         ("who runs them", "time", "of the pool's", "different runs", "hash of all runs"),
     )
     cases: dict[str, Callable[[], tuple[float, str, int]]] = {
         "pool": lambda: measured("pool"),
         "two workers of Dask": lambda: measured("dask"),
         "two workers, one killed": lambda: measured("dask with a lost worker", losing=True),
+        "two with nannies, one killed": lambda: measured("dask with nannies", losing=True, have_nannies=True),
     }
     first_s = 0.0
     for name, measure in cases.items():

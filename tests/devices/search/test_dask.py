@@ -1,7 +1,5 @@
 """A search on a Dask cluster finds what a pool finds, also when a worker is lost, and says what is wrong."""
 
-import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -76,7 +74,7 @@ def folder(tmp_path: Path) -> Path:
 def lose_one(workers: Cluster, corpus: Path) -> None:
     """Kill a worker in the middle of the search."""
     until(lambda: runs_in(corpus) > RUNS // 4)
-    os.kill(workers.workers[0].pid, signal.SIGKILL)
+    workers.kill_worker()
     assert runs_in(corpus) < RUNS
 
 
@@ -90,6 +88,16 @@ def test_pool_cluster_and_cluster_with_a_lost_worker_find_the_same(folder: Path,
         code, said = outcome(search)
         assert code == 1, said
     assert hash_of(folder / "pool.sqlite") == hash_of(folder / "dask.sqlite") == hash_of(folder / "lost.sqlite")
+
+
+def test_a_worker_whose_nanny_starts_it_again_goes_on(folder: Path, tmp_path: Path) -> None:
+    assert outcome(searched(folder, "pool.sqlite"))[0] == 1
+    with cluster(1, tmp_path, have_nannies=True) as workers:  # nobody else could go on
+        search = searched(folder, "lost.sqlite", "--dask", workers.address)
+        lose_one(workers, folder / "lost.sqlite")
+        code, said = outcome(search)
+        assert code == 1, said
+    assert hash_of(folder / "pool.sqlite") == hash_of(folder / "lost.sqlite")
 
 
 def test_a_search_without_its_cluster_says_so(folder: Path) -> None:
