@@ -156,10 +156,14 @@ class Variable:
     def order(self, value: Value) -> None:
         """Do what a master's write does, such as the order of a control word, where a master can write; else put.
 
-        Raises ValueError if the value doesn't fit, or is refused at present.
+        Raises ValueError if the value doesn't fit, is refused at present, or comes from the device in each read.
         """
         data = self._fitting(value)
         if self.writer is None or not self.access.is_writable:
+            if self.live is not None or self.reader is not None:
+                raise ValueError(
+                    f"the device determines {self.key}, {self.name}\nexpected an object that can be written"
+                )
             self.set(data)
             return
         try:

@@ -23,4 +23,6 @@ def test_control_words_enable_a_drive_and_a_wrong_mode_is_refused() -> None:
         with pytest.raises(ControlError, match="INVALID_VALUE"):
             rig.set("axis/6060:00", 99)
         assert rig.get("axis/6060:00") == 0
-        rig.set("axis/6064:00", 5)  # read-only for a master: the device itself sets it
+        for key in ("6041:00", "6064:00", "60FD:00"):  # once, these were taken without effect
+            with pytest.raises(ControlError, match=f"the device determines {key}"):
+                rig.set(f"axis/{key}", 5)
