@@ -71,6 +71,7 @@ class Parameter:
         "name",
         "only",
         "type",
+        "underway",
         "unit",
         "watcher",
         "words",
@@ -104,6 +105,8 @@ class Parameter:
         self.only = only
         self.watcher: Callable[[Value], None] | None = None
         """Called with each value that is written, if the parameter stores it itself."""
+        self.underway: Value | None = None
+        """A value that has been written and is on its way to a drive, or None; it is shown until the drive answers."""
         self.address = 0
         """The logical address, once the parameter is in a tree."""
         self.first = first
@@ -121,7 +124,8 @@ class Parameter:
     @property
     def shown(self) -> Value:
         """The value as anybody outside may read it: stars instead of a secret."""
-        return "*" * 8 if self.is_secret and self.value else self.value
+        value = self.value if self.underway is None else self.underway
+        return "*" * 8 if self.is_secret and value else value
 
     def set(self, value: Value) -> None:
         """Write a value from outside or from the program.  ValueError if the parameter cannot have this value."""

@@ -130,7 +130,17 @@ class DriveParameters:
         self._axis.write(row.idn, int(value).to_bytes(4 if row.type is Type.UDINT else 2, "little"), done)
 
     def _writer(self, row: Row) -> Callable[[Value], None]:
-        return lambda value: self._send(row, value, lambda: None)
+        def write(value: Value) -> None:
+            parameter = self._parameters[row.name]
+            parameter.underway = value
+
+            def answered() -> None:
+                if parameter.underway == value:  # not another one, written since
+                    parameter.underway = None
+
+            self._send(row, value, answered)
+
+        return write
 
 
 def _row(name: str) -> Row:
