@@ -9,7 +9,7 @@ from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, assignment, echo_json
 from fieldrig.cli.names import Parts, check_name
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
-from fieldrig.text.digits import show_value
+from fieldrig.text.digits import show_with_unit
 
 if TYPE_CHECKING:
     from fieldrig.device import Value
@@ -116,5 +116,5 @@ def _echo(values: dict[str, Any], facts: dict[str, Any], as_json: bool) -> None:
     for name, value in values.items():
         fact = facts.get(name, {})
         unit = fact.get("unit", "")
-        line = f"{name} = {show_value(value, unit)} {unit}".rstrip()
+        line = f"{name} = {show_with_unit(value, unit)}"
         typer.echo(f"{line} ({fact['host']})" if fact.get("host") else line)

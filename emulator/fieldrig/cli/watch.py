@@ -18,7 +18,7 @@ from fieldrig.cli.thinning import Line, thinned
 from fieldrig.clock import S
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 from fieldrig.points.values import counted
-from fieldrig.text.digits import show_value, with_fewer_digits
+from fieldrig.text.digits import show_with_unit, with_fewer_digits
 
 if TYPE_CHECKING:
     from fieldrig.control.messages import Client
@@ -199,7 +199,7 @@ class _Shown:
 def _of_point(name: str, value: Any, fact: Mapping[str, Any]) -> Line:
     unit, now_ns = fact.get("unit", ""), time.time_ns()
     words = fact.get("host", "") if value else ""
-    line = f"{_time_of_day(now_ns)}  {name} = {show_value(value, unit)} {unit}".rstrip()
+    line = f"{_time_of_day(now_ns)}  {name} = {show_with_unit(value, unit)}"
     data = {"time_ns": now_ns, "point": name, "value": value, "unit": unit}
     return (f"{line} ({words})", data | {"host": words}) if words else (line, data)
 

@@ -48,6 +48,12 @@ def show_value(value: Any, unit: str = "") -> str:
     return _number(value, unit) if isinstance(value, float) else str(value)
 
 
+def show_with_unit(value: Any, unit: str) -> str:
+    """Return a value with its unit as text for a person, such as `4000 x 0.1 %` where the unit has a number."""
+    times = " x" if unit[:1].isdigit() else ""
+    return f"{show_value(value, unit)}{times} {unit}".rstrip()
+
+
 def with_fewer_digits(text: str) -> str:
     """Return the text of a message with the decimal numbers in it as people read them; a unit may follow each."""
     if "." not in text:

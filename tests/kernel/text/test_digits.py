@@ -6,7 +6,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fieldrig.text.digits import show_value, with_fewer_digits
+from fieldrig.text.digits import show_value, show_with_unit, with_fewer_digits
 
 
 @pytest.mark.parametrize(
@@ -67,3 +67,19 @@ def test_no_text_is_long(value: float, unit: str) -> None:
 )
 def test_messages_are_shown_with_fewer_digits(text: str, shown: str) -> None:
     assert with_fewer_digits(text) == shown
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (4000, "0.1 %", "4000 x 0.1 %"),
+        (8230, "10ms", "8230 x 10ms"),
+        (229.89999389648438, "V", "229.9 V"),
+        (7, "", "7"),
+        (True, "", "true"),
+        ("", "", ""),
+    ],
+)
+def test_a_unit_with_a_number_is_a_factor(value: object, unit: str, text: str) -> None:
+    """It read `4000 0.1 %`, as if there were two values."""
+    assert show_with_unit(value, unit) == text
