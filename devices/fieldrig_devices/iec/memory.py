@@ -309,7 +309,8 @@ class Memory:
         """Return the address if something of this type is there."""
         kinds, size = self._form(form)
         if self.kinds[address : address + size] != kinds:
-            raise RunError("pointer", f"the pointer does not point to {self._forms[form]}")
+            what = f"the pointer does not point to {self._forms[form]}" if address else "a pointer to nothing"
+            raise RunError("pointer", what)
         return address
 
     def mark(self, address: int, form: int) -> int:

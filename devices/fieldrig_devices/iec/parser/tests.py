@@ -96,6 +96,10 @@ class Tests(Methods):
             test.name = self.quoted("the name of the test")
             self.accept(";")
             self._options_of_test(test)
+            if end is not None and self._has_inner_block(end):
+                self.i = end + 1
+                self.accept(";")
+                return
         test.blocks = self.blocks()
         if word is tree.TestWord.TEST:
             self._options_of_test(test)
@@ -111,6 +115,16 @@ class Tests(Methods):
         self.i += 1
         self.accept(";")
         test.remark = self.remark()
+
+    def _has_inner_block(self, end: int) -> bool:
+        """True, with a message, for a TEST with SETUP or TEARDOWN within it, where other tools may have them."""
+        words = [text.upper() for text in self.texts[self.i : end]]
+        for word in ("SETUP", "TEARDOWN"):
+            if word in words and f"END_{word}" in words:
+                where = f"{word} beside the TEST blocks of the file; it runs for each of them"
+                self.say(self.i + words.index(word), f"{word} within a TEST", where)
+                return True
+        return False
 
     def _options_of_test(self, test: tree.Test) -> None:
         """Read RIG and SKIP behind the name of a test, in any order."""

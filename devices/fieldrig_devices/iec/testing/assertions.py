@@ -311,6 +311,12 @@ def _paths(node: tree.Expression) -> list[str]:
                 found.append(f"{name}{behind}")
             case tree.Member(of=of, name=name):
                 waiting.append((of, f".{name}{behind}"))
+            case tree.Index(of=of, indices=indices):
+                numbers = [_number(index) for index in indices]
+                if None in numbers:
+                    waiting += [(index, "") for index in indices]  # which element it is, is known at run time
+                else:
+                    waiting.append((of, f"[{','.join(map(str, numbers))}]{behind}"))
             case tree.Unary(operand=operand):
                 waiting.append((operand, behind))
             case tree.Binary(left=left, right=right):
@@ -318,6 +324,16 @@ def _paths(node: tree.Expression) -> list[str]:
             case tree.Call(arguments=arguments):
                 waiting += [(one.value, behind) for one in reversed(arguments) if one.value is not None]
     return found
+
+
+def _number(index: tree.Expression) -> int | None:
+    """Return an index that is a number in the text; None for any other."""
+    match index:
+        case tree.Literal(kind=tree.LiteralKind.INTEGER, value=int(value)):
+            return value
+        case tree.Unary(operator="-", operand=tree.Literal(kind=tree.LiteralKind.INTEGER, value=int(value))):
+            return -value
+    return None
 
 
 _RULES: Final[Mapping[str, Callable[[_One], list[AnyStatement]]]] = {

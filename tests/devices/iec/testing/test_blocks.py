@@ -389,3 +389,19 @@ ASSERT_EQ(f.Fills.T, T#50ms);
 ASSERT_EQ(f.Fills.x, FALSE, 'to see the step');"""
     outcome = one(tmp_path, body, CHART)
     assert [(failure.message, failure.actual) for failure in outcome.failures] == [("to see the step", "TRUE")]
+
+
+def test_an_element_of_an_array_is_among_the_values_around_a_failure(tmp_path: Path) -> None:
+    body = "VAR a : ARRAY[-1..3] OF INT; b : ARRAY[1..2, 1..2] OF INT; i : INT := 2; END_VAR "
+    body += "a[-1] := 5; ADVANCE_TIME(T#10ms); b[2, 1] := 7; ASSERT_TRUE(a[-1] = 6 AND b[2, 1] = 7 AND a[i] = 0);"
+    (failure,) = one(tmp_path, body).failures
+    shown = [line.split()[:2] for line in failure.diagram]
+    assert shown == [["a[-1]", "5"], ["b[2,1]", "7"], ["i", "2"]]
+
+
+def test_a_call_through_an_interface_that_nothing_is_in_says_so(tmp_path: Path) -> None:
+    written(
+        tmp_path, counter=OBJECTS, counter_test="TEST 'a'\nVAR i : ICount; END_VAR\nASSERT_EQ(i.Inc(), 1);\nEND_TEST"
+    )
+    (failure,) = outcomes(tmp_path / "counter_test.st", "codesys")["a"].failures
+    assert (failure.line, failure.actual) == (3, "a pointer to nothing")

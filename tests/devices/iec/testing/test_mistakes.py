@@ -41,7 +41,15 @@ MISTAKES = [
     ("TEST 'a' RIG 'gone.yaml' END_TEST", 1, "there is no gone.yaml"),
     ("TEST 'a' IF TRUE THEN END_TEST", 1, "END_IF"),
     ("TEST 'a' END_SETUP END_TEST", 1, "END_SETUP"),
+    ("TEST 'a' VAR n : INT; END_VAR\nSETUP n := 1; END_SETUP\nn := 2; END_TEST", 2, "SETUP beside the TEST blocks"),
+    ("TEST 'a'\nTEARDOWN END_TEARDOWN\nEND_TEST TEST 'b' END_TEST", 2, "TEARDOWN within a TEST"),
 ]
+
+
+def test_a_setup_within_a_test_is_one_mistake(tmp_path: Path) -> None:
+    text = "TEST 'a' VAR n : INT; END_VAR\nSETUP n := 1; END_SETUP\nASSERT_EQ(n, 1); END_TEST\nTEST 'b' END_TEST"
+    written(tmp_path, motor=MOTOR, motor_test=text)
+    assert iec_test(tmp_path).output.count("motor_test.st:") == 1
 
 
 @pytest.mark.parametrize(("text", "line", "what"), MISTAKES)
