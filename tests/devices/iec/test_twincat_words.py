@@ -287,3 +287,34 @@ def test_the_number_of_equal_start_values_may_have_the_name_of_its_list() -> Non
     bench = IecBench(main, CODESYS, others=[SourceFile("Limits.TcGVL", listed)])
     bench.cycle()
     assert bench["x"] == 7
+
+
+def test_a_variable_is_described_by_varinfo() -> None:
+    text = "TYPE Info : __SYSTEM.VAR_INFO; END_TYPE\n"
+    text += (
+        "FUNCTION_BLOCK Part VAR n : DINT; END_VAR VAR_OUTPUT i : Info; END_VAR i := __VARINFO(n); END_FUNCTION_BLOCK\n"
+    )
+    declared = "part : Part; list : ARRAY[1..2, 0..2] OF INT; i : Info; ok : ARRAY[1..3] OF BOOL;"
+    body = """
+    part();
+    ok[1] := part.i.Symbol = 'n' AND part.i.TypeName = 'DINT' AND part.i.BitSize = 32;
+    i := __VARINFO(list);
+    ok[2] := i.Symbol = 'list' AND i.NumElements = 6 AND i.ElemBitSize = 16 AND i.BitSize = 96;
+    ok[3] := i.TypeClass = __SYSTEM.TYPE_CLASS.TYPE_ARRAY AND i.BaseTypeClass = __SYSTEM.TYPE_CLASS.TYPE_INT;
+    """
+    bench = ran(text + program(declared, body))
+    assert [bench[f"ok[{number}]"] for number in (1, 2, 3)] == [True] * 3
+
+
+@pytest.mark.parametrize(
+    ("call", "expected"),
+    [("__VARINFO()", "one variable"), ("__VARINFO(n, n)", "one variable"), ("__VARINFO(gone)", "gone is not declared")],
+)
+def test_varinfo_needs_a_variable(call: str, expected: str) -> None:
+    found = refused(program("n : INT; i : __SYSTEM.VAR_INFO;", f"i := {call};"), CODESYS)
+    assert any(expected in one for one in found)
+
+
+def test_varinfo_without_a_variable_for_it_is_refused() -> None:
+    found = refused(program("n : INT; b : BOOL;", "b := __VARINFO(n).BitSize = 16;"), CODESYS)
+    assert any("expected a variable of type __SYSTEM.VAR_INFO" in one for one in found)

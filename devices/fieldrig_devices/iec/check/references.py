@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import dispatch, places, properties, writing
+from fieldrig_devices.iec.check import dispatch, places, properties, var_info, writing
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -173,4 +173,5 @@ FUNCTIONS: Final[dict[str, Callable[[Checker, tree.Call], Expression | None]]] =
     "__ISVALIDREF": _is_valid,
     "__POUNAME": _pou_name,
     "__QUERYINTERFACE": _query,
+    "__VARINFO": var_info.of,
 }
