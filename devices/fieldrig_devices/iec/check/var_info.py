@@ -1,4 +1,4 @@
-"""__VARINFO: what a program is told of one of its variables, as a structure of constants.
+"""__VARINFO: the description of a variable for the program itself, as a structure of constants.
 
 Source: the public description of CODESYS V3 and TwinCAT 3.  Addresses, areas and comments are empty, because programs
 that run on any machine have no use for them.
