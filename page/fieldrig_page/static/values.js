@@ -81,12 +81,20 @@ export function Values({ device, role }) {
 }
 
 async function load(device) {
-  const points = await api('GET', `devices/${encodeURIComponent(device)}/points`);
-  try {
-    return [...points, ...(await api('GET', `programs/${encodeURIComponent(device)}/values`))];
-  } catch {
-    return points; // it has no program
-  }
+  const name = encodeURIComponent(device);
+  const [points, front, variables] = await Promise.all([
+    api('GET', `devices/${name}/points`),
+    api('GET', `devices/${name}/front`).catch(() => ({ groups: [] })), // without power it does not answer
+    api('GET', `programs/${name}/values`).catch(() => []), // it has no program
+  ]);
+  const names = new Map(front.groups.flatMap((group) => group.parts).filter((part) => part.names?.length).map((part) => [part.point, part.names]));
+  return [...points.map((point) => ({ ...point, names: names.get(point.key) })), ...variables];
+}
+
+// What a number means, as the front of the device has it, such as the name of a state.
+function meaning(point, value) {
+  const found = typeof value === 'number' && point.names?.find(([one]) => one === value);
+  return found ? html` <span class="quiet">${found[1]}</span>` : '';
 }
 
 // Every word of the search is in the name, the type (which has the address) or the description.
@@ -109,9 +117,9 @@ function Value({ device, point, value, trouble, role, onWritten }) {
   if (trouble) return html`<span class="late-text">${trouble}</span>`;
   const text = shown(value);
   if (text.includes('\n') && !point.writable) return html`<${Lines} name=${`${device}/${point.key}`} text=${text} />`;
-  if (!point.writable || role !== 'operate') return html`<span title=${text}>${text}</span>`;
+  if (!point.writable || role !== 'operate') return html`<span title=${text}>${text}</span>${meaning(point, value)}`;
   return html`
-    <button class="quietly" title=${text} aria-label=${`${point.key}, ${text} ${point.unit}, change`} onClick=${() => setOpen(true)}>${text === '' ? '(empty)' : text}</button>
+    <button class="quietly" title=${text} aria-label=${`${point.key}, ${`${text} ${point.unit}`.trim()}, change`} onClick=${() => setOpen(true)}>${text === '' ? '(empty)' : text}</button>${meaning(point, value)}
     ${isOpen && html`<${Edit} device=${device} point=${point} value=${value} onWritten=${onWritten} onClose=${() => setOpen(false)} />`}`;
 }
 

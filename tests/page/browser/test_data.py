@@ -72,6 +72,12 @@ def test_a_register_is_found_by_name_and_a_value_beyond_its_limits_is_refused_wi
         assert master.read_holding_registers(0, count=1, device_id=1).registers == [125]
 
 
+def test_a_number_that_has_a_name_on_the_front_has_it_in_the_list(browser: Browser, lab: ServedRig) -> None:
+    with opened(browser, lab, path="/values/io") as page:
+        page.get_by_label("find").fill("emcy.code")
+        expect(page.get_by_role("cell", name="emcy.code, 0, change none")).to_be_visible()
+
+
 def test_a_value_that_a_foreign_master_writes_appears(
     browser: Browser, lab: ServedRig, master: ModbusTcpClient
 ) -> None:
