@@ -13,7 +13,7 @@ export function Tank({ values, scale }) {
     <path class="wall" d="M36 12V96H124V12" /><path class="pipe" d="M20 5H54V12" /><path class="pipe" d="M124 92H146V104" />
     ${numeric(values.outflow) > 0 && html`<path class="water" d="M142 98h8v10h-8z" />`}
     ${numeric(values.leak) > 0 && html`<path class="water" d="M24 84h12v3h-12z" />`}
-    ${['high', 'low'].filter((name) => scale[name] !== undefined).map((name) => html`<path class="notch" d=${`M124 ${y(scale[name])}h8`} /><text x="135" y=${y(scale[name]) + 3}>${name}</text>`)}
+    ${['high', 'low'].filter((name) => scale[name] !== undefined).map((name) => html`<path class="notch" d=${`M124 ${y(scale[name])}h8`} /><text x="135" y=${Math.min(y(scale[name]) + 3, 87) /* above the outlet */}>${name}</text>`)}
   </svg>`;
 }
 
