@@ -18,6 +18,8 @@ from fieldrig.errors import ControlError
 from fieldrig.recording.reader import OnRows, Rows
 from fieldrig.recording.signals import Column, Sort
 from fieldrig.virtual.rig import Rig
+from fieldrig_devices.languages.debugging.adapter import Adapter
+from fieldrig_devices.languages.debugging.framing import Framer, framed
 from fieldrig_devices.languages.debugging.traces import Traces, with_traces
 
 CONFIGS = Path(__file__).parents[4] / "configs"
@@ -86,6 +88,25 @@ def test_traces_of_two_debuggers_are_beside_each_other_and_end_with_them(tmp_pat
         assert len(found[0]["samples"]) == 10
     assert one.recordings == two.recordings == []
     assert hash_before == rig.trace_hash(), "a trace is no event"
+
+
+def test_an_editor_traces_by_requests_of_the_adapter(tmp_path: Path) -> None:
+    rig = PlcBench(tmp_path, TEXT).run(100).rig
+    traces = RigTraces(rig, "max4")
+    adapter = Adapter(traces)
+
+    def request(command: str, **arguments: Any) -> Any:
+        message = {"seq": 1, "type": "request", "command": command, "arguments": arguments}
+        (response,) = Framer().feed(adapter.feed(framed(message)))
+        return response["body"] if response["success"] else response["message"]
+
+    assert request("fieldrig.record", names=["Main.n"], depth=3) == {"names": ["Main.n"]}
+    rig.run_for(40 * MS)
+    samples = request("fieldrig.samples")["samples"]
+    assert [sample[1] - samples[0][1] for sample in samples] == [0, 1, 2]
+    assert "not a variable" in request("fieldrig.record", names=["Main.x"])
+    assert request("fieldrig.record", names=[]) == {"names": []}
+    assert not traces.recordings
 
 
 @pytest.mark.long
