@@ -10,6 +10,7 @@ from typing import Final
 
 from fieldrig.clock import MS, S
 from fieldrig.config.build import random_of
+from fieldrig.points.values import counted
 from fieldrig_devices.scenarios.act import Schedule
 from fieldrig_devices.search.eye import State
 from fieldrig_devices.search.piece import Piece, Run, World
@@ -111,4 +112,5 @@ class Archive:
         return tuple(sorted(acts, key=lambda act: act.at_ns))
 
     def told(self) -> str:
-        return f"archive: {self._count} runs, {len(self._seen)} states, {self._marks.bit_count()} branches of programs"
+        runs, states = counted(self._count, "run"), counted(len(self._seen), "state")
+        return f"archive: {runs}, {states}, {self._marks.bit_count()} branches of programs"

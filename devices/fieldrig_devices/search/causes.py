@@ -13,6 +13,7 @@ from hashlib import sha256
 from typing import Final
 
 from fieldrig.clock import MS, S
+from fieldrig.errors import RigError
 from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.guard import OF_EVERY_RIG
 from fieldrig_devices.scenarios.property import Violation
@@ -38,6 +39,16 @@ MOST_TRIES: Final = 80
 Sorts = frozenset[tuple[str, str, str]]
 
 
+class NotRepeatedError(RigError):
+    """A run broke a property, and the same actions broke it no more: something in it depends on chance or on the host.
+
+    That is a fault of the master under test, or of a device.  What does not repeat cannot be made small.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"a run that broke `{name}` did not break it again", "does its master depend on chance?")
+
+
 class Causes:
     def __init__(self, bench: Bench, corpus: Corpus) -> None:
         self._bench, self._corpus = bench, corpus
@@ -49,6 +60,8 @@ class Causes:
         self._shrunk: Counter[str] = Counter()
         self._alike: Counter[tuple[str, Sorts]] = Counter()
         self._asked: Counter[str] = Counter()
+        self.not_repeated: Counter[str] = Counter()
+        """Runs that broke a property and did not break it again, by property."""
 
     def take(self, failing: Run) -> None:
         """Take a run in which a property does not hold, and note it as a finding if its cause is new."""
@@ -61,23 +74,27 @@ class Causes:
                 if not self._is_explained(name, failing):
                     self._shrunk[name] += 1
                     self._alike[name, sorts] += 1
-                    self._note(name, failing)
+                    try:
+                        self._note(name, failing)
+                    except NotRepeatedError:
+                        self.not_repeated[name] += 1
 
     def small(self, violation: Violation, failing: Run) -> Finding:
-        """Return a finding of a property that does not hold in a run, as small as possible."""
+        """Return a finding of a property that does not hold in a run, as small as possible.
+
+        NotRepeatedError if it holds in the same run now.
+        """
         self._outcomes.clear()
         return self._small(_name(violation), failing)[0]
 
     def _small(self, name: str, failing: Run) -> tuple[Finding, bytes]:
         """Return the finding, and the way to it."""
         length_ns = max(failing.length_ns, self._bench.plan.scenario.length_ns)
-        found = self._breaks(name, failing, length_ns)(failing.acts)
-        assert found is not None, "a run is the same each time"
+        found = self._broken(name, failing, failing.acts, length_ns)
         length_ns = self._shortest(name, failing, failing.acts, found, length_ns)
         broken = self._breaks(name, failing, length_ns, MOST_TRIES)
         acts = fewest_acts(failing.acts, lambda some: broken(some) is not None)
-        first = self._breaks(name, failing, length_ns)(acts)
-        assert first is not None, "a run is the same each time"
+        first = self._broken(name, failing, acts, length_ns)
 
         def is_same(some: Schedule) -> bool:
             """Return whether actions fail for the same mistake: moved in time they may come to another one."""
@@ -138,13 +155,20 @@ class Causes:
 
         return broken
 
+    def _broken(self, name: str, failing: Run, acts: Schedule, length_ns: int) -> Run:
+        """Return the run in which these actions break a property, which they are known to do."""
+        found = self._breaks(name, failing, length_ns)(acts)
+        if found is None:
+            raise NotRepeatedError(name)
+        return found
+
     def _told(self, name: str, failing: Run, acts: Schedule, length_ns: int) -> tuple[Finding, bytes]:
-        broken = self._breaks(name, failing, length_ns)
-        found = broken(acts)
-        assert found is not None, "a run is the same each time"
+        found = self._broken(name, failing, acts, length_ns)
         length_ns = self._shortest(name, failing, acts, found, length_ns)
         played = self._bench.told(Piece(acts, 0, length_ns, world=failing.world))
-        violation = _of(played.violations, name)
+        violation = next((one for one in played.violations if _name(one) == name), None)
+        if violation is None:
+            raise NotRepeatedError(name)
         words = tuple(told(played, violation))
         cause = _digest(found.way) or _digest(repr(sorted(sorts_of(acts))).encode())
         finding = Finding(
@@ -164,7 +188,7 @@ class Causes:
 
     def _shortest(self, name: str, failing: Run, acts: Schedule, found: Run, length_ns: int) -> int:
         """Return the roundest time after which it is over."""
-        at_ns = _of(found.violations, name).at_ns
+        at_ns = next(one.at_ns for one in found.violations if _name(one) == name)
         for grid_ns in (1 * S, 100 * MS):
             shorter_ns = (at_ns // grid_ns + 1) * grid_ns
             if shorter_ns < length_ns and self._breaks(name, failing, shorter_ns)(acts) is not None:
@@ -185,10 +209,6 @@ def _name(violation: Violation) -> str:
     """Return the name of a property; for what is raised also what that is, as each is a fault of its own."""
     raised = re.sub(r"0x[\da-f]+|\d+", "#", violation.what) if violation.property in OF_EVERY_RIG else ""
     return f"{violation.property}{raised and f': {raised}'}"
-
-
-def _of(violations: tuple[Violation, ...], name: str) -> Violation:
-    return next(one for one in violations if _name(one) == name)
 
 
 def _is_along(way: bytes, other: bytes) -> bool:

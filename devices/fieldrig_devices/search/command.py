@@ -11,6 +11,7 @@ from typer.core import TyperGroup
 from fieldrig.cli.common import AsJson, Overrides, argument, command_group, duration_ns, echo_json, writing
 from fieldrig.clock import S
 from fieldrig.errors import UsageError
+from fieldrig.points.values import counted
 from fieldrig.system.exits import Exit
 
 if TYPE_CHECKING:
@@ -208,7 +209,8 @@ def merge(
     whole = Corpus(target)
     for other in others:
         whole.merge(_opened(other))
-    typer.echo(f"{target}: {sum(1 for _ in whole.runs())} runs, {len(whole.findings())} findings")
+    runs, found = sum(1 for _ in whole.runs()), len(whole.findings())
+    typer.echo(f"{target}: {counted(runs, 'run')}, {counted(found, 'finding')}")
 
 
 @app.command()
@@ -331,4 +333,4 @@ def _show(found: "Sequence[Finding]", *, as_json: bool) -> None:
             typer.echo(f"     with {override}")
         for act in one.acts:
             typer.echo(f"     at {act.at_ns / 1e6:g} ms: {act}")
-    typer.echo(f"{len(found)} findings" if found else "nothing was found")
+    typer.echo(counted(len(found), "finding") if found else "nothing was found")

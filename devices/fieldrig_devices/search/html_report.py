@@ -12,6 +12,7 @@ from typing import Final, NamedTuple
 from fieldrig.coverage.reports.page import page as coverage_page
 from fieldrig.coverage.reports.table import per_cent
 from fieldrig.coverage.summary import Coverage
+from fieldrig.points.values import counted
 from fieldrig.storage.store import replace_file
 from fieldrig.text.html_page import document
 from fieldrig_devices.search.corpus import Corpus, Finding
@@ -68,7 +69,10 @@ def strategies_of(corpus: Corpus) -> list[Strategy]:
 
 def _body(corpus: Corpus, files: Mapping[int, Path], told: Sequence[str], coverage: Coverage | None) -> Iterator[str]:
     findings, strategies = corpus.findings(), strategies_of(corpus)
-    words, runs = f"{len(findings)} findings" if findings else "nothing was found", sum(one.runs for one in strategies)
+    words, runs = (
+        counted(len(findings), "finding") if findings else "nothing was found",
+        sum(one.runs for one in strategies),
+    )
     yield f'<p class="{"wrong" if findings else ""}">{words} in {runs} different runs</p>'
     if coverage is not None:
         yield f'<p><a href="{COVERAGE}">Coverage: {per_cent(coverage.total.count())} %</a> of the programs has run.</p>'

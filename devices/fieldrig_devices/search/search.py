@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from fieldrig.errors import RigError
+from fieldrig.points.values import counted
 from fieldrig.system.stopwatch import Stopwatch
 from fieldrig.virtual.readings import seconds
 from fieldrig_devices.search.bench import Bench
@@ -62,6 +63,10 @@ class Search:
         self._follow(turns, limits.most_runs, is_over)
         for one in turns:
             tell(one.strategy.told())
+        for name, count in self._causes.not_repeated.items():
+            tell(
+                f"{name}: broken in {counted(count, 'run')}, but not again in the same; does a master depend on chance?"
+            )
 
     def _follow(self, turns: "Sequence[_Turns]", most: int, is_over: Callable[[], bool]) -> None:
         """Have the pieces of the strategies played: always the same number ahead, so that the crew has work.

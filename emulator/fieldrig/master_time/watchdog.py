@@ -1,6 +1,6 @@
 """Ends a block in which a thread will not hand the baton on, so that no run ever hangs.
 
-A thread of real time looks at the running member.  If the system shows it asleep all the time, without a tick of
+A thread of real time looks at the running member.  If the system shows it asleep all the time, with next to no
 processor time, it waits for something that the scheduler does not know, such as a device or a lock of a C library; that
 cannot end well, however busy the host is.  A member that computes may take `patience_s` of processor time, and so may
 a device at one instant of the rig.  A member in a debugger waits for a person, and has all the time that it needs.
@@ -14,11 +14,12 @@ import signal
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import Final
 
-from fieldrig.clock import MS
+from fieldrig.clock import MS, S
 from fieldrig.master_time.errors import EndedError, VirtualTimeError
 from fieldrig.master_time.member import Member, new_lock
 from fieldrig.master_time.places import is_debugged, where
@@ -32,6 +33,9 @@ SLACK: Final = 20
 """Real time for `patience_s` of processor time, on a host that has other work: this number of times as long."""
 TICKS: Final = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 0
 """Ticks of processor time in a second; 0 where the system does not tell them."""
+AWAKE_NS: Final = 1 * MS
+"""Processor time in `ASLEEP_S` from which on a member is awake.  One that waits for the lock of Python asks for it each
+5 ms, which takes 2 ms in two seconds; who waits in C looks some times a second, if at all."""
 UNWIND_S: Final = 0.5
 SIGNAL: Final[signal.Signals] = getattr(signal, "SIGUSR2", signal.SIGTERM)
 """Interrupts the main thread.  On Windows no program sends SIGTERM to another."""
@@ -71,7 +75,7 @@ class Watchdog:
             self._scheduler.one_cpu.forget(native)
 
     def _watch(self) -> None:
-        seen, since_s, asleep_s, ticks, first = (-1, -1), _real_monotonic(), _real_monotonic(), -1, -1
+        seen, since_s, asleep_s, spent_ns, first_ns = (-1, -1), _real_monotonic(), _real_monotonic(), -1, -1
         while not self._is_over.wait(LOOK_S):
             scheduler, now_s = self._scheduler, _real_monotonic()
             scheduler.one_cpu.look()
@@ -81,26 +85,26 @@ class Watchdog:
                 member = scheduler.members.get(scheduler.worker, member)
             frame = sys._current_frames().get(member.ident)
             if at != seen or is_debugged(frame):
-                seen, since_s, asleep_s, ticks, first = at, now_s, now_s, -1, -1
+                seen, since_s, asleep_s, spent_ns, first_ns = at, now_s, now_s, -1, -1
                 continue
-            is_asleep, ticks_now = _state(member.native)  # not before: while threads switch, each call costs 5 ms
-            if first < 0:
-                first = ticks_now
-            if not is_asleep or ticks_now != ticks or is_rig:
-                asleep_s, ticks = now_s, ticks_now
+            is_asleep, now_ns = _state(member.native)  # not before: while threads switch, each call costs 5 ms
+            if first_ns < 0:
+                first_ns = now_ns
+            if not is_asleep or spent_ns < 0 or now_ns - spent_ns >= AWAKE_NS or is_rig:
+                asleep_s, spent_ns = now_s, now_ns
             if now_s - asleep_s >= ASLEEP_S:
                 self._end(member, f"thread {member.name} waits for something outside of virtual time", frame)
-            elif self._is_over_time(now_s - since_s, ticks_now - first):
+            elif self._is_over_time(now_s - since_s, now_ns - first_ns):
                 who, end = ("a device", "time passing") if is_rig else (f"thread {member.name}", "waiting")
                 self._end(member, f"{who} has run for {self._patience_s:g} s without {end}", frame, is_rig=is_rig)
             else:
                 continue
             seen = (-1, -1)
 
-    def _is_over_time(self, real_s: float, ticks: int) -> bool:
+    def _is_over_time(self, real_s: float, spent_ns: int) -> bool:
         if not TICKS:
             return real_s >= self._patience_s
-        return ticks >= self._patience_s * TICKS or real_s >= self._patience_s * SLACK
+        return spent_ns >= self._patience_s * S or real_s >= self._patience_s * SLACK
 
     def _end(self, member: Member, what: str, frame: FrameType | None, *, is_rig: bool = False) -> None:
         scheduler = self._scheduler
@@ -140,9 +144,18 @@ class _RealEvent:
 
 
 def _state(native: int) -> tuple[bool, int]:
-    """Return whether the system shows a thread asleep, and its processor time in ticks."""
+    """Return whether the system shows a thread asleep, and its processor time in ns."""
+    thread = Path(f"/proc/self/task/{native}")
     try:
-        fields = Path(f"/proc/self/task/{native}/stat").read_bytes().rpartition(b")")[2].split()
+        fields = (thread / "stat").read_bytes().rpartition(b")")[2].split()
+        return fields[0] == b"S", _spent_ns(thread, int(fields[11]) + int(fields[12]))
     except OSError:
         return False, 0
-    return fields[0] == b"S", int(fields[11]) + int(fields[12])
+
+
+def _spent_ns(thread: Path, ticks: int) -> int:
+    """Return the processor time of a thread: to the nanosecond where the kernel counts so, else in its ticks."""
+    exact_ns = 0
+    with suppress(OSError):
+        exact_ns = int((thread / "schedstat").read_bytes().split()[0])  # 0 where the kernel has the file alone
+    return max(exact_ns, ticks * S // TICKS)

@@ -15,7 +15,7 @@ from fieldrig.clock import MS, S
 from fieldrig.errors import ConfigError, RigError
 from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.command import app as scenario_app
-from fieldrig_devices.search.causes import Causes
+from fieldrig_devices.search.causes import Causes, NotRepeatedError
 from fieldrig_devices.search.command import app
 from fieldrig_devices.search.corpus import Corpus, Finding
 from fieldrig_devices.search.crew import Bench, LocalCrew
@@ -218,7 +218,7 @@ def test_corpora_of_several_machines_are_merged(tmp_path: Path) -> None:
     for corpus in (first, second):
         corpus.add(Run((), (), 0), "sweep")
         corpus.note(Finding(0, "p", acts, acts, 5 * S, 7, "wrong"))
-    assert "2 runs, 1 findings" in run("merge", tmp_path / "b.sqlite", tmp_path / "a.sqlite").stdout
+    assert "2 runs, 1 finding" in run("merge", tmp_path / "b.sqlite", tmp_path / "a.sqlite").stdout
     assert acts_of(acts_text(acts)) == acts
     (tmp_path / "no.sqlite").write_text("this is no database, but a text that is long enough to be taken for one" * 9)
     assert run("show", tmp_path / "no.sqlite").exit_code != 0
@@ -270,6 +270,24 @@ def test_a_finding_is_made_small_without_a_run_twice(tmp_path: Path, monkeypatch
         assert len(causes.small(failing.violations[0], failing).acts) == 2
     assert len({(acts_text(piece.acts), piece.until_ns) for piece in played}) == len(played)
     assert not any(piece.acts == () for piece in played)
+
+
+@pytest.mark.parametrize("forgetful", ["play", "told"])
+def test_a_run_that_does_not_repeat_is_counted_and_no_finding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, forgetful: str
+) -> None:
+    """As with a master that depends on chance: the search goes on, and says so."""
+    corpus = Corpus(None)
+    with Bench(load_plan(planted(tmp_path, HISTORY))) as bench:
+        causes, method = Causes(bench, corpus), getattr(bench, forgetful)
+        presses = [Act(at_ms * MS, "press", "wires/switch.on", True, 50 * MS) for at_ms in (800, 900)]
+        failing = run_of(bench, *presses)
+        monkeypatch.setattr(bench, forgetful, lambda piece: method(piece)._replace(violations=()))
+        causes.take(failing)
+        assert causes.not_repeated == {failing.violations[0].property: 1}
+        with pytest.raises(NotRepeatedError, match="did not break it again"):
+            causes.small(failing.violations[0], failing)
+    assert corpus.findings() == []
 
 
 COMES_BACK = """\

@@ -177,7 +177,7 @@ def test_a_rig_and_a_file_of_properties(tmp_path: Path) -> None:
     assert replayed.exit_code == 1, replayed.output
     assert "each message is the same" in replayed.output
     assert "in the 50 ms before:" in replayed.output
-    assert CliRunner().invoke(app, ["minimise", str(corpus), number]).output.endswith("1 findings\n")
+    assert CliRunner().invoke(app, ["minimise", str(corpus), number]).output.endswith("1 finding\n")
     (tmp_path / "lamp.st").write_text(PROGRAM.replace("presses >= limit", "FALSE"))
     fixed = CliRunner().invoke(app, ["replay", str(corpus)])
     assert fixed.exit_code == 0, fixed.output
@@ -230,4 +230,4 @@ def test_other_worlds_are_swept_too(tmp_path: Path) -> None:
     )
     assert done.exit_code == 1, done.output
     assert "with devices.tank.initial_level_m=0.9" in done.output
-    assert "1 findings" in done.output
+    assert "1 finding" in done.output
