@@ -218,10 +218,15 @@ def _outputs(
 
 
 def _action(checker: Checker, node: tree.Call, instance: Place | None, action: Pou, line: int) -> list[AnyStatement]:
-    """An action may be called with inputs, which are assigned before, and outputs, as in CoDeSys V2.3."""
+    """An action may be called with inputs, which are assigned before, and outputs, as in CoDeSys V2.3.
+
+    One of another instance may be given its VAR_IN_OUT too; without them, it has those of the last call.
+    """
     assert action.owner is not None
     source = checker.context.project.sources[action.owner]
-    given = [variable for variable in source.inputs if variable.section is not Section.IN_OUT]
+    key = checker.context.key
+    named = {key(argument.name) for argument in node.arguments if instance is not None}
+    given = [one for one in source.inputs if one.section is not Section.IN_OUT or key(one.name) in named]
     matched = match_arguments(checker, node, action.owner, given, source.outputs)
     if matched is None:
         return []
@@ -232,7 +237,16 @@ def _action(checker: Checker, node: tree.Call, instance: Place | None, action: P
         )
 
     before: list[AnyStatement] = []
+    references: list[tuple[Variable, Place]] = []
+    limits: list[tuple[Variable, Expression]] = []
     for variable, argument in matched.inputs.items():
+        if variable.section is Section.IN_OUT:
+            place = reference(checker, argument, variable)
+            if place is None:
+                return []
+            references.append((variable, place))
+            limits += open_arrays.limits(variable, place)
+            continue
         value = checker.expression_as(argument, variable.type)
         if value is None:
             return []
@@ -241,4 +255,6 @@ def _action(checker: Checker, node: tree.Call, instance: Place | None, action: P
     if outputs is None:
         return []
     after = [Assign(target, value, line=line) for target, value in outputs]
+    if references and instance is not None:
+        return [*before, CallBlock(instance, action, tuple(limits), tuple(references), line=line), *after]
     return [*before, CallAction(action, instance, line=line), *after]

@@ -24,6 +24,7 @@ CODESYS: Final = "codesys"
 """Name of the dialect with what programs of TwinCAT expect."""
 LISTS: Final = {"_TaskInfo": "TwinCAT_SystemInfoVarList"}
 """The names of lists of global variables in our libraries, by their first variable."""
+_OF_CODESYS: Final = ("system.st", "twincat.st", "twincat_ads.st", "twincat_tables.st")
 LARGE: Final = (Elementary.DINT, Elementary.UDINT, Elementary.LINT, Elementary.ULINT)
 """The types that edition 3 has further counters for."""
 
@@ -33,7 +34,7 @@ def sources(dialect: str) -> tuple[tuple[str, str], ...]:
     """Return the names and texts of the files for the dialect with this name."""
     names = ("standard.st", "counters.st", "util.st")
     if dialect == CODESYS:
-        texts = [(name, _text(name)) for name in (*names, "system.st", "twincat.st", "twincat_ads.st")]
+        texts = [(name, _text(name)) for name in (*names, *_OF_CODESYS)]
         return (*texts, ("timers_ltime.st", _timers(r"L\1", Elementary.LTIME)))
     if dialect != EDITION_3:
         return tuple((name, _text(name)) for name in names)
