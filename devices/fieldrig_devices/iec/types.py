@@ -93,6 +93,8 @@ class StructType:
     size: int = 0
     is_union: bool = False
     """True if all components are at the same address, where the largest one has its value."""
+    above: tuple[str, ...] = ()
+    """The structures that it extends, in small letters; it begins with the components of each of them."""
 
     @property
     def stored_fields(self) -> "list[Field]":

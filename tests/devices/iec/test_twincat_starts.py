@@ -141,3 +141,21 @@ def test_a_reference_to_a_text_may_refer_to_a_longer_one() -> None:
     assert (bench["x"], bench["long"]) == (6, "new")
     (message,) = wrong(TEXTS + program("short : STRING(10); x : INT;", "x := Changed(short);"))
     assert message.startswith("short is a STRING(10); a variable of type STRING")
+
+
+EXTENDED = """
+TYPE Base : STRUCT a : INT; b : LREAL; END_STRUCT; END_TYPE
+TYPE Middle EXTENDS Base : STRUCT c : INT; END_STRUCT; END_TYPE
+TYPE Whole EXTENDS Middle : STRUCT d : ARRAY[1..2] OF Base; END_STRUCT; END_TYPE
+FUNCTION SumOf : LREAL VAR_INPUT base : Base; END_VAR SumOf := base.a + base.b; END_FUNCTION
+"""
+
+
+def test_a_structure_is_given_for_one_that_it_extends() -> None:
+    declared = "w : Whole := (a := 1, b := 2.5, c := 9); m : Middle; list : ARRAY[1..2] OF Base; x : LREAL; y : INT;"
+    bench = ran(EXTENDED + program(declared, "m := w; list[2] := w; x := SumOf(w) + SumOf(m) + list[2].b; y := m.c;"))
+    assert (bench["x"], bench["y"], bench["list[1].a"]) == (9.5, 9, 0)
+
+
+def test_a_structure_is_not_given_for_one_that_extends_it() -> None:
+    assert wrong(EXTENDED + program("b : Base; m : Middle;", "m := b;")) == ["b is a Base; Middle"]

@@ -13,7 +13,7 @@ from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.elementary import SHORT_TIMES, Elementary, Family
 from fieldrig_devices.iec.library.integers import cut
 from fieldrig_devices.iec.library.reals import single
-from fieldrig_devices.iec.program import AddressOf, Constant, Convert, Expression, Load
+from fieldrig_devices.iec.program import AddressOf, Component, Constant, Convert, Expression, Load
 from fieldrig_devices.iec.types import (
     ArrayType,
     BlockType,
@@ -22,6 +22,7 @@ from fieldrig_devices.iec.types import (
     ObjectType,
     PointerType,
     StringType,
+    StructType,
     SubrangeType,
     Type,
 )
@@ -61,6 +62,8 @@ def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> E
         return _interface(context, value, kind, at)
     if isinstance(kind, PointerType) and _is_address(source):
         return _pointer(value, kind)
+    if isinstance(source, StructType) and isinstance(value, Load) and str(kind).casefold() in source.above:
+        return Load(Component(value.place, 0, kind))  # what it begins with
     return _no(context, value, kind, at)
 
 

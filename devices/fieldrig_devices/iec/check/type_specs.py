@@ -238,8 +238,8 @@ class TypeSpecs:
 
     def _structure(self, title: str, spec: tree.StructSpec, context: Context, name: str = "") -> Type:
         """Make the structure first and its fields afterwards, because a field may point to the structure itself."""
-        spec = self._extended(spec, context)
-        kind = StructType(title, is_union=spec.is_union)
+        spec, above = self._extended(spec, context)
+        kind = StructType(title, is_union=spec.is_union, above=above)
         if name:
             self._project.types[name] = kind
         self.structures.append((kind, spec, context))
@@ -269,9 +269,9 @@ class TypeSpecs:
         self._project.unfinished.discard(kind)
         return kind
 
-    def _extended(self, spec: tree.StructSpec, context: Context) -> tree.StructSpec:
-        """Return a structure with the components of those that it extends in front of its own."""
-        fields, seen = spec.fields, set[str]()
+    def _extended(self, spec: tree.StructSpec, context: Context) -> tuple[tree.StructSpec, tuple[str, ...]]:
+        """Return a structure with the components of those that it extends in front of its own, and their names."""
+        fields, seen = spec.fields, dict[str, None]()
         extends = spec.extends
         while extends:
             plain = self._key(extends.rpartition(".")[2])
@@ -286,10 +286,10 @@ class TypeSpecs:
                 break
             if len(seen) == DEEPEST:
                 context.say(spec, f"the structure extends more than {DEEPEST} others", f"at most {DEEPEST} levels")
-                return tree.StructSpec(spec.fields, spec.is_union, position=spec.position)
-            seen.add(plain)
+                return tree.StructSpec(spec.fields, spec.is_union, position=spec.position), ()
+            seen[plain] = None
             fields, extends = (*above.fields, *fields), above.extends
-        return tree.StructSpec(fields, spec.is_union, position=spec.position)
+        return tree.StructSpec(fields, spec.is_union, position=spec.position), tuple(seen)
 
     # ---- enumerations
 
