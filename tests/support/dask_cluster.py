@@ -15,7 +15,7 @@ from fieldrig.testing import free_port, return_port
 class Cluster(NamedTuple):
     address: str
     workers: list["subprocess.Popen[bytes]"]
-    """The workers, or their nannies, which start them again: `dask worker` has one unless it is told not to."""
+    """The workers, or their nannies, which start them again: `dask worker` has one unless `--no-nanny` is given."""
     have_nannies: bool
 
     def kill_worker(self) -> None:

@@ -92,7 +92,7 @@ def test_pool_cluster_and_cluster_with_a_lost_worker_find_the_same(folder: Path,
 
 def test_a_worker_whose_nanny_starts_it_again_goes_on(folder: Path, tmp_path: Path) -> None:
     assert outcome(searched(folder, "pool.sqlite"))[0] == 1
-    with cluster(1, tmp_path, have_nannies=True) as workers:  # nobody else could go on
+    with cluster(1, tmp_path, have_nannies=True) as workers:  # no other worker could go on
         search = searched(folder, "lost.sqlite", "--dask", workers.address)
         lose_one(workers, folder / "lost.sqlite")
         code, said = outcome(search)

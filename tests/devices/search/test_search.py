@@ -276,7 +276,7 @@ def test_a_finding_is_made_small_without_a_run_twice(tmp_path: Path, monkeypatch
 def test_a_run_that_does_not_repeat_is_counted_and_no_finding(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, forgetful: str
 ) -> None:
-    """As with a master that depends on chance: the search goes on, and says so."""
+    """The search goes on, and says so, such as with a master that depends on chance."""
     corpus = Corpus(None)
     with Bench(load_plan(planted(tmp_path, HISTORY))) as bench:
         causes, method = Causes(bench, corpus), getattr(bench, forgetful)
