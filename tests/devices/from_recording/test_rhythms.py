@@ -23,7 +23,7 @@ def sent(frames: Iterable[tuple[int, int]]) -> Identifier:
 
 
 def run(start_ms: int, timer_ms: int, length_ms: int = 1_000) -> list[tuple[int, int]]:
-    """Return what a node sends: its start, each change of an input, and the same again when the event timer ends (CiA 301)."""
+    """Return what a node sends: its start, each change of an input, and the same again at the event timer (CiA 301)."""
     frames, value, now_ms = [(start_ms, 0)], 0, 0
     changes = list(EVENTS_MS)
     while now_ms < length_ms:
