@@ -113,7 +113,10 @@ def _is_in_window(connection: Connection, now_ns: int, sequence: int, segment: S
 
 
 def _reset_or_challenge(connection: Connection, now_ns: int, sequence: int, segment: Segment) -> None:
-    if not segment.flags & RST or sequence != connection.incoming.next:
+    is_called = connection.state is TcpState.SYN_RECEIVED and connection.is_passive
+    if is_called and not segment.flags & RST:
+        connection.finish(Ending.RESET)  # back to LISTEN: the caller has begun again, and will repeat its SYN
+    elif not segment.flags & RST or sequence != connection.incoming.next:
         _challenge(connection, now_ns)
     elif connection.state in _ENDED:
         connection.state = TcpState.CLOSED

@@ -145,6 +145,17 @@ def test_a_guessed_reset_is_challenged(flags: Flags, sequence: int) -> None:
     assert user.endings == []
 
 
+def test_a_caller_that_begins_again_before_it_is_connected_is_called_back_at_its_next_syn() -> None:
+    """RFC 9293, 3.10.7.4, fourth check: in SYN-RECEIVED a SYN in the window returns a called end to LISTEN."""
+    peer = Peer()
+    peer.send(SYN, 100)
+    assert [segment.flags for segment in peer.take()] == [SYN | ACK]
+    peer.send(SYN, 150)
+    assert (peer.take(), peer.stack.connections) == ([], [])
+    peer.send(SYN, 150)
+    assert [(segment.flags, segment.acknowledgment) for segment in peer.take()] == [(SYN | ACK, 151)]
+
+
 def test_challenges_are_rare() -> None:
     peer = Peer()
     peer.connect()
