@@ -124,6 +124,8 @@ class Blocks(Expressions):
         hint = ""
         if kind in ("AND", "OR", "XOR", "MOD", "NOT") or kind in token.KEYWORDS:
             hint = f"{kind} is a keyword."
+        elif kind in ("+", "-") and self.kinds[self.i + 1] == kind:
+            hint = f"Write x := x {kind} 1 for {kind}{kind}x."
         raise self.unexpected("a statement", hint)
 
     def _synchronise(self, start: int) -> None:

@@ -42,6 +42,8 @@ _OTHER_SYSTEMS: Final[Mapping[str, str]] = {
 }
 _FUNCTIONS: Final = frozenset({"AND", "OR", "XOR", "MOD"})
 """Keywords that are names of functions too."""
+_STEPS: Final = frozenset({"+", "-"})
+"""What other languages write twice to count by one."""
 _INTEGER_TYPES: Final = frozenset(
     {"SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD", "LWORD"}
 )
@@ -196,6 +198,8 @@ class Expressions(Cursor):
             hint = f"A number has a digit in front of its point: 0.{self.texts[self.i + 1]}."
         elif kind in ("<", ">") and self.kinds[self.i - 1] in ("<", ">"):
             hint = "The sign for unequal is <>, and bits are moved by SHL and SHR."
+        elif (before := self.kinds[self.i - 1]) in _STEPS and before == self.kinds[self.i - 2]:
+            hint = f"Write x := x {before} 1 in a line of its own for x{before}{before}."
         elif kind == "&":
             hint = "The address of a variable is ADR(variable)."
         elif self.texts[self.i][:1].isalpha():

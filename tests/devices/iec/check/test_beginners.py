@@ -21,6 +21,13 @@ FUNCTION = (
 STATEMENTS = [
     ("i++;", "2 got +; := or a call | Write x := x + 1 for x++."),
     ("i--;", "2 got -; := or a call | Write x := x - 1 for x--."),
+    ("++i;", "1 got +; a statement | Write x := x + 1 for ++x."),
+    ("n := i++;", "9 got ;; a variable, a constant or a call | Write x := x + 1 in a line of its own for x++."),
+    ("n := i--;", "9 got ;; a variable, a constant or a call | Write x := x - 1 in a line of its own for x--."),
+    (
+        "IF i++ > 3 THEN n := 1; END_IF;",
+        "8 got >; a variable, a constant or a call | Write x := x + 1 in a line of its own for x++.",
+    ),
     ('b := "on";', "6 got \"on\"; a string in single quotes: 'on' | "),
     ("s := 'on;", "6 the string is not closed; ' at its end, in the same line | "),
     ("t(IN = TRUE);", "3 IN = TRUE is a comparison; IN := TRUE | A value is passed with :=."),
