@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,7 +18,7 @@ import pytest
 from doc_pages import ROOT, blocks, page_named
 from network_namespace import inside
 from process_group import kill_group
-from running_rig import PATIENCE_S, until
+from running_rig import PATIENCE_S
 from two_hosts import Host, Line, two_hosts
 
 from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
@@ -47,13 +47,19 @@ class Rig:
         return done.stdout if done.returncode == 0 else ""
 
     def until_ready(self) -> None:
-        """Wait until the rig is ready.  What its processes have printed is in the message if it never is."""
-        status = self.status()
+        """Wait until the rig is ready."""
+        self.until(lambda: self.status()["state"] == "ready")
+
+    def until(self, is_so: Callable[[], bool]) -> None:
+        """Wait for a condition.  What the rig and its processes have said is in the message if it never comes."""
         give_up_s = time.monotonic() + PATIENCE_S
-        while status["state"] != "ready":
+        while not is_so():
             is_late = time.monotonic() > give_up_s or any(script.poll() is not None for script in self.scripts)
-            assert not is_late, f"{status}\n{self.log('controller-host')}\n{self.log('drive-host')}"
-            status = self.status()
+            assert not is_late, self._all_said()
+
+    def _all_said(self) -> str:
+        logs = (self.log(name) for name in ("controller-host", "drive-host"))
+        return "\n".join((str(self.status()), self.tool("get", "max4"), *logs))
 
     def status(self) -> dict[str, Any]:
         """Return nothing while the control service waits for those that are cut off."""
@@ -120,21 +126,21 @@ def test_a_cut_between_two_hosts_is_reported_on_both_and_the_rig_comes_back(host
     line.delay(1.0)
     looked = rig.far.run(["sh", "look.sh"], rig.folder / "drive-host")
     assert looked.returncode == 0, looked.stderr
-    until(lambda: rig.get("max4/ring.phase") == 4)
-    until(lambda: rig.ring_closed == 1)
+    rig.until(lambda: rig.get("max4/ring.phase") == 4)
+    rig.until(lambda: rig.ring_closed == 1)
 
     line.cut()
-    until(lambda: all(rig.status()["processes"].get(name, {}).get("state") == "dead" for name in FAR))
+    rig.until(lambda: all(rig.status()["processes"].get(name, {}).get("state") == "dead" for name in FAR))
     assert rig.status()["state"] == "degraded"
-    until(lambda: rig.ring_closed == 0)
+    rig.until(lambda: rig.ring_closed == 0)
     assert any(f"diagnosis {code}" in rig.log("controller-host") for code in MISSING)
     assert "diagnosis 2112" in rig.log("drive-host"), "a drive sees that the master is silent"
-    until(lambda: "wires: the hub is gone" in rig.log("controller-host"))
+    rig.until(lambda: "wires: the hub is gone" in rig.log("controller-host"))
 
     line.mend()
     line.loss(0.5)
     rig.until_ready()
-    until(lambda: rig.ring_closed == 1)
+    rig.until(lambda: rig.ring_closed == 1)
     assert all(one["restarts"] == 0 for one in rig.status()["processes"].values())
     assert rig.tool("set", "jaw/mains=false")
-    until(lambda: rig.get("max4/I_bReadyJaw.Value") is False)  # over the wires
+    rig.until(lambda: rig.get("max4/I_bReadyJaw.Value") is False)  # over the wires
