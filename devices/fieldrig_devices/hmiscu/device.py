@@ -66,7 +66,7 @@ class Hmiscu(Device):
         self._fast = FastOutputs(clock, settings, self._terminals, wires)
         self._terminals.on_input = self._fast.on_input
         self._panel = Panel(self._terminals.outputs)
-        self._masters = Masters(self.find, self.why_refused)
+        self._masters = Masters(self.find, self.is_driven)
         self._plc = Plc(
             clock,
             settings,
@@ -155,10 +155,14 @@ class Hmiscu(Device):
             return None if variable is None else self._guarded(present, variable)
         return point
 
+    def is_driven(self, name: str) -> bool:
+        """Return whether the program drives a point, whatever the state of the controller."""
+        return self._plc.driven.has(self._fast.present_name(name))
+
     def why_refused(self, name: str) -> str:
-        """Return why tools and masters may not set a point; empty if they may."""
+        """Return why tools and masters may not set a point at present; empty if they may."""
         present = self._fast.present_name(name)
-        if self._plc.driven.has(present):
+        if self.is_driven(name):
             return f"the program drives {name}"
         is_running = self._plc.state is PlcState.RUN
         if is_running and self._panel.is_written(present):
@@ -183,7 +187,7 @@ class Hmiscu(Device):
 
     def _remedy(self, name: str) -> str:
         """Return what to do about a point that may not be set."""
-        if self._plc.driven.has(self._fast.present_name(name)):
+        if self.is_driven(name):
             return "a program that leaves it alone; `fieldrig debug` forces it"
         is_running = self._plc.state is PlcState.RUN
         return "another line, or a program that leaves it alone" if is_running else "plc/command = run before it"

@@ -3,7 +3,12 @@
 from pathlib import Path
 
 import pytest
+from canopen_bench import EDS
 from hmiscu_device_bench import DeviceBench
+
+from fieldrig.clock import S
+from fieldrig.config.rig_file import from_dict
+from fieldrig.virtual.rig import Rig
 
 PROGRAM = """
 VAR_GLOBAL g_bWrite : BOOL := TRUE; END_VAR
@@ -52,3 +57,21 @@ def test_a_line_that_the_program_writes_is_not_set_from_outside(tmp_path: Path) 
     bench.set("panel.line1", "hello")
     bench.run(500)
     assert (bench.get("panel.line1"), bench.get("panel.line2")) == ("hello", "hello")
+
+
+def test_a_master_sets_a_lamp_that_no_program_drives() -> None:
+    """That outputs do not change in STOP is no mistake of a rig file, in which the controller has not started."""
+    io = {"kind": "canopen.node", "node_id": 5, "eds": str(EDS / "io32.eds"), "links": {"can": "can0"}}
+    inputs = {1: [{"name": "panel.lamp1", "type": "bool"}]}
+    scu = {
+        "kind": "hmiscu",
+        "links": {"can": "can0"},
+        "can_master": {"nodes": {"Io": {"node_id": 5, "inputs": inputs}}},
+    }
+    buses = {"can0": {"kind": "can.virtual"}}
+    with Rig(from_dict({"time": "virtual", "buses": buses, "devices": {"scu": scu, "io": io}})) as rig:
+        rig.run_for(2 * S)
+        assert rig.get("scu/panel.lamp1") is False
+        rig.set("io/6000:01", 1)
+        rig.run_for(1 * S)
+        assert rig.get("scu/panel.lamp1") is True

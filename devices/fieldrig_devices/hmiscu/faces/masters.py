@@ -56,8 +56,8 @@ class PointCell:
 class Masters:
     """The client and the master of one controller, each of which may be missing."""
 
-    def __init__(self, find: Lookup, why_refused: Callable[[str], str]) -> None:
-        self._find, self._why_refused = find, why_refused
+    def __init__(self, find: Lookup, is_driven: Callable[[str], bool]) -> None:
+        self._find, self._is_driven = find, is_driven
         self._client: ModbusClient | None = None
         self._master: CanopenMaster | None = None
         self._units: dict[str, ClientUnit] = {}
@@ -84,7 +84,7 @@ class Masters:
             raise ValueError(f"{key}: expected a point of the controller, got {element.name}")
         if point.write is None and not is_output:
             raise ValueError(f"{key}: expected a point that can be set, got {element.name}")
-        if not is_output and self._why_refused(element.name):
+        if not is_output and self._is_driven(element.name):
             raise ValueError(f"{key}: expected a variable that the program only reads, got {element.name}")
         if isinstance(point.read(), str):
             raise ValueError(f"{key}: expected a number or a bit, got the text {element.name}")
