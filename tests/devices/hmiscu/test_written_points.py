@@ -60,7 +60,7 @@ def test_a_line_that_the_program_writes_is_not_set_from_outside(tmp_path: Path) 
 
 
 def test_a_master_sets_a_lamp_that_no_program_drives() -> None:
-    """That outputs do not change in STOP is no mistake of a rig file, in which the controller has not started."""
+    """The controller has not started while a rig file is checked, so nothing is said there of outputs in STOP."""
     io = {"kind": "canopen.node", "node_id": 5, "eds": str(EDS / "io32.eds"), "links": {"can": "can0"}}
     inputs = {1: [{"name": "panel.lamp1", "type": "bool"}]}
     scu = {

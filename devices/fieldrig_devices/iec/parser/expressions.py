@@ -43,7 +43,7 @@ _OTHER_SYSTEMS: Final[Mapping[str, str]] = {
 _FUNCTIONS: Final = frozenset({"AND", "OR", "XOR", "MOD"})
 """Keywords that are names of functions too."""
 _STEPS: Final = frozenset({"+", "-"})
-"""What other languages write twice to count by one."""
+"""Signs that other languages write twice, to count by one."""
 _INTEGER_TYPES: Final = frozenset(
     {"SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD", "LWORD"}
 )
