@@ -161,15 +161,20 @@ class Hmiscu(Device):
 
     def why_refused(self, name: str) -> str:
         """Return why tools and masters may not set a point at present; empty if they may."""
+        what, _ = self._refusal(name)
+        return what
+
+    def _refusal(self, name: str) -> tuple[str, str]:
+        """Return why a point may not be set at present, and what to do about it; both are empty if it may."""
         present = self._fast.present_name(name)
-        if self.is_driven(name):
-            return f"the program drives {name}"
+        if self._plc.driven.has(present):
+            return f"the program drives {name}", "a program that leaves it alone; `fieldrig debug` forces it"
         is_running = self._plc.state is PlcState.RUN
         if is_running and self._panel.is_written(present):
-            return f"the program writes {name}"
+            return f"the program writes {name}", "another line, or a program that leaves it alone"
         if not is_running and self._plc.driven.is_output(present):
-            return f"{name} does not change while the controller is not in RUN"
-        return ""
+            return f"{name} does not change while the controller is not in RUN", "plc/command = run before it"
+        return "", ""
 
     def _guarded(self, name: str, point: Point) -> Point:
         """Return the point, which refuses values while the program drives it."""
@@ -178,19 +183,12 @@ class Hmiscu(Device):
             return point
 
         def write(value: Value) -> None:
-            refusal = self.why_refused(name)
-            if refusal:
-                raise ValueError(f"{refusal}\nexpected {self._remedy(name)}")
+            what, remedy = self._refusal(name)
+            if what:
+                raise ValueError(f"{what}\nexpected {remedy}")
             act(value)
 
         return replace(point, write=write)
-
-    def _remedy(self, name: str) -> str:
-        """Return what to do about a point that may not be set."""
-        if self.is_driven(name):
-            return "a program that leaves it alone; `fieldrig debug` forces it"
-        is_running = self._plc.state is PlcState.RUN
-        return "another line, or a program that leaves it alone" if is_running else "plc/command = run before it"
 
     @property
     def plc(self) -> Plc:

@@ -42,14 +42,12 @@ class Panel:
         self.lamps = [False] * LAMPS
         self.lines = [""] * LINES
         self._cycles = 0
-        self._written = [-RECENT] * LINES
-        """The cycle in which the program wrote each line last."""
+        self._written: dict[str, int] = {}
+        """The cycle in which the program wrote a line last, by the name of its point."""
 
     def is_written(self, name: str) -> bool:
         """Return whether the program keeps writing this line, so that another text would be gone at once."""
-        number = name.casefold().removeprefix("panel.line")
-        known = {str(line + 1): last for line, last in enumerate(self._written)}
-        return number in known and self._cycles - known[number] < RECENT
+        return self._cycles - self._written.get(name.casefold(), -RECENT) < RECENT
 
     def library(self) -> Library:
         return Library("HMISCU_Panel", TEXT, {"paneltext": NativeFunction(self._write_line, cost_ns=20_000)}, {})
@@ -67,7 +65,7 @@ class Panel:
         if not 1 <= line <= LINES:
             return (False,)
         self.lines[line - 1] = text[:WIDTH]
-        self._written[line - 1] = self._cycles
+        self._written[f"panel.line{line}"] = self._cycles
         return (True,)
 
     def points(self) -> Iterator[tuple[str, Point]]:

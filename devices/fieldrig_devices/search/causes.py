@@ -151,7 +151,7 @@ class Causes:
                     return None
                 self._outcomes[key] = self._bench.play(Piece(acts, 0, length_ns, world=failing.world))
             played = self._outcomes[key]
-            return played if any(_name(one) == name for one in played.violations) else None
+            return played if _of(played.violations, name) is not None else None
 
         return broken
 
@@ -166,7 +166,7 @@ class Causes:
         found = self._broken(name, failing, acts, length_ns)
         length_ns = self._shortest(name, failing, acts, found, length_ns)
         played = self._bench.told(Piece(acts, 0, length_ns, world=failing.world))
-        violation = next((one for one in played.violations if _name(one) == name), None)
+        violation = _of(played.violations, name)
         if violation is None:
             raise NotRepeatedError(name)
         words = tuple(told(played, violation))
@@ -188,7 +188,9 @@ class Causes:
 
     def _shortest(self, name: str, failing: Run, acts: Schedule, found: Run, length_ns: int) -> int:
         """Return the roundest time after which it is over."""
-        at_ns = next(one.at_ns for one in found.violations if _name(one) == name)
+        violation = _of(found.violations, name)
+        assert violation is not None, "`found` breaks it"
+        at_ns = violation.at_ns
         for grid_ns in (1 * S, 100 * MS):
             shorter_ns = (at_ns // grid_ns + 1) * grid_ns
             if shorter_ns < length_ns and self._breaks(name, failing, shorter_ns)(acts) is not None:
@@ -209,6 +211,11 @@ def _name(violation: Violation) -> str:
     """Return the name of a property; for what is raised also what that is, as each is a fault of its own."""
     raised = re.sub(r"0x[\da-f]+|\d+", "#", violation.what) if violation.property in OF_EVERY_RIG else ""
     return f"{violation.property}{raised and f': {raised}'}"
+
+
+def _of(violations: tuple[Violation, ...], name: str) -> Violation | None:
+    """Return the violation of this name; None if the property holds."""
+    return next((one for one in violations if _name(one) == name), None)
 
 
 def _is_along(way: bytes, other: bytes) -> bool:

@@ -1,6 +1,7 @@
 // The values of devices: search, units, what they are now, and edit with the reason of a refusal beside the field.
 import { html } from 'htm/preact';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
+import { nameOf } from './fronts/words.js';
 import { api, inPath, live, useAnswer, useWish } from './live.js';
 import { Rows } from './rows.js';
 
@@ -93,8 +94,8 @@ async function load(device) {
 
 // What a number means, as the front of the device has it, such as the name of a state.
 function meaning(point, value) {
-  const found = typeof value === 'number' && point.names?.find(([one]) => one === value);
-  return found ? html` <span class="quiet">${found[1]}</span>` : '';
+  const name = typeof value === 'number' && nameOf(value, point.names);
+  return name ? html` <span class="quiet">${name}</span>` : '';
 }
 
 // Every word of the search is in the name, the type (which has the address) or the description.

@@ -1,9 +1,13 @@
 // Values of points in words, for eyes and for screen readers.
 
-// The name of a value among pairs of value and name; the value itself without one.
-export function named(value, names = []) {
-  const found = names.find(([one]) => one === value);
-  return found ? found[1] : shown(value);
+// The name of a value among pairs of value and name; undefined without one.
+export function nameOf(value, names = []) {
+  return names.find(([one]) => one === value)?.[1];
+}
+
+// The name of a value, or the value itself.
+export function named(value, names) {
+  return nameOf(value, names) ?? shown(value);
 }
 
 export function shown(value) {
