@@ -227,11 +227,13 @@ def _only_node(config: "RigConfig", bus: str | None, node_id: int | None) -> tup
         if node.node_id is not None
     }
     found = [(name, number) for name, number in nodes if bus in (None, name) and node_id in (None, number)]
+    if not nodes:
+        raise UsageError(f"{config.name} has no CANopen node of its own", "name --bus, --node and --eds FILE")
     if len(found) != 1:
         choices = [f"--bus {name} --node {number} ({nodes[name, number]})" for name, number in found or nodes]
         raise UsageError(
             f"{config.name} has {'several CANopen nodes' if found else 'no such CANopen node'}",
-            f"expected one of {', '.join(choices)}" if choices else "expected a rig with a node, or --eds FILE",
+            f"expected one of {', '.join(choices)}",
         )
     return found[0]
 

@@ -129,6 +129,13 @@ def test_which_node_is_meant_is_asked_with_the_choices(given: tuple[object, ...]
     assert (done.exception.what, done.exception.remedy) == (what, f"expected one of {expected}")
 
 
+def test_a_rig_without_a_node_says_what_to_name() -> None:
+    done = conform("--rig", LAB.with_name("energy-meter.yaml"))
+    assert isinstance(done.exception, UsageError)
+    assert done.exception.what == "energy-meter has no CANopen node of its own"
+    assert done.exception.remedy == "name --bus, --node and --eds FILE"
+
+
 def test_a_rig_that_does_not_run_is_named_with_what_to_do(tmp_path: Path) -> None:
     done = conform("--rig", LAB, "--set", f"run={tmp_path}", "--node", 5)
     assert isinstance(done.exception, BusError)
