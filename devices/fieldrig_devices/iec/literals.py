@@ -30,9 +30,14 @@ _DIGITS: Final = {2: "0 and 1", 8: "0 to 7", 10: "0 to 9", 16: "0 to 9 and A to 
 _SMALL_UNITS: Final = ("us", "ns")
 _ORDER: Final = list(UNITS_NS)
 _LIMITS: Final = {"h": 24, "m": 60, "s": 60, "ms": 1_000, "us": 1_000, "ns": 1_000}
-_PART: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ms|us|ns|d|h|m|s)_?", re.IGNORECASE)
-_CLOCK: Final = re.compile(r"([0-9]{1,9}):([0-9]{1,9})(?::([0-9]{1,9})(?:\.([0-9]{1,9}))?)?")
-_DATE: Final = re.compile(r"([0-9]{1,9})-([0-9]{1,9})-([0-9]{1,9})")
+_UNSIGNED: Final = "[0-9](?:_?[0-9])*"
+"""An Unsigned_Int of annex A, which may have an underscore between two digits wherever it stands."""
+_WHOLE: Final = re.compile(_UNSIGNED)
+_REAL: Final = re.compile(rf"[-+]?{_UNSIGNED}(?:\.{_UNSIGNED})?(?:E[-+]?{_UNSIGNED})?", re.IGNORECASE)
+_FEW: Final = "([0-9](?:_?[0-9]){0,8})"
+_PART: Final = re.compile(rf"({_UNSIGNED}(?:\.{_UNSIGNED})?)(ms|us|ns|d|h|m|s)_?", re.IGNORECASE)
+_CLOCK: Final = re.compile(rf"{_FEW}:{_FEW}(?::{_FEW}(?:\.{_FEW})?)?")
+_DATE: Final = re.compile(f"{_FEW}-{_FEW}-{_FEW}")
 _ESCAPES: Final = {"$": "$", "'": "'", "L": "\n", "N": "\n", "P": "\f", "R": "\r", "T": "\t"}
 """Manual 2919 to 2928.  $N is the line feed, as in CoDeSys."""
 _ESCAPE: Final = re.compile(r"\$([0-9A-Fa-f]{2}|.?)", re.DOTALL)
@@ -50,9 +55,9 @@ def integer(text: str) -> int:
         raise LiteralError("the number is too long", "at most 64 bits")
     base_text, mark, digits = text.partition("#")
     if not mark:
-        if not base_text.replace("_", "").isdecimal():
+        if _WHOLE.fullmatch(text) is None:
             raise LiteralError(f"{text} is not an integer" if text else "the number is missing", "digits")
-        value = int(base_text.replace("_", ""))
+        value = int(text)
     else:
         base = int(base_text) if base_text.isdecimal() else 0
         if base not in _DIGITS:
@@ -74,10 +79,9 @@ def _based(digits: str, base: int) -> int:
 
 def real(text: str) -> float:
     """Return the value of `1000.23` or `1.23e3`."""
-    try:
-        value = float(text.replace("_", "")) if len(text) <= 400 else float("inf")
-    except ValueError:
-        raise LiteralError(f"{text} is not a number", "a number such as 7.4 or 1.64E9") from None
+    if _REAL.fullmatch(text) is None:
+        raise LiteralError(f"{text} is not a number", "a number such as 7.4 or 1.64E9")
+    value = float(text) if len(text) <= 400 else float("inf")
     if value in (float("inf"), float("-inf")):
         raise LiteralError("the number is too large", "at most 1.8E308")
     return value
@@ -157,7 +161,7 @@ def _parts(text: str) -> list[tuple[str, str]]:
         if match is None:
             what = f"T#{text} is not a time"
             raise LiteralError(what, "numbers with the units d, h, m, s and ms, such as T#1m30s")
-        parts.append((match[1], match[2].lower()))
+        parts.append((match[1].replace("_", ""), match[2].lower()))
         position = match.end()
     if not parts:
         raise LiteralError("nothing follows T#", "numbers with the units d, h, m, s and ms, such as T#1m30s")
@@ -201,7 +205,7 @@ def _clock(text: str) -> int:
     hours, minutes, seconds = int(match[1]), int(match[2]), int(match[3] or 0)
     if hours > 23 or minutes > 59 or seconds > 59:
         raise LiteralError(f"{text} is not a time of day", "00:00:00 to 23:59:59.999")
-    fraction = int((match[4] or "").ljust(9, "0"))
+    fraction = int((match[4] or "").replace("_", "").ljust(9, "0"))
     return ((hours * 60 + minutes) * 60 + seconds) * S_NS + fraction
 
 

@@ -123,6 +123,11 @@ def midnight(value_ns: int) -> int:
     return max(value_ns // _DAY_NS * _DAY_NS, Elementary.LDATE.low)
 
 
+def whole_units(value: int, unit: int) -> int:
+    """The units in a duration; what is left of a negative one is cut off too, as in constants and quotients."""
+    return value // unit if value >= 0 else -(-value // unit)
+
+
 def shortened(text: str, length: int) -> str:
     return text[:length]
 
@@ -130,6 +135,7 @@ def shortened(text: str, length: int) -> str:
 FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
     "ROUND": rounded,
     "TRUNCATE": truncated,
+    "WHOLE_UNITS": whole_units,
     "ROUND_UNSIGNED": rounded_unsigned,
     "TRUNCATE_UNSIGNED": truncated_unsigned,
     "REAL_OF_BITS": real_of_bits,
@@ -256,7 +262,10 @@ def _day(kind: Elementary) -> int:
 def _to_time(given: Elementary, wanted: Elementary) -> str:
     """The Python of a time or date that keeps its meaning, as far as the other type has it."""
     before, after = UNITS_NS[given], UNITS_NS[wanted]
-    python = f"{{0}} * {before // after}" if before >= after else f"({{0}} // {after // before})"
+    if given.low < 0 and given.family is wanted.family is Family.TIME and before < after:
+        python = f"WHOLE_UNITS({{0}}, {after // before})"
+    else:
+        python = f"{{0}} * {before // after}" if before >= after else f"({{0}} // {after // before})"
     return f"({python} % {_day(wanted)})" if wanted is Elementary.TOD else _number_to(wanted, python)
 
 

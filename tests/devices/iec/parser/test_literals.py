@@ -119,6 +119,41 @@ def test_edition_3_knows_more_times(text: str, value: int) -> None:
     assert read(text, EDITION_3) == (Literal(TIME, value), [])
 
 
+# Every number in a constant is an Unsigned_Int of annex A, table 9's `LTOD#15:36:55.360_227_400` among them.
+UNDERSCORES = [
+    ("LTOD#15:36:55.360_227_400", 56_215_360_227_400),
+    ("LDT#1984-06-25-15:36:55.360_227_400", 457_025_815_360_227_400),
+    ("LDATE#1_984-06-25", 456_969_600_000_000_000),
+    ("LTIME#1_000us_5ns", 1_000_005),
+    ("T#1_000ms", 1_000),
+    ("T#1_0.2_5s", 10_250),
+    ("D#19_84-0_6-25", 456_969_600),
+    ("TOD#1_5:3_6:5_5.36", 56_215_360),
+    ("DT#1984-06-25-1_5:36:55", 457_025_815),
+    ("1_0.2_5", 10.25),
+    ("1.5E1_0", 15_000_000_000.0),
+    ("REAL#1.5E1_0", 15_000_000_000.0),
+    ("INT#1_0", 10),
+]
+
+
+@pytest.mark.parametrize(("text", "value"), UNDERSCORES)
+def test_underscores_stand_between_any_two_digits(text: str, value: float) -> None:
+    found, mistakes = read(text, EDITION_3)
+    assert mistakes == []
+    assert isinstance(found, Literal)
+    assert found.value == value
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["D#1984_-06-25", "TOD#1_:00:00", "TOD#12:00:00._5", "T#1__0s", "T#_1s", "T#1.2_s", "1.5E1_", "REAL#1_.5",
+     "REAL#1__0.5", "REAL#1.5E1_", "INT#1_", "INT#1__0", "2#1_", "2#_1", "2#1__0"],
+)  # fmt: skip
+def test_underscores_elsewhere_are_refused(text: str) -> None:
+    assert len(read(text, EDITION_3)[1]) == 1
+
+
 def test_a_value_of_an_enumeration_may_have_its_type_in_front() -> None:
     assert read("Colour#red") == (tree.Member(tree.Name("Colour"), "red"), [])
 
