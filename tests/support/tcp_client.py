@@ -16,6 +16,9 @@ class ServedConnection:
         self._waiting = bytearray()
         self.port = 0
         self.serve_extra: Serve | None = None
+        self.is_opening_late = False
+        """True for a network that opens a port only when the test calls `opened`."""
+        self.opened: Callable[[], None] = lambda: None
         self.connecting: tuple[int, Callable[[], None], Serve] | None = None
         """The port of the client to which the session connects, and what it wants to be called."""
         self.session: Session = serve(self)
@@ -44,7 +47,9 @@ class ServedConnection:
     def listen(self, on_port: Callable[[int], None], on_connection: Serve) -> None:
         self.serve_extra = on_connection
         self.port = 50_001
-        on_port(self.port)
+        self.opened = lambda: on_port(self.port)
+        if not self.is_opening_late:
+            self.opened()
 
     def connect(self, port: int, on_failed: Callable[[], None], on_connection: Serve) -> None:
         self.connecting = port, on_failed, on_connection

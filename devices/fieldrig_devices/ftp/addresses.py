@@ -8,11 +8,14 @@ Address = IPv4Address | IPv6Address
 
 FIRST_PORT: Final = 1024
 """Lowest port to which a data connection is opened: services of the client are below it (RFC 2577, 3)."""
+HIGHEST_PORT: Final = 65_535
 _PORT: Final = re.compile(r"(\d{1,3}),(\d{1,3}),(\d{1,3}),(\d{1,3}),(\d{1,3}),(\d{1,3})", re.ASCII)
 _EPRT: Final = re.compile(
     r"(?P<sign>[!-~])(?P<family>\d+)(?P=sign)(?P<host>[^|]*)(?P=sign)(?P<port>\d{1,5})(?P=sign)", re.ASCII
 )
 _VERSIONS: Final = {"1": 4, "2": 6}
+FAMILIES: Final = {version: name for name, version in _VERSIONS.items()}
+"""The number of a network protocol in EPRT and EPSV, by its version."""
 
 
 class FamilyError(ValueError):
@@ -45,6 +48,8 @@ def of_eprt(argument: str) -> tuple[Address, int]:
     address = ip_address(match["host"])
     if address.version != version:
         raise ValueError(f"expected an address of IPv{version}, got {address}")
+    if not 0 < int(match["port"]) <= HIGHEST_PORT:
+        raise ValueError(f"expected a port from 1 to {HIGHEST_PORT}, got {match['port']}")
     return address, int(match["port"])
 
 

@@ -3,9 +3,11 @@
 Source: RFC 959, 4.1; RFC 2428; RFC 3659.
 """
 
+import re
 from collections.abc import Callable
 from functools import partial
 from ipaddress import IPv4Address
+from typing import Final
 
 from fieldrig_devices.connections.connection import Connection, Session
 from fieldrig_devices.ftp import addresses, listing
@@ -25,13 +27,33 @@ from fieldrig_devices.ftp.transfer import DataPort, Job
 
 Command = Callable[[str], None]
 HIGHEST_RESTART = (1 << 63) - 1
+NEED_ARGUMENT: Final = frozenset(
+    ("ACCT", "ALLO", "APPE", "CWD", "DELE", "MDTM", "MKD", "MODE", "RETR", "RMD", "RNFR", "RNTO", "SIZE", "STOR",
+     "STRU", "TYPE")
+)  # fmt: skip
+"""Commands that mean nothing without their argument (RFC 959, 5.3.1)."""
+SPACE: Final = re.compile(r"[0-9]+(?: R [0-9]+)?", re.IGNORECASE)
+"""The argument of ALLO: bytes, and perhaps the size of a record."""
 
 
 class FileCommands:
     """The commands of one control connection, by their verbs."""
 
-    def __init__(self, connection: Connection, files: Files, data: DataPort, reply: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        connection: Connection,
+        files: Files,
+        data: DataPort,
+        reply: Callable[[str], None],
+        on_port: Callable[[], None],
+    ) -> None:
+        """`on_port` is called when the port of a PASV or EPSV is open, and the next command may come."""
         self._connection, self._files, self._data, self._reply = connection, files, data, reply
+        self._on_open = on_port
+        self.is_opening = False
+        """True until the port of a PASV or EPSV is known, with which its reply begins."""
+        self.facts: tuple[str, ...] = listing.FACTS
+        """The facts of MLSD and MLST that the client has chosen."""
         self._old_name: str | None = None
         self._restart = 0
         """The byte at which the next transfer begins (REST)."""
@@ -43,7 +65,7 @@ class FileCommands:
             "TYPE": self._type,
             "MODE": partial(self._only, "S"),
             "STRU": partial(self._only, "F"),
-            "ALLO": lambda _: reply(Reply.NOT_NEEDED),
+            "ALLO": self._allocate,
             "ACCT": lambda _: reply(Reply.NOT_NEEDED),
             "PASV": lambda _: self._passive(self._pasv_reply),
             "EPSV": self._epsv,
@@ -51,7 +73,7 @@ class FileCommands:
             "EPRT": lambda argument: self._active(addresses.of_eprt, argument),
             "LIST": self._lister(lambda names: listing.long_list(files, names)),
             "NLST": self._lister(listing.short_list),
-            "MLSD": self._lister(lambda names: listing.fact_list(files, names)),
+            "MLSD": self._lister(lambda names: listing.fact_list(files, names, self.facts)),
             "MLST": self._facts,
             "STAT": self._status,
             "REST": self._restart_at,
@@ -77,7 +99,10 @@ class FileCommands:
 
     def run(self, verb: str, argument: str) -> None:
         """Carry out a command of the table."""
-        self._table[verb](argument)
+        if verb in NEED_ARGUMENT and not argument.strip():
+            self._reply(Reply.WRONG_ARGUMENT)
+        else:
+            self._table[verb](argument)
 
     def forget_name(self) -> None:
         """Forget the name of RNFR, because another command than RNTO follows it."""
@@ -90,7 +115,10 @@ class FileCommands:
         self._connection.stop_listening()
 
     def _change_folder(self, path: str) -> None:
-        self._reply(Reply.DONE if path in listing.FOLDER else Reply.NO_FOLDERS)
+        self._reply(Reply.DONE if listing.is_folder(path) else Reply.NO_FOLDERS)
+
+    def _allocate(self, argument: str) -> None:
+        self._reply(Reply.NOT_NEEDED if SPACE.fullmatch(argument) else Reply.WRONG_ARGUMENT)
 
     def _type(self, argument: str) -> None:
         is_known = argument.upper() in ("A", "A N", "I", "L 8")
@@ -111,10 +139,18 @@ class FileCommands:
         self._files.read(name)
         return listing.DATE
 
+    def choose_facts(self, argument: str) -> None:
+        """Take the facts that a client wants (RFC 3659, 7.9); what is no fact of ours is left out."""
+        wanted = argument.lower().split(";")
+        self.facts = tuple(fact for fact in listing.FACTS if fact in wanted)
+        self._reply(" ".join(("200 MLST OPTS", *filter(None, ["".join(f"{fact};" for fact in self.facts)]))))
+
     def _facts(self, path: str) -> None:
-        is_folder = path in listing.FOLDER
         try:
-            facts = "type=cdir;perm=cel; /" if is_folder else listing.facts(self._files, self._files.name_of(path))
+            if listing.is_folder(path):
+                facts = listing.folder_facts(self.facts)
+            else:
+                facts = listing.facts(self._files, self._files.name_of(path), self.facts)
             self._reply(lines_of(250, "Facts:", [facts], "End"))
         except ValueError as cause:
             self._reply(refused(550, cause))
@@ -172,20 +208,23 @@ class FileCommands:
         self._is_only_epsv |= argument.upper() == "ALL"
         if argument.upper() == "ALL":
             self._reply(Reply.OKAY)
-        elif argument in ("", "1", "2"):
+        elif argument in ("", family := addresses.FAMILIES[addresses.plain(self._connection.local).version]):
             self._passive(lambda port: f"229 Entering Extended Passive Mode (|||{port}|)", is_epsv=True)
         else:
-            self._reply(Reply.WRONG_FAMILY)
+            self._reply(f"522 Network protocol not supported, use ({family})")
 
     def _passive(self, reply: Callable[[int], str], *, is_epsv: bool = False) -> None:
-        if self._data.is_busy or (self._is_only_epsv and not is_epsv):
+        if self._is_only_epsv and not is_epsv:
             self._reply(Reply.WRONG_ORDER)
             return
         self._data.open()
+        self.is_opening = True
         self._connection.listen(partial(self._on_port, reply), self._accept)
 
     def _on_port(self, reply: Callable[[int], str], port: int) -> None:
+        self.is_opening = False
         self._reply(reply(port) if port else Reply.NO_DATA_CONNECTION)
+        self._on_open()
 
     def _accept(self, connection: Connection) -> Session:
         self._connection.stop_listening()
@@ -207,7 +246,7 @@ class FileCommands:
         except ValueError as cause:
             self._reply(refused(501, cause))
             return
-        if self._data.is_busy or self._is_only_epsv:
+        if self._is_only_epsv:
             self._reply(Reply.WRONG_ORDER)
         elif addresses.plain(str(address)) != addresses.plain(self._connection.peer) or port < addresses.FIRST_PORT:
             self._reply(Reply.WRONG_ADDRESS)  # RFC 2577, 3: else the server would attack others for the client
@@ -237,18 +276,23 @@ class FileCommands:
         return Store(self._files, name, content_of(self._files, name))
 
     def _start(self, job: Callable[[int], Job]) -> None:
-        if self._data.is_busy or not self._data.is_open:
-            self._reply(Reply.WRONG_ORDER if self._data.is_busy else Reply.NO_DATA_CONNECTION)
+        restart, self._restart = self._restart, 0  # for this command only, also if it is refused (RFC 3659, 5.3)
+        if not self._data.is_open:
+            self._reply(Reply.NO_DATA_CONNECTION)
             return
-        restart, self._restart = self._restart, 0
         try:
             self._data.start(job(restart))
         except ValueError as cause:
             self._reply(refused(code_of(cause), cause))
 
-    def _abort(self) -> None:
+    def abort_transfer(self) -> None:
+        """End the transfer that is under way, for an ABOR that comes after it."""
         if self._data.abort():
+            self._connection.stop_listening()
             self._reply(Reply.TRANSFER_ABORTED)
+
+    def _abort(self) -> None:
+        self._data.abort()
         self._connection.stop_listening()
         self._reply(Reply.ABORTED)
 

@@ -3,7 +3,7 @@
 Source: RFC 959, 4.1.3; RFC 3659, 7.  The controller keeps no dates, so all files have the same one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import Final
 
@@ -11,8 +11,14 @@ from fieldrig_devices.ftp.files import Files
 
 DATE: Final = "20030101000000"
 """The date of all files, in the form of MDTM (RFC 3659, 2.3): the year of the manual."""
-FOLDER: Final = frozenset(("", "/", ".", "..", "\\", "./"))
-"""The paths of the only folder."""
+FACTS: Final = ("type", "size", "modify", "perm")
+_STEPS: Final = frozenset(("", ".", ".."))
+"""The parts of a path that lead to the only folder, as that above it is itself."""
+
+
+def is_folder(path: str) -> bool:
+    """True for a path of the only folder: nothing, `/`, `..`, `./` or `\\.`."""
+    return set(path.replace("\\", "/").split("/")) <= _STEPS
 
 
 def chosen(files: Files, argument: str) -> list[str]:
@@ -22,7 +28,7 @@ def chosen(files: Files, argument: str) -> list[str]:
     """
     paths = [word for word in argument.split() if not word.startswith("-")]
     path = " ".join(paths)
-    if path in FOLDER:
+    if is_folder(path):
         return files.names
     if set("*?[") & set(path):
         pattern = path.lstrip("/\\").upper()
@@ -42,11 +48,21 @@ def short_list(names: Sequence[str]) -> bytes:
     return "".join(f"{name}\r\n" for name in names).encode()
 
 
-def facts(files: Files, name: str) -> str:
-    """Return the facts of a file and its name, as MLSD and MLST give them."""
-    return f"type=file;size={len(files.read(name))};modify={DATE};perm=adfrw; {name}"
+def facts(files: Files, name: str, wanted: Sequence[str] = FACTS) -> str:
+    """Return the facts of a file that are wanted, and its name, as MLSD and MLST give them."""
+    known = {"type": "file", "size": str(len(files.read(name))), "modify": DATE, "perm": "adfrw"}
+    return _entry(known, wanted, name)
 
 
-def fact_list(files: Files, names: Sequence[str]) -> bytes:
+def folder_facts(wanted: Sequence[str] = FACTS) -> str:
+    """Return the facts of the only folder."""
+    return _entry({"type": "cdir", "perm": "cel"}, wanted, "/")
+
+
+def fact_list(files: Files, names: Sequence[str], wanted: Sequence[str] = FACTS) -> bytes:
     """Return an MLSD."""
-    return "".join(f"{facts(files, name)}\r\n" for name in names).encode()
+    return "".join(f"{facts(files, name, wanted)}\r\n" for name in names).encode()
+
+
+def _entry(known: Mapping[str, str], wanted: Sequence[str], name: str) -> str:
+    return "".join(f"{fact}={known[fact]};" for fact in wanted if fact in known) + f" {name}"

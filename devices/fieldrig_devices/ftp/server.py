@@ -19,19 +19,20 @@ from fieldrig_bus.browsers import is_request
 from fieldrig_devices.connections.connection import Connection, Serve
 from fieldrig_devices.ftp.commands import Command, FileCommands
 from fieldrig_devices.ftp.files import Files
+from fieldrig_devices.ftp.listing import FACTS
 from fieldrig_devices.ftp.login import FtpLogin
 from fieldrig_devices.ftp.replies import Reply, lines_of, printable
 from fieldrig_devices.ftp.transfer import DataPort
 
 LONGEST_LINE: Final = 1024
 MOST_LINES: Final = 64
-"""Commands that may wait while a login is delayed."""
+"""Commands that may wait: for a transfer that is under way, for the port of a PASV, or while a login is delayed."""
 MOST_UNSENT: Final = 64 * 1024
 IDLE_NS: Final = 300 * S
 MOST_FAILURES: Final = 3
 """Failed logins after which a connection is closed."""
 FEATURES: Final = (
-    "EPRT", "EPSV", "MDTM", "MLST type*;size*;modify*;perm*;", "PASV", "REST STREAM", "SIZE", "TVFS", "UTF8",
+    "EPRT", "EPSV", "MDTM", "PASV", "REST STREAM", "SIZE", "TVFS", "UTF8",
 )  # fmt: skip
 HELP_COLUMNS: Final = 8
 TELNET: Final = re.compile(rb"\xff(?:[\xf0-\xfa]|[\xfb-\xfe].)|\xff(?=[A-Za-z])", re.DOTALL)
@@ -51,11 +52,11 @@ class FtpSession:
 
     def __init__(self, clock: Clock, connection: Connection, files: Files, login: FtpLogin) -> None:
         self._clock, self._connection, self._files, self._login = clock, connection, files, login
-        self._data = DataPort(clock, self._reply)
+        self._data = DataPort(clock, self._on_transfer)
         self._partial = b""
         self._lines: deque[bytes] = deque()
         self._user_name: str | None = None
-        self._is_logged_in = self._is_closed = False
+        self._is_logged_in = self._is_closed = self._is_running = False
         self._failures = 0
         self._idle = Alarm(self._clock)
         self._delay = Alarm(self._clock)
@@ -70,7 +71,7 @@ class FtpSession:
             "HELP": self._help,
             "REIN": self._reinitialize,
         }
-        self._commands = FileCommands(connection, files, self._data, self._reply)
+        self._commands = FileCommands(connection, files, self._data, self._reply, self._run)
         self._reply(Reply.READY)
         self._wait()
 
@@ -81,12 +82,12 @@ class FtpSession:
             return
         *lines, self._partial = (self._partial + data).split(b"\n")
         self._lines += lines
-        if len(self._lines) > MOST_LINES and self._delay.is_set:
-            self._close(Reply.CLOSING)
-        elif len(self._partial) > LONGEST_LINE:
+        if len(self._partial) > LONGEST_LINE:
             self._close(Reply.TOO_LONG)
-        else:
-            self._run()
+            return
+        self._run()
+        if len(self._lines) > MOST_LINES:
+            self._close(Reply.CLOSING)
 
     def drained(self) -> None: ...
 
@@ -102,19 +103,33 @@ class FtpSession:
     # ---- commands
 
     def _run(self) -> None:
-        while self._lines and not self._delay.is_set and not self._is_closed:
+        """Carry out the commands that have arrived, one after the other: a client may send several without waiting."""
+        if self._is_running:  # a command has ended its transfer at once
+            return
+        self._is_running = True
+        while self._lines and not self._delay.is_set and not self._is_closed and self._is_free():
             self._wait()
             self._on_line(self._lines.popleft())
+        self._is_running = False
+
+    def _is_free(self) -> bool:
+        """True if the next command need not wait: during a transfer only ABOR and STAT do not (RFC 959, 4.1.3)."""
+        if self._commands.is_opening:
+            return False
+        if self._data.is_busy and any(_command(line)[0] == "ABOR" for line in self._lines):
+            self._commands.abort_transfer()
+        return not self._data.is_busy or _command(self._lines[0])[0] == "STAT"
+
+    def _on_transfer(self, reply: str) -> None:
+        self._reply(reply)
+        self._run()
 
     def _on_line(self, line: bytes) -> None:
         if len(line) > LONGEST_LINE:
             self._reply(Reply.TOO_LONG)
             return
-        line = TELNET.sub(b"", line)
-        word, _, argument = line.decode("utf-8", "replace").strip("\r\n").partition(" ")
-        verb = word.upper()
-        verb = ALIASES.get(verb, verb)
-        if is_request(line):  # a browser that was sent here by some page (`browsers`), as vsftpd does
+        verb, argument = _command(line)
+        if is_request(TELNET.sub(b"", line)):  # a browser that was sent here by some page (`browsers`), as vsftpd does
             self._close(Reply.UNKNOWN)
             return
         if verb != "RNTO":
@@ -163,9 +178,14 @@ class FtpSession:
         self._close(Reply.GOODBYE)
 
     def _features(self) -> None:
-        self._reply(lines_of(211, "Extensions supported:", FEATURES, "End"))
+        chosen = "".join(f"{fact}{'*' if fact in self._commands.facts else ''};" for fact in FACTS)
+        self._reply(lines_of(211, "Extensions supported:", [*FEATURES, f"MLST {chosen}"], "End"))
 
     def _options(self, argument: str) -> None:
+        command, _, rest = argument.partition(" ")
+        if command.upper() == "MLST":
+            self._commands.choose_facts(rest)
+            return
         is_known = argument.upper() in ("UTF8 ON", "UTF8", "UTF-8 ON")
         self._reply(Reply.OKAY if is_known else Reply.WRONG_ARGUMENT)
 
@@ -184,6 +204,7 @@ class FtpSession:
         """Begin again as after the connection (RFC 959, 4.1.1)."""
         self._user_name, self._is_logged_in = None, False
         self._commands.reset()
+        self._commands.facts = FACTS
         self._reply(Reply.READY)
 
     # ---- replies and the end
@@ -215,6 +236,13 @@ class FtpSession:
         self._data.abort()
         self._idle.stop()
         self._delay.stop()
+
+
+def _command(line: bytes) -> tuple[str, str]:
+    """Return the verb of a line, and what follows it."""
+    word, _, argument = TELNET.sub(b"", line).decode("utf-8", "replace").strip("\r\n").partition(" ")
+    verb = word.upper()
+    return ALIASES.get(verb, verb), argument
 
 
 ALIASES: Final = {"XPWD": "PWD", "XCWD": "CWD", "XCUP": "CDUP", "XMKD": "MKD", "XRMD": "RMD"}
