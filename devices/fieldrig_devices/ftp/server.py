@@ -35,11 +35,10 @@ FEATURES: Final = (
     "EPRT", "EPSV", "MDTM", "PASV", "REST STREAM", "SIZE", "TVFS", "UTF8",
 )  # fmt: skip
 HELP_COLUMNS: Final = 8
-TELNET: Final = re.compile(rb"\xff(?:[\xf0-\xfa]|[\xfb-\xfe].)|\xff(?=[A-Za-z])", re.DOTALL)
-"""Commands of Telnet among those of FTP (RFC 959, 4.1.3: before ABOR): a signal, or an option that is offered.
-
-The data mark of a signal is urgent data, so that its FFh may arrive alone.
-"""
+TELNET: Final = re.compile(rb"\xff(?:[\xf0-\xfa]|[\xfb-\xfe].)", re.DOTALL)
+"""Commands of Telnet among those of FTP (RFC 959, 4.1.3: before ABOR): a signal, or an option that is offered."""
+REST_OF_SIGNAL: Final = re.compile(rb"^[\x80-\xff]+")
+"""A data mark of which one byte was urgent data: FFh is left of it, or F2h if the client is one of BSD."""
 
 
 def serving(clock: Clock, files: Files, login: FtpLogin) -> Serve:
@@ -129,7 +128,7 @@ class FtpSession:
             self._reply(Reply.TOO_LONG)
             return
         verb, argument = _command(line)
-        if is_request(TELNET.sub(b"", line)):  # a browser that was sent here by some page (`browsers`), as vsftpd does
+        if is_request(_plain(line)):  # a browser that was sent here by some page (`browsers`), as vsftpd does
             self._close(Reply.UNKNOWN)
             return
         if verb != "RNTO":
@@ -238,9 +237,13 @@ class FtpSession:
         self._delay.stop()
 
 
+def _plain(line: bytes) -> bytes:
+    return REST_OF_SIGNAL.sub(b"", TELNET.sub(b"", line))
+
+
 def _command(line: bytes) -> tuple[str, str]:
     """Return the verb of a line, and what follows it."""
-    word, _, argument = TELNET.sub(b"", line).decode("utf-8", "replace").strip("\r\n").partition(" ")
+    word, _, argument = _plain(line).decode("utf-8", "replace").strip("\r\n").partition(" ")
     verb = word.upper()
     return ALIASES.get(verb, verb), argument
 

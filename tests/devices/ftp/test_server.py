@@ -370,6 +370,7 @@ def test_half_a_file_leaves_the_old_one(how: str) -> None:
         b"\xff\xf4\xff\xf2",  # interrupt process, data mark
         b"\xff\xf4\xff",  # the data mark was urgent data, and is read apart
         b"\xff\xf2",
+        b"\xff\xf4\xf2",  # tnftp: the FFh of the data mark was urgent data
         b"\xff\xfd\x03\xff\xfb\x18",  # do suppress go ahead, will terminal type
         b"\xff\xfe\x0c",  # do not use an option
         b"\xff\xf1",
