@@ -56,6 +56,9 @@ def test_a_proxy_leads_to_every_port_of_the_controller_and_to_no_other_host() ->
         to_closed = to_echo[:-2] + bytes.fromhex("0009")
         assert exchange(port, hello + to_closed, ends=False) == bytes.fromhex("0500 05050001 00000000 0000")
         assert exchange(port, hello + to_other, ends=False) == bytes.fromhex("0500 05030001 00000000 0000")
+        for wrong, code in (("05020001 bec86464 0007", 7), ("05010002", 8), ("04", 1)):
+            answer = exchange(port, hello + bytes.fromhex(wrong), ends=False)
+            assert answer == bytes((5, 0, 5, code, 0, 1)) + bytes(6)
 
 
 def test_a_lost_carrier_ends_with_a_sentence() -> None:

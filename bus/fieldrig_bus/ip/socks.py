@@ -20,7 +20,8 @@ CONNECT: Final = 1
 IPV4, NAME, IPV6 = 1, 3, 4
 
 # RFC 1928, 6: the field REP of a reply
-SUCCEEDED, NOT_REACHABLE, HOST_UNREACHABLE, CONNECTION_REFUSED, COMMAND_REFUSED, ADDRESS_REFUSED = 0, 3, 4, 5, 7, 8
+SUCCEEDED, GENERAL_FAILURE, NOT_REACHABLE, HOST_UNREACHABLE = 0, 1, 3, 4
+CONNECTION_REFUSED, COMMAND_REFUSED, ADDRESS_REFUSED = 5, 7, 8
 
 _ADDRESS_BYTES: Final = {IPV4: 4, IPV6: 16}
 
@@ -44,7 +45,8 @@ class Handshake:
     def feed(self, data: bytes) -> tuple[bytes, Request | None]:
         """Take bytes, and return the answer to them, and the request when it is complete.
 
-        ValueError for a client that does not speak SOCKS 5, or wants to authenticate.
+        ValueError for a client that does not speak SOCKS 5, or wants to authenticate.  Once a method is chosen, a
+        request that is none has a reply like any other.
         """
         self._received += data
         answer = b""
@@ -75,13 +77,17 @@ class Handshake:
 
     def _take_request(self) -> Request | None:
         received = self._received
+        if received[:1] not in (b"", bytes((VERSION,))):
+            return Request(None, 0, GENERAL_FAILURE)
+        if len(received) < 4:
+            return None
+        command, address_type = received[1], received[3]
+        if address_type not in (NAME, *_ADDRESS_BYTES):  # its length is not known, nor what follows it
+            return Request(None, 0, ADDRESS_REFUSED if command == CONNECT else COMMAND_REFUSED)
         if len(received) < 5:
             return None
-        version, command, _, address_type = received[:4]
         start = 5 if address_type == NAME else 4
-        size = received[4] if address_type == NAME else _ADDRESS_BYTES.get(address_type)
-        if version != VERSION or size is None:
-            raise ValueError(f"a request that begins with {received[:4].hex()}, expected one of SOCKS 5")
+        size = received[4] if address_type == NAME else _ADDRESS_BYTES[address_type]
         if len(received) < start + size + 2:
             return None
         host, port = (
