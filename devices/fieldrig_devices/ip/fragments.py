@@ -4,6 +4,7 @@ Source: RFC 791, 3.2, and RFC 1122, 3.3.2.  Packets that wait for fragments are 
 fragments that overlap is dropped, as the kernels of today do, because only an attack has them.
 """
 
+from bisect import bisect, insort
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from ipaddress import IPv4Address
@@ -28,6 +29,10 @@ class _Partial:
 
     due_ns: int
     pieces: dict[int, bytes] = field(default_factory=dict)
+    starts: list[int] = field(default_factory=list)
+    """Where the pieces begin, in order, so that a look at the two neighbours of a fragment finds what it overlaps."""
+    count: int = 0
+    """Bytes of all pieces."""
     first: Packet | None = None
     length: int | None = None
     """The length of the whole, from the last fragment."""
@@ -36,12 +41,21 @@ class _Partial:
         """Return whether a fragment contradicts those that there are."""
         if self.length is not None and (end > self.length or (is_last and end != self.length)):
             return True
-        if is_last and any(at + len(data) > end for at, data in self.pieces.items()):
+        place = bisect(self.starts, start)
+        before = self.starts[place - 1] if place else None
+        if before is not None and before + len(self.pieces[before]) > start:
             return True
-        return any(at < end and start < at + len(data) for at, data in self.pieces.items())
+        is_last_of_all = place == len(self.starts)
+        return not is_last_of_all and (is_last or self.starts[place] < end)
+
+    def add(self, start: int, data: bytes) -> None:
+        """Keep a fragment that is not in the way."""
+        insort(self.starts, start)
+        self.pieces[start] = data
+        self.count += len(data)
 
     def is_complete(self) -> bool:
-        return self.length is not None and sum(map(len, self.pieces.values())) == self.length
+        return self.count == self.length
 
 
 class Reassembly:
@@ -66,13 +80,13 @@ class Reassembly:
         if partial.is_in_the_way(start, end, is_last=not packet.has_more):
             del self._waiting[key]
             raise ValueError("fragments that overlap")
-        partial.pieces[start] = packet.payload
+        partial.add(start, packet.payload)
         partial.first = packet if start == 0 else partial.first
         partial.length = partial.length if packet.has_more else end
         if not partial.is_complete():
             return None
         del self._waiting[key]
-        payload = b"".join(data for _, data in sorted(partial.pieces.items()))
+        payload = b"".join(partial.pieces[at] for at in partial.starts)
         return replace(packet, payload=payload, offset=0, has_more=False)
 
     def next_ns(self) -> int | None:

@@ -115,6 +115,72 @@ def test_a_packet_arrives_whole_in_any_order(payload: bytes, mtu: int, seed: int
     assert (early, last) == ([None] * len(early), packet)
 
 
+class Payload(bytes):
+    """Counts how often lengths are looked at."""
+
+    looks = 0
+
+    def __len__(self) -> int:
+        Payload.looks += 1
+        return super().__len__()
+
+
+def test_the_work_for_a_fragment_does_not_grow_with_their_number() -> None:
+    """The longest packet in its smallest fragments, last ones first: each is compared with its neighbours only."""
+    parts = list(fragments_of(Packet(CALLER, CONTROLLER, Protocol.UDP, bytes(65_512), 7), 28))
+    reassembly, Payload.looks = Reassembly(), 0
+    *early, last = [reassembly.take(0, replace(part, payload=Payload(part.payload))) for part in reversed(parts)]
+    assert early == [None] * 8_188
+    assert last is not None
+    assert Payload.looks < 10 * len(parts)
+
+
+UNITS = st.integers(0, 6)
+ARRIVALS = st.tuples(UNITS, st.integers(1, 3), st.booleans(), st.sampled_from([0, 0, 0, 1]), st.integers(0, 7))
+
+
+@settings(deadline=None)
+@given(st.lists(ARRIVALS, max_size=14))
+def test_fragments_in_any_order_are_what_a_map_of_bytes_says(arrivals: list[tuple[int, int, bool, int, int]]) -> None:
+    """RFC 815 with RFC 5722: a byte is filled once, the same fragment may come again, and all else drops the packet."""
+    reassembly = Reassembly()
+    filled: dict[int, int] = {}
+    came: set[tuple[int, bytes]] = set()
+    end_of_all: int | None = None
+    for unit, units, has_more, variant, cut in arrivals:
+        start, size = unit * 8, units * 8 - (0 if has_more else cut)
+        payload = bytes((at + variant) % 256 for at in range(start, start + size))
+        arrived = dict(zip(range(start, start + size), payload, strict=True))
+        whole, is_dropped = None, False
+        try:
+            whole = reassembly.take(0, Packet(CALLER, CONTROLLER, 17, payload, 1, offset=start, has_more=has_more))
+        except ValueError:
+            is_dropped = True
+        if start == 0 and not has_more:  # no fragment at all
+            assert whole is not None
+            assert whole.payload == payload
+            continue
+        if (start, payload) in came:
+            assert (whole, is_dropped) == (None, False)
+            continue
+        behind = end_of_all is not None and (start + size > end_of_all or not has_more)
+        short = not has_more and any(at >= start + size for at in filled)
+        if behind or short or filled.keys() & arrived.keys():
+            assert is_dropped
+            filled, came, end_of_all = {}, set(), None
+            continue
+        assert not is_dropped
+        filled |= arrived
+        came.add((start, payload))
+        end_of_all = end_of_all if has_more else start + size
+        if end_of_all is not None and len(filled) == end_of_all:
+            assert whole is not None
+            assert whole.payload == bytes(filled[at] for at in range(end_of_all))
+            filled, came, end_of_all = {}, set(), None
+        else:
+            assert whole is None
+
+
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 20), st.binary(max_size=40), st.booleans(), st.integers(0, 1)), max_size=30))
 def test_no_fragments_raise_anything_but_value_error(parts: list[tuple[int, bytes, bool, int]]) -> None:
