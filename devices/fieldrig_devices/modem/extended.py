@@ -22,12 +22,12 @@ class Field(NamedTuple):
     """The choices as the test command shows them."""
 
 
-MOST: Final = tuple(range(FASTEST_BPS + 1))
+LIMIT_BPS: Final = (0, *range(300, FASTEST_BPS + 1))
 PARAMETERS: Final[Mapping[str, tuple[Field, ...]]] = {
     "+MS": (
         Field("V34", tuple(RATES), f"({','.join(RATES)})"),
         Field(1, (0, 1), "(0,1)"),
-        *(Field(0, MOST, f"(0,300-{FASTEST_BPS})") for _ in ("tx min", "tx max", "rx min", "rx max")),
+        *(Field(0, LIMIT_BPS, f"(0,300-{FASTEST_BPS})") for _ in ("tx min", "tx max", "rx min", "rx max")),
     ),
     "+IPR": (Field(0, (0, *DTE_RATES), f"(0,{','.join(map(str, DTE_RATES))})"),),
     "+FCLASS": (Field(0, (0,), "(0)"),),
