@@ -5,6 +5,8 @@
             track, uint64 rows that the host has missed in the track so far
     ROWS    int64 instant of each row, then float64 for each column of each row
     EVENTS  int64 instant of each row, float64 value of each row, uint32 column of each row
+    WHOLE   as EVENTS, with the number of a row instead of its instant, and what is to be added to the value there: a
+            whole number that float64 has rounded; before the rows of its track
     TEXTS   JSON of `rows` bytes: the texts that a column has had since the last batch, whose values are their places
 
 A bundle is batches one after the other, each with its uint32 length before it.
@@ -31,6 +33,7 @@ class Kind(IntEnum):
     ROWS = 0
     EVENTS = 1
     TEXTS = 2
+    WHOLE = 3
 
 
 class Part(NamedTuple):
@@ -43,10 +46,11 @@ class Part(NamedTuple):
     missed: int
     """Rows of the track that the host was too late for, from the beginning to the last of these rows."""
     times_ns: "array[int]"
+    """WHOLE: the numbers of the rows."""
     values: "list[array[float]]"
-    """ROWS: a column each, as long as `times_ns`.  EVENTS: one value for each row."""
+    """ROWS: a column each, as long as `times_ns`.  EVENTS: one value for each row.  WHOLE: what to add to each."""
     columns: "array[int]"
-    """EVENTS: the column of each row."""
+    """EVENTS and WHOLE: the column of each row."""
     text: bytes = b""
     """TEXTS: the JSON."""
 
@@ -65,13 +69,13 @@ def rows_part(track: int, first: int, missed: int, times_ns: Sequence[int], colu
     return b"".join((head, struct.pack(f"<{count}q", *times_ns), rows))
 
 
-def events_part(track: int, first: int, events: Sequence[tuple[int, int, float]]) -> bytes:
-    """Return the part of a track with events: instant, column and value."""
+def events_part(track: int, first: int, events: Sequence[tuple[int, int, float]], kind: Kind = Kind.EVENTS) -> bytes:
+    """Return the part of a track with events: instant (for WHOLE, number of the row), column and value."""
     count = len(events)
     times_ns, columns, values = zip(*events, strict=True) if events else ((), (), ())
     return b"".join(
         (
-            PART.pack(track, Kind.EVENTS, count, 1, first, 0),
+            PART.pack(track, kind, count, 1, first, 0),
             struct.pack(f"<{count}q", *times_ns),
             struct.pack(f"<{count}d", *values),
             struct.pack(f"<{count}I", *columns),
@@ -115,7 +119,7 @@ def _part(data: bytes, at: int) -> tuple[Part, int]:
         raise MalformedError("a batch ends within the head of a part")
     track, kind, rows, columns, first, missed = PART.unpack_from(data, at)
     at += PART.size
-    sizes = {Kind.ROWS: rows * 8 * (1 + columns), Kind.EVENTS: rows * 20, Kind.TEXTS: rows}
+    sizes = {Kind.ROWS: rows * 8 * (1 + columns), Kind.EVENTS: rows * 20, Kind.WHOLE: rows * 20, Kind.TEXTS: rows}
     if kind not in sizes or columns > MOST_COLUMNS:
         raise MalformedError(f"a part of kind {kind} with {columns} columns")
     end = at + sizes[kind]
@@ -124,10 +128,10 @@ def _part(data: bytes, at: int) -> tuple[Part, int]:
     if kind == Kind.TEXTS:
         return Part(track, Kind.TEXTS, first, missed, array("q"), [], array("I"), data[at:end]), end
     times_ns, at = _array("q", data, at, rows)
-    if kind == Kind.EVENTS:
+    if kind in (Kind.EVENTS, Kind.WHOLE):
         values, at = _array("d", data, at, rows)
         of_columns, at = _array("I", data, at, rows)
-        return Part(track, Kind.EVENTS, first, missed, times_ns, [values], of_columns), end
+        return Part(track, Kind(kind), first, missed, times_ns, [values], of_columns), end
     flat, at = _array("d", data, at, rows * columns)
     return Part(track, Kind.ROWS, first, missed, times_ns, [flat[n::columns] for n in range(columns)], array("I")), end
 

@@ -18,7 +18,7 @@ from vcd.writer import VCDWriter
 from fieldrig.clock import S
 from fieldrig.recording.reader import Rows
 from fieldrig.recording.signals import Column, Sort
-from fieldrig.traces.vcd_text import Ascii, Exact, legal_paths, quoted
+from fieldrig.traces.vcd_text import Ascii, Exact, ExactWhole, legal_paths, quoted
 
 Value = bool | float | str | None
 
@@ -40,7 +40,9 @@ class RowsFile(ABC):
         self._open(file)
 
     def take(self, rows: Rows) -> None:
-        for time_ns, *values in zip(rows.times_ns, *rows.values, strict=False):
+        for row, (time_ns, *values) in enumerate(zip(rows.times_ns, *rows.values, strict=False)):
+            if rows.whole:
+                values = [rows.whole.get((place, row), value) for place, value in enumerate(values)]
             if time_ns < self._begin_ns:
                 early = zip(rows.columns, values, strict=True)
                 self._before |= {column: value for column, value in early if self._columns[column].is_held}
@@ -153,8 +155,10 @@ class VcdFile(RowsFile):
         for column, number in values.items():
             value = self._shown(column, number)
             kind = self._columns[column].kind
-            if kind is Sort.NUMBER:
-                changed: Any = Exact(nan if value is None else value)
+            if isinstance(value, int) and kind is Sort.NUMBER:
+                changed: Any = ExactWhole(value)
+            elif kind is Sort.NUMBER:
+                changed = Exact(nan if value is None else value)
             elif kind is Sort.TEXT:
                 changed = "" if value is None else ascii(value)[1:-1]
             else:

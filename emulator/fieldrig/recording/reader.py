@@ -14,8 +14,10 @@ import json
 import logging
 import uuid
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from math import isfinite
+from types import MappingProxyType
 from typing import Any, Final, NamedTuple, Protocol
 
 from fieldrig.errors import ControlError
@@ -59,6 +61,8 @@ class Rows(NamedTuple):
     """Instants on the clock of the rig: from 0 in virtual time, else of the system's monotonic clock."""
     values: "list[array[float]]"
     """One array for each column, as long as `times_ns`; NaN where a signal had no value."""
+    whole: Mapping[tuple[int, int], int] = MappingProxyType({})
+    """The exact values of whole numbers beyond 2^53, by their places in `values` and in the array."""
 
 
 class Ears(Protocol):
@@ -187,6 +191,8 @@ class Assembler:
         self._unknown = 0
         self._numbers: dict[int, list[float]] = {}
         """The places of texts in `states` by what the process calls them, for columns where the two differ."""
+        self._rests: dict[int, Part] = {}
+        """The rests of whole numbers in the next rows, by track."""
 
     @property
     def gap(self) -> tuple[int, int] | None:
@@ -237,6 +243,11 @@ class Assembler:
             return
         if part.track >= len(self._tracks):
             return
+        if part.kind is Kind.WHOLE:
+            self._rests[part.track] = part
+            return
+        rests = self._rests.pop(part.track, None)
+        exact = {} if rests is None else _exact(part, rests)
         columns = self._tracks[part.track]
         if part.kind is Kind.ROWS and len(part.values) != len(columns):
             return
@@ -246,22 +257,24 @@ class Assembler:
         for place, column in enumerate(columns) if part.kind is Kind.ROWS else ():
             part.values[place] = self._translated(column, part.values[place])
         if part.kind is Kind.ROWS:
-            self._on_rows(Rows(self._process, tuple(columns), part.first, lost, part.times_ns, part.values))
+            self._on_rows(Rows(self._process, tuple(columns), part.first, lost, part.times_ns, part.values, exact))
             return
         if lost:  # it is not known of which of the columns
             none = [array("d") for _ in columns]
             self._on_rows(Rows(self._process, tuple(columns), part.first, lost, array("q"), none))
-        found: dict[int, tuple[array[int], array[float]]] = {}
-        for time_ns, column, value in zip(part.times_ns, part.columns, part.values[0], strict=True):
+        found: dict[int, tuple[array[int], array[float], dict[tuple[int, int], int]]] = {}
+        for row, (time_ns, column, value) in enumerate(zip(part.times_ns, part.columns, part.values[0], strict=True)):
             if column not in found:
-                found[column] = array("q"), array("d")
-            times_ns, values = found[column]
+                found[column] = array("q"), array("d"), {}
+            times_ns, values, whole = found[column]
+            if (column, row) in exact:
+                whole[0, len(values)] = exact[column, row]
             times_ns.append(time_ns)
             values.append(value)
-        for column, (times_ns, values) in found.items():
+        for column, (times_ns, values, whole) in found.items():
             if column < len(columns):
                 shown = self._translated(columns[column], values)
-                self._on_rows(Rows(self._process, (columns[column],), part.first, 0, times_ns, [shown]))
+                self._on_rows(Rows(self._process, (columns[column],), part.first, 0, times_ns, [shown], whole))
 
     def _take_texts(self, part: Part) -> None:
         try:
@@ -287,6 +300,18 @@ class Assembler:
         if numbers is None:
             return values
         return array("d", (numbers[int(value)] if 0 <= value < len(numbers) else NAN for value in values))
+
+
+def _exact(part: Part, rests: Part) -> dict[tuple[int, int], int]:
+    """Return the whole numbers of a part of ROWS or EVENTS, by column and place of the row."""
+    found: dict[tuple[int, int], int] = {}
+    for number, column, rest in zip(rests.times_ns, rests.columns, rests.values[0], strict=True):
+        row, place = number - part.first, column if part.kind is Kind.ROWS else 0
+        if 0 <= row < len(part.times_ns) and place < len(part.values):
+            value = part.values[place][row]
+            if isfinite(value) and isfinite(rest):
+                found[column, row] = int(value) + int(rest)
+    return found
 
 
 class _Stream:

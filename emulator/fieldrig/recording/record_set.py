@@ -15,10 +15,11 @@ from typing import Final
 
 from fieldrig.device import Value
 from fieldrig.recording import batch
-from fieldrig.recording.sampler import Changes, Texts, Track, number_of
+from fieldrig.recording.sampler import Changes, Texts, Track
 from fieldrig.recording.signals import (
     CHANGE,
     CYCLE,
+    NAN,
     OWN_PERIOD_NS,
     REST_NS,
     Column,
@@ -62,6 +63,8 @@ class RecordSet:
         """The columns of each track."""
         self._takers: list[Track | Changes] = []
         self._texts: dict[int, Texts] = {}
+        self._whole: set[int] = set()
+        """The columns of whole numbers."""
         self._ends: list[End] = []
         self._kept: deque[tuple[int, bytes]] = deque()
         self._kept_bytes = 0
@@ -90,6 +93,8 @@ class RecordSet:
             of_it = described[number]
             if of_it.sort is Sort.TEXT:
                 self._texts[number] = Texts(of_it.states)
+            elif of_it.is_whole:
+                self._whole.add(number)
             self.columns.append(Column(name, of_it.sort, of_it.unit, list(of_it.states)))
         for name, keys in parts.items():
             self._begin_part(found_parts[name], [number for number, _ in keys], [key for _, key in keys], rhythm)
@@ -98,7 +103,9 @@ class RecordSet:
         if rhythm == CHANGE or (rhythm == CYCLE and part.is_bus):
             self._begin_changes(part, numbers, keys)
             return
-        track = Track(len(self.tracks), part.reader(keys), [self._texts.get(number) for number in numbers], self.flush)
+        texts = [self._texts.get(number) for number in numbers]
+        whole = [place for place, number in enumerate(numbers) if number in self._whole]
+        track = Track(len(self.tracks), part.reader(keys), texts, self.flush, whole)
         self._add(track, numbers)
         end = part.on_cycle(track.sample) if rhythm == CYCLE else None
         if end is not None:
@@ -123,7 +130,10 @@ class RecordSet:
 
     def _note(self, changes: Changes, numbers: Sequence[int], now_ns: int, place: int, value: Value) -> None:
         texts = self._texts.get(numbers[place])
-        changes.note(now_ns, place, number_of(value) if texts is None else texts.number(value))
+        if texts is not None:
+            changes.note(now_ns, place, texts.number(value))
+        else:
+            changes.note(now_ns, place, NAN if isinstance(value, str) else value)
 
     def end(self) -> None:
         """Sample nothing any more; what is kept can still be asked for."""
@@ -137,8 +147,8 @@ class RecordSet:
 
     def flush(self) -> None:
         """Publish everything up to now."""
-        parts = [part for taker in self._takers if (part := taker.take()) is not None]
-        parts = [*self._new_texts(), *parts]
+        taken = [part for taker in self._takers for part in (taker.whole.take(), taker.take())]
+        parts = [*self._new_texts(), *(part for part in taken if part is not None)]
         now_ns = self._source.now_ns()
         if not parts and now_ns - self._until_ns < MARK_NS:
             return

@@ -36,6 +36,7 @@ class Recording(ABC):
         self._rows: list[Rows] = []
         self._times: dict[str, array[int]] = {column.name: array("q") for column in columns}
         self._values: dict[str, array[float]] = {column.name: array("d") for column in columns}
+        self._whole: dict[str, dict[int, int]] = {column.name: {} for column in columns}
 
     @property
     def times_ns(self) -> "Mapping[str, array[int]]":
@@ -48,6 +49,12 @@ class Recording(ABC):
         """The values at these instants; NaN where the signal had none.  A text is its place in `Column.states`."""
         self._take()
         return MappingProxyType(self._values)
+
+    @property
+    def whole(self) -> Mapping[str, Mapping[int, int]]:
+        """The exact values of whole numbers beyond 2^53, by the name of the signal and the place in its `values`."""
+        self._take()
+        return MappingProxyType(self._whole)
 
     @abstractmethod
     def end(self) -> None:
@@ -77,7 +84,8 @@ class Recording(ABC):
             writer = form(stream, self.columns, self.begin_ns)
             for place, column in enumerate(self.columns):
                 times_ns, values = self._times[column.name], self._values[column.name]
-                writer.take(Rows("", (place,), 0, 0, times_ns, [values]))
+                whole = {(0, row): value for row, value in self._whole[column.name].items()}
+                writer.take(Rows("", (place,), 0, 0, times_ns, [values], whole))
             writer.close()
 
     def _take(self) -> None:
@@ -86,8 +94,12 @@ class Recording(ABC):
         rows, self._rows[:count] = self._rows[:count], ()
         for part in rows:
             self.lost += part.lost
-            for place, values in zip(part.columns, part.values, strict=True):
+            for number, (place, values) in enumerate(zip(part.columns, part.values, strict=True)):
                 name = self.columns[place].name
+                before = len(self._times[name])
+                self._whole[name] |= {
+                    before + row: value for (column, row), value in part.whole.items() if column == number
+                }
                 self._times[name].extend(part.times_ns)
                 self._values[name].extend(values)
 

@@ -1,14 +1,16 @@
 """Tracks: columns that are sampled together, with their rows since the last batch.
 
-A row costs one call of its reader and one `pack_into`; everything else is done once for a batch.
+A row costs one call of its reader and one `pack_into`; everything else is done once for a batch.  Values are float64;
+what this takes from a whole number beyond 2^53 goes beside it.
 """
 
 import struct
 from collections.abc import Callable, Sequence
+from math import isfinite
 from typing import Any, Final
 
 from fieldrig.device import Value
-from fieldrig.recording.batch import events_part, rows_part
+from fieldrig.recording.batch import Kind, events_part, rows_part
 from fieldrig.recording.signals import NAN, REST_NS
 
 MOST_BYTES: Final = 1 << 18
@@ -17,6 +19,8 @@ MOST_ROWS: Final = 4_096
 MOST_TEXTS: Final = 1_000
 """Different texts of one column; further ones are recorded as no value."""
 LONGEST_TEXT: Final = 200
+EXACT: Final = 1 << 53
+"""Whole numbers up to here are exact as float64 (IEEE 754)."""
 
 
 class Texts:
@@ -50,6 +54,24 @@ def number_of(value: Value) -> float:
         return NAN
 
 
+class Whole:
+    """The rests that are to be added to the values of a track which are whole numbers beyond `EXACT`."""
+
+    def __init__(self, number: int) -> None:
+        self._number = number
+        self._rests: list[tuple[int, int, float]] = []
+
+    def note(self, row: int, column: int, value: int) -> None:
+        rounded = number_of(value)
+        if isfinite(rounded):
+            self._rests.append((row, column, float(value - int(rounded))))
+
+    def take(self) -> bytes | None:
+        """Return those since the last call as a part of a batch; None if there are none."""
+        rests, self._rests = self._rests, []
+        return events_part(self._number, 0, rests, Kind.WHOLE) if rests else None
+
+
 class Track:
     """Rows of columns that are read at the same instants."""
 
@@ -59,9 +81,11 @@ class Track:
         read: Callable[[], Sequence[Value]],
         texts: Sequence[Texts | None],
         on_full: Callable[[], None],
+        whole: Sequence[int] = (),
     ) -> None:
-        """`texts` has an entry for each column: the texts of one that has texts."""
-        self.number = number
+        """`texts` has an entry for each column: the texts of one that has them.  `whole` are those of whole numbers."""
+        self.number, self.whole = number, Whole(number)
+        self._whole_columns = whole
         self._read, self._on_full = read, on_full
         self._row = struct.Struct(f"<{len(texts)}d")
         self._texts = [(place, of_it) for place, of_it in enumerate(texts) if of_it is not None]
@@ -90,6 +114,10 @@ class Track:
             self._row.pack_into(self._data, at, *values)
         except (struct.error, OverflowError):  # a point that had numbers has a text, or too large a number
             self._row.pack_into(self._data, at, *map(number_of, values))
+        for place in self._whole_columns:
+            value = values[place]
+            if type(value) is int and not -EXACT <= value <= EXACT:
+                self.whole.note(self._first + len(times), place, value)
         times.append(now_ns)
         self._last_ns = now_ns
         if len(times) == self._depth:
@@ -111,12 +139,14 @@ class Changes:
     """Changes of single columns, in the order in which they happened."""
 
     def __init__(self, number: int, on_full: Callable[[], None]) -> None:
-        self.number, self._on_full = number, on_full
+        self.number, self.whole, self._on_full = number, Whole(number), on_full
         self._events: list[tuple[int, int, float]] = []
         self._first = 0
 
     def note(self, now_ns: int, column: int, value: float) -> None:
-        self._events.append((now_ns, column, value))
+        if type(value) is int and not -EXACT <= value <= EXACT:
+            self.whole.note(self._first + len(self._events), column, value)
+        self._events.append((now_ns, column, number_of(value)))
         if len(self._events) == MOST_ROWS:
             self._on_full()
 

@@ -59,6 +59,11 @@ class Described(NamedTuple):
     states: Sequence[str] = ()
 
     @property
+    def is_whole(self) -> bool:
+        """True for a whole number, which may grow beyond what a float has."""
+        return type(self.value) is int
+
+    @property
     def sort(self) -> Sort:
         if self.states or isinstance(self.value, str):
             return Sort.TEXT

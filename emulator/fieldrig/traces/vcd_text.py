@@ -43,6 +43,13 @@ class Exact(float):
         return repr(float(self))
 
 
+class ExactWhole(int):
+    """A whole number that pyvcd writes with all its digits."""
+
+    def __format__(self, spec: str) -> str:
+        return str(int(self))
+
+
 def quoted(text: str) -> str:
     return json.dumps(text).replace("$", "\\u0024")
 

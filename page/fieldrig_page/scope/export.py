@@ -33,4 +33,6 @@ def _rows(trace: Trace, place: int, first_ns: int) -> Rows:
     has_its_own = first < len(track.times_ns) and track.times_ns[first] == first_ns
     if trace.holds and not has_its_own:
         first = max(first - 1, 0)
-    return Rows("", (place,), 0, 0, track.times_ns[first:], [track.values[trace.column][first:]])
+    number = track.base + first
+    whole = {(0, at - number): value for (column, at), value in track.whole.items() if column == trace.column}
+    return Rows("", (place,), 0, 0, track.times_ns[first:], [track.values[trace.column][first:]], whole)

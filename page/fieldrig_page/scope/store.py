@@ -12,7 +12,7 @@ infinite): a line goes on over it, unless the row before it is such a NaN.
 from array import array
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from math import inf, nan
 from typing import Final, NamedTuple, Protocol, TypeVar
@@ -38,6 +38,8 @@ class Batch(Protocol):
     def times_ns(self) -> "array[int]": ...
     @property
     def values(self) -> "Sequence[array[float]]": ...
+    @property
+    def whole(self) -> Mapping[tuple[int, int], int]: ...
 
 
 class Gap(NamedTuple):
@@ -66,6 +68,8 @@ class Track:
         """`period_ns` is the period of a sampler that has one: rows further apart have a gap between them."""
         self.times_ns = array("q")
         self.values = [array("d") for _ in range(columns)]
+        self.whole: dict[tuple[int, int], int] = {}
+        """The exact values of whole numbers beyond 2^53, by column and number of the row."""
         self.period_ns, self._depth = period_ns, -(-depth // CHUNK) * CHUNK
         self.base = 0
         """Number of the row at position 0."""
@@ -102,6 +106,11 @@ class Track:
         for begin, end in pairwise(sorted({0, *breaks, len(times_ns)})):
             if begin in breaks:
                 self._break(times_ns[begin], breaks[begin])
+            if batch.whole:
+                moved = self.end - begin
+                self.whole |= {
+                    (column, row + moved): value for (column, row), value in batch.whole.items() if begin <= row < end
+                }
             self.times_ns.extend(times_ns[begin:end])
             for kept, values in zip(self.values, batch.values, strict=True):
                 kept.extend(values[begin:end])
@@ -150,6 +159,12 @@ class Track:
         part.times_ns = self.times_ns[first:end]
         part.values = [self.values[column][first:end] for column in columns]
         part.base, part.epoch, part.known_ns = self.base + first, self.epoch, min(self.known_ns, end_ns)
+        part.whole = {
+            (place, number): value
+            for (column, number), value in self.whole.items()
+            for place in range(len(columns))
+            if columns[place] == column and part.base <= number < part.end
+        }
         for gap in self.gaps:
             if gap.end_ns > first_ns and gap.first_ns < end_ns:
                 part.note(gap)
@@ -174,6 +189,7 @@ class Track:
     def _begin_anew(self) -> None:
         self.base, self.epoch, self.known_ns = self.end, self.epoch + 1, 0
         self.gaps.clear()
+        self.whole.clear()
         del self.times_ns[:]
         for values in (*self.values, *self._lows, *self._highs):
             del values[:]
@@ -181,6 +197,7 @@ class Track:
     def _forget(self) -> None:
         while len(self.times_ns) >= 2 * self._depth:
             self.base += self._depth
+            self.whole = {place: value for place, value in self.whole.items() if place[1] >= self.base}
             del self.times_ns[: self._depth]
             for values in self.values:
                 del values[: self._depth]

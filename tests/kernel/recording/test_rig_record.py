@@ -1,6 +1,7 @@
 """`Rig.record`: what is sampled, when, and that the rig is the same with it and without."""
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,28 @@ def test_a_device_is_sampled_at_the_end_of_each_of_its_cycles(rig: Rig) -> None:
     assert list(recording.times_ns["slow/count"]) == [30 * MS, 60 * MS, 90 * MS]
     rig.run_for(10 * MS)
     assert list(recording.values["beat/count"]) == [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
+
+
+@pytest.mark.parametrize("rhythm", ["cycle", "change", 5 * MS])
+def test_whole_numbers_beyond_every_float_are_exact_in_the_recording_and_in_its_files(
+    rig: Rig, rhythm: Any, tmp_path: Path
+) -> None:
+    big = [2**53 + 1, -(2**63) + 1, 2**64 - 1, 2**60, 5]
+    recording = rig.record(["beat/offset", "beat/count"], rhythm)
+    for value in big:
+        rig.run_for(10 * MS)
+        rig.set("beat", "offset", value)
+    rig.run_for(10 * MS)
+    exact = recording.whole["beat/offset"]
+    found = [exact.get(place, value) for place, value in enumerate(recording.values["beat/offset"])]
+    assert list(dict.fromkeys(found)) == [0, *big]
+    assert recording.whole["beat/count"] == {}
+    recording.write_csv(tmp_path / "a.csv")
+    recording.write_vcd(tmp_path / "a.vcd")
+    fields = [line.split(",")[1] for line in (tmp_path / "a.csv").read_text().splitlines()[1:]]
+    assert list(dict.fromkeys(field for field in fields if field)) == ["0", *map(str, big)]
+    changes = re.findall(r"^r(-?[\d.]+) ", (tmp_path / "a.vcd").read_text(), re.MULTILINE)
+    assert [value for value in changes if value in map(str, big)] == list(map(str, big[:-1])), "5 is 5.0 there"
 
 
 def test_a_device_without_a_cycle_is_sampled_once_in_a_millisecond(rig: Rig) -> None:

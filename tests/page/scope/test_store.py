@@ -48,6 +48,23 @@ def test_the_reduction_is_that_of_a_look_at_every_sample(
     assert alike(pairs(found), naive_buckets(samples, first_ns, bucket_ns, count))
 
 
+def test_whole_numbers_beyond_every_float_stay_exact_over_gaps_cuts_and_forgetting() -> None:
+    track, big, period_ns = Track(2, 10, depth=16), 2**53 + 1, 10
+    for number in range(0, 96, 4):
+        at = [period_ns * (place + place // 8) for place in range(number, number + 4)]  # every eighth tick is skipped
+        exact = {(1, row): big + number + row for row in range(4) if number + row != 50}
+        track.add(rows(at, [0.0] * 4, [float(big + number + row) for row in range(4)])._replace(whole=exact))
+
+    def found(of: Track, column: int) -> dict[int, int]:
+        return {of.times_ns[number - of.base]: value for (place, number), value in of.whole.items() if place == column}
+
+    kept = {period_ns * (place + place // 8): big + place for place in range(96) if place != 50}
+    assert found(track, 1) == {at: value for at, value in kept.items() if at >= track.times_ns[0]}
+    part = track.cut([1], track.times_ns[5], track.times_ns[-3])
+    assert found(part, 0) == {at: kept[at] for at in part.times_ns if at in kept}
+    assert found(track, 0) == {}
+
+
 @pytest.mark.long
 @given(steps_with_gaps, st.lists(st.integers(0, 400)), st.integers(1, 60_000), st.integers(1, 12))
 def test_a_row_without_a_value_is_a_gap_also_where_steps_are_used(

@@ -2,8 +2,6 @@
 
 The device knows nothing of them.  Its variables are recorded as `program:NAME` at the end of each cycle, beside the
 recordings of pages, tests and other debuggers.  This debugger is the owner of its own, so they end with it.
-
-The kernel records numbers as 64-bit floats, so a whole number beyond 2^53 is rounded.
 """
 
 import math
@@ -69,8 +67,8 @@ class _Trace:
             columns = [
                 self._read(column, values) for column, values in zip(self._recording.columns, rows.values, strict=True)
             ]
-            for now_ns, *values in zip(rows.times_ns, *columns, strict=True):
-                self.recorder.take(now_ns, [values[place] for place in self._places])
+            for row, (now_ns, *values) in enumerate(zip(rows.times_ns, *columns, strict=True)):
+                self.recorder.take(now_ns, [rows.whole.get((place, row), values[place]) for place in self._places])
 
     def _read(self, column: Column, values: Iterable[float]) -> Iterator[Value | None]:
         """Yield the values of a column as the program has them; None where there was none."""

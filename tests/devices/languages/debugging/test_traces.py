@@ -13,7 +13,7 @@ from plc_bench import PlcBench, task_of
 from program_traces import RigTraces
 
 from fieldrig.clock import MS
-from fieldrig.config.rig_file import load
+from fieldrig.config.rig_file import from_dict, load
 from fieldrig.errors import ControlError
 from fieldrig.recording.reader import OnRows, Rows
 from fieldrig.recording.signals import Column, Sort
@@ -67,6 +67,25 @@ def test_values_are_those_of_the_program(tmp_path: Path) -> None:
     samples = [sample[1:] for sample in ask({"command": "samples"})["samples"]]
     assert samples[2:] == [[n, n > 3, n / 2, "hot" if n >= 5 else "cold", n] for n in (3, 4, 5, 6)]
     assert [type(value) for value in samples[0]] == [int, bool, float, str, int]
+
+
+def test_whole_numbers_of_64_bits_have_all_their_digits(tmp_path: Path) -> None:
+    """Above 2^53 a 64-bit float has no odd whole number (IEEE 754)."""
+    program = tmp_path / "count.st"
+    program.write_text(
+        "PROGRAM PLC_PRG\nVAR n : LINT := 9007199254740900; u : ULINT := 18446744073709551000; END_VAR\n"
+        "n := n + 1;\nu := u + 1;\nEND_PROGRAM\n"
+    )
+    scu = {"kind": "hmiscu", "model": "HMISCU6A5", "program": str(program)}
+    with Rig(from_dict({"time": "virtual", "devices": {"scu": scu}}, tmp_path)) as rig:
+        rig.run_for(250 * MS)
+        ask = RigTraces(rig, "scu")
+        ask({"command": "write", "values": {"PLC_PRG.n": 2**53 - 2, "PLC_PRG.u": 2**64 - 10}})
+        ask({"command": "record", "names": ["PLC_PRG.n", "PLC_PRG.u"], "depth": 6})
+        rig.run_for(70 * MS)
+        samples = [sample[1:] for sample in ask({"command": "samples"})["samples"]]
+    first = samples[0][0] - (2**53 - 2)
+    assert samples == [[2**53 - 2 + first + step, 2**64 - 10 + first + step] for step in range(6)]
 
 
 def test_traces_of_two_debuggers_are_beside_each_other_and_end_with_them(tmp_path: Path) -> None:
