@@ -1,6 +1,7 @@
 """The law of fronts, over every kind of device: what a front names exists, and what it offers to a person works."""
 
 import json
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -69,6 +70,33 @@ def test_a_terminal_that_a_wire_drives_only_shows_its_level(
 def test_what_is_operated_has_a_name_of_its_own(device: Device) -> None:
     names = [part.words()["name"] for part in device.front().parts if part.is_operated or isinstance(part, Clamp)]
     assert len(names) == len(set(names))
+
+
+def unclear(front: Front) -> list[tuple[str, str, str]]:
+    """Group, sort and label of parts that a person cannot tell from another one of their group."""
+    seen = Counter(
+        (group.title, part.sort, part.label) for group in front.groups for part in group.parts if part.sort != "gap"
+    )
+    return [which for which, count in seen.items() if count > 1]
+
+
+def test_parts_of_a_group_are_told_from_each_other_by_their_labels(device: Device) -> None:
+    assert unclear(device.front()) == []
+
+
+@pytest.mark.parametrize("rig", [rig for rig in RIGS if rig not in LARGE])
+def test_so_they_are_in_the_shipped_rigs(rig: str) -> None:
+    devices = in_virtual_time(rig).devices
+    found = {name: unclear(build_alone(entry).front()) for name, entry in devices.items()}
+    assert {name: parts for name, parts in found.items() if parts} == {}
+
+
+def test_each_unit_of_a_modbus_device_has_groups_of_its_own() -> None:
+    front = build_alone(load(CONFIGS / "energy-meter.yaml", ["time=virtual"]).devices["meters"]).front()
+    titles = [f"unit {number}: {sort}" for number in (1, 2, 3) for sort in ("terminals", "registers")]
+    assert [group.title for group in front.groups] == titles
+    first = {part.label: part.point for part in front.groups[1].parts}
+    assert first["voltage_l1"] == "1/voltage_l1"
 
 
 def test_values_that_a_part_waits_for_are_of_the_type_of_its_point(device: Device) -> None:

@@ -198,7 +198,7 @@ class ModbusDevice(Device):
             unit.drive_all()
 
     def front(self) -> Front:
-        return front_of(self.points(), self._identification)
+        return front_of(self.points(), self._identification, list(self._units))
 
     def points(self) -> Mapping[str, Point]:
         return self._points
