@@ -1,6 +1,6 @@
 """The calls of users: two logs compared, and a log played back to a rig."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from operator import attrgetter
 from pathlib import Path
 from typing import Final
@@ -16,7 +16,7 @@ from fieldrig_devices.named_logs.named_log import NamedLog
 from fieldrig_devices.replay.comparison import HORIZON_NS, TOLERANCE_NS, compare_logs
 from fieldrig_devices.replay.diff_result import DiffResult
 from fieldrig_devices.replay.judge import NOTHING_EXPECTED, Judge
-from fieldrig_devices.replay.leave_out import leaving_out
+from fieldrig_devices.replay.leave_out import LeftOut
 from fieldrig_devices.replay.log_lines import lines_of
 from fieldrig_devices.replay.log_names import LogNames
 from fieldrig_devices.replay.pauses import shortened
@@ -54,15 +54,18 @@ def diff(
     ConfigError for mistakes in a rig file, an EDS or a table.
     """
     named = NamedLog(_paths(eds), _paths(registers), load(rig) if isinstance(rig, str | Path) else rig)
-    return compare_logs(
+    left_out = LeftOut(leave_out)
+    result = compare_logs(
         lambda: read(Path(left), begin_ns, duration_ns),
         lambda: read(Path(right), begin_ns, duration_ns),
         tolerance_ns=tolerance_ns,
         horizon_ns=window_ns,
         offset=offset_ns,
-        leave_out=leaving_out(leave_out),
+        leave_out=left_out,
         names=(LogNames(named), LogNames(named)),
     )
+    result.notes = [*result.notes, *left_out.unmet()]
+    return result
 
 
 def _paths(files: Mapping[int, str | Path] | None) -> dict[int, Path]:
@@ -99,7 +102,8 @@ def replay(
         config = rig.config if isinstance(rig, Rig) else rig
     else:
         config = load(rig, ("time=virtual",) if speed is None else ())
-    entries = lines_of(read(Path(log)) if isinstance(log, str | Path) else log, config, buses or {})
+    seen: set[str] = set()
+    entries = lines_of(read(Path(log)) if isinstance(log, str | Path) else log, config, buses or {}, seen)
     for bus in (buses or {}).values():
         if bus not in config.buses:
             raise UsageError(f"the rig has no bus {bus!r}", closest(bus, list(config.buses)))
@@ -113,6 +117,7 @@ def replay(
         if selection.devices:
             raise ArgumentError(f"the rig has {', '.join(sorted(selection.devices))}", "give its file, to leave it out")
         _play(entries, rig, sides, judge, timeout_ns, settle_ns)
+        _tell_unmet(sides, seen, judge)
         return result
     if speed is not None:
         from fieldrig_devices.replay.live import play as play_live  # virtual time needs no process and no socket
@@ -123,9 +128,11 @@ def replay(
             lambda now_ns: _begun(entries, sides, judge, now_ns, settle_ns, timeout_ns, speed), config, sides, judge
         )
         _tell_absent(sides, judge, config.name)
+        _tell_unmet(sides, seen, judge)
         return result
     with Rig(without(config, selection.devices)) as running:
         _play(entries, running, sides, judge, timeout_ns, settle_ns)
+    _tell_unmet(sides, seen, judge)
     return result
 
 
@@ -153,6 +160,18 @@ def _begun(
         nodes = ", ".join(map(str, begin.started))
         judge.result.note(f"the nodes {nodes} are operational when the log begins, so they are started before")
     return begin.log, Pace(begin.begin_ns, begin.log_ns, speed, timeout_ns, begin.heard_ns)
+
+
+def _tell_unmet(sides: Sides, seen: Collection[str], judge: Judge) -> None:
+    """Report the words of the user that name nothing.  UsageError for a bus or a side that the log does not have."""
+    for bus in sides.buses:
+        if bus not in seen:
+            raise UsageError(f"the log has no bus {bus!r}", closest(bus, sorted(seen)))
+    if sides.asked:
+        word = sides.asked[0].word
+        raise UsageError(f"--play {word}: the log has no such messages", closest(word, sorted(sides.seen)))
+    for sentence in judge.tolerances.unmet():
+        judge.result.note(sentence)
 
 
 def _tell_absent(sides: Sides, judge: Judge, name: str) -> None:

@@ -73,21 +73,22 @@ def diff(
     from fieldrig.traces.trace_files import read
     from fieldrig_devices.replay.comparison import compare_logs
     from fieldrig_devices.replay.diff_report import as_data, show
-    from fieldrig_devices.replay.leave_out import leaving_out
+    from fieldrig_devices.replay.leave_out import LeftOut
     from fieldrig_devices.replay.log_names import LogNames
 
     odd, named = (Oddities(), Oddities()), named_log(rig, eds, registers)
     part = part_ns(begin, duration)
-    untold = {left: odd[0], right: odd[1]}
+    untold, left_out = {left: odd[0], right: odd[1]}, LeftOut(leave_out or ())
     result = compare_logs(
         lambda: read(left, *part, untold.pop(left, None)),  # a log is read again for what is around
         lambda: read(right, *part, untold.pop(right, None)),
         tolerance_ns=duration_ns(tolerance),
         horizon_ns=duration_ns(window),
         offset=None if offset is None else _signed_ns(offset),
-        leave_out=leaving_out(leave_out or ()),
+        leave_out=left_out,
         names=(LogNames(named), LogNames(named)),
     )
+    result.notes = [*result.notes, *left_out.unmet()]
     for path, oddities in zip((left, right), odd, strict=True):
         report_oddities(path, oddities)
     if as_json:

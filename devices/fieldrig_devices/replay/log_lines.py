@@ -9,8 +9,13 @@ from fieldrig_devices.dialogues.rtu_lines import RtuLines
 from fieldrig_devices.replay.log_names import bus_in
 
 
-def lines_of(entries: Iterable[TraceEntry], config: RigConfig, given: Mapping[str, str]) -> Iterator[TraceEntry]:
-    """Yield the messages of a log; `given` are the buses of the rig by those of the log, or by servers."""
+def lines_of(
+    entries: Iterable[TraceEntry], config: RigConfig, given: Mapping[str, str], seen: set[str]
+) -> Iterator[TraceEntry]:
+    """Yield the messages of a log; `given` are the buses of the rig by those of the log, or by servers.
+
+    The names by which a bus of the log may be given are put into `seen`.
+    """
 
     def is_read_by_rig(line: str) -> bool:
         named = config.buses.get(given.get(line, line))
@@ -19,10 +24,18 @@ def lines_of(entries: Iterable[TraceEntry], config: RigConfig, given: Mapping[st
     def bus_of(bus: str, server: str) -> str | None:
         name = bus_of_server(bus, server)
         host, _, _ = server.rpartition(":")
+        seen.update((name, server, host))
         for asked in (name, server, host):
             if asked in given:
                 return given[asked]
         plain = plain_bus(name)
         return plain if plain in config.buses else None
 
-    yield from ModbusServers(bus_of).of(RtuLines(is_read_by_rig).of(entries))
+    def noted() -> Iterator[TraceEntry]:
+        for entry in entries:
+            seen.add(entry.bus)
+            yield entry
+
+    for entry in ModbusServers(bus_of).of(RtuLines(is_read_by_rig).of(noted() if given else entries)):
+        seen.add(entry.bus)
+        yield entry

@@ -52,6 +52,7 @@ class Runs:
         self, subject: Subject, expected: Sequence[Part], actual: Sequence[Part], times_ns: tuple[int, int]
     ) -> bool:
         """Take two messages that belong together, with their instants; return whether they differ."""
+        self._tolerances.look_at(subject.node, expected)
         found = {part.key: part for part in self._tolerances.differences(subject.node, expected, actual)}
         if subject in self._by_subject:
             came = {part.key: part.value for part in actual}

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Self
+from typing import Any, Final, NamedTuple, Self
 
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.errors import UsageError
@@ -12,6 +12,13 @@ from fieldrig_devices.canopen.names import NODES
 
 MASTER: Final = "master"
 WAYS: Final = "expected master, node=5, id=185, unit=3, client=10.0.0.7, sender=plc, or a device of the rig"
+
+
+class Asked(NamedTuple):
+    """A word that names messages of the log, and a pattern of the names that `Sides` gives them."""
+
+    word: str
+    pattern: str
 
 
 @dataclass(frozen=True)
@@ -26,6 +33,8 @@ class Selection:
     """Patterns of senders, of clients of Modbus as well."""
     devices: frozenset[str] = frozenset()
     """Devices of the rig that the log takes the place of."""
+    asked: tuple["Asked", ...] = ()
+    """The words that name messages of the log."""
 
     @classmethod
     def of(cls, words: Sequence[str], config: RigConfig) -> Self:
@@ -45,16 +54,22 @@ class Selection:
         try:
             match key.strip():
                 case "node":
-                    return replace(self, nodes=self.nodes | {_within(int(value, 0), NODES)})
+                    node = _within(int(value, 0), NODES)
+                    return self._naming(word, f"node={node}", nodes=self.nodes | {node})
                 case "id":
-                    return replace(self, identifiers=self.identifiers | {int(value.removesuffix("h"), 16)})
+                    identifier = int(value.removesuffix("h"), 16)
+                    return self._naming(word, f"id={identifier:X}", identifiers=self.identifiers | {identifier})
                 case "unit":
-                    return replace(self, units=self.units | {_within(int(value, 0), range(256))})
+                    unit = _within(int(value, 0), range(256))
+                    return self._naming(word, f"unit={unit}", units=self.units | {unit})
                 case "client" | "sender":
-                    return replace(self, senders=(*self.senders, value.strip()))
+                    return self._naming(word, f"sender={value.strip()}", senders=(*self.senders, value.strip()))
         except ValueError as wrong:
             raise UsageError(f"--play {word}: {wrong}", WAYS) from wrong
         raise UsageError(f"--play {word}: there is no {key!r}", WAYS)
+
+    def _naming(self, word: str, pattern: str, **parts: Any) -> Self:
+        return replace(self, asked=(*self.asked, Asked(word, pattern)), **parts)
 
     def _with_devices(self, config: RigConfig) -> Self:
         """Return the selection with the devices whose nodes and units are played, and the other way round."""

@@ -5,7 +5,7 @@ decides where it has one of the rig's names.  Otherwise the identifier of CAN do
 and the PDOs of the nodes' EDS files), and on Modbus the direction: requests come from outside.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from fnmatch import fnmatchcase
@@ -16,7 +16,7 @@ from fieldrig.config.rig_file import RigConfig
 from fieldrig.traces.names import Member, Namer, members_of, namer_of
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
-from fieldrig_bus.can.frame import STANDARD_MASK, CanFrame
+from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
 from fieldrig_bus.modbus.codec import REQUEST_ON_ASCII, is_response, unit_in
 from fieldrig_devices.canopen.names import ERROR_CONTROL, NMT, SDO_REQUEST, SYNC, TIME, CanopenNames
 from fieldrig_devices.dialogues.modbus_dialogues import is_address
@@ -24,13 +24,14 @@ from fieldrig_devices.dialogues.modbus_servers import plain_bus
 from fieldrig_devices.replay.absent import Absent
 from fieldrig_devices.replay.families import INNER, MEDIA, OUTER
 from fieldrig_devices.replay.log_names import bus_in
-from fieldrig_devices.replay.selection import Selection
+from fieldrig_devices.replay.selection import Asked, Selection
 
 HEAD_OF_FRAME: Final = 5
 OPERATIONAL: Final = b"\x05"
 TPDO_1, TPDO_4 = 0x180, 0x480
 """The predefined identifiers of TPDOs (CiA 301, 7.3.5)."""
 MOST_BUSES: Final = 10_000
+MOST_NAMES: Final = 2_000
 NO_TARGET: Final = (10, 11)
 """Exceptions of a gateway that reaches no device (V1.1b3, chapter 7)."""
 
@@ -72,6 +73,13 @@ class Sides:
     _taken: dict[str, str] = field(default_factory=dict)
     """The bus of the log that each bus of the rig is."""
     _known: dict[str, _Bus | None] = field(default_factory=dict)
+    asked: list[Asked] = field(init=False)
+    """The words of the selection that have named no message so far."""
+    seen: dict[str, None] = field(default_factory=dict)
+    """The nodes, identifiers, units and senders of the log, as the selection names them; empty once each was met."""
+
+    def __post_init__(self) -> None:
+        self.asked = list(self.selection.asked)
 
     def bus_of(self, entry: TraceEntry) -> str | None:
         """Return the bus of the rig that a message belongs to."""
@@ -81,6 +89,11 @@ class Sides:
     def side(self, entry: TraceEntry) -> Side:
         """Return the side of a message."""
         known = self._of(entry)
+        if self.asked:
+            names = set(_names(known, entry, self._node))
+            self.asked = [asked for asked in self.asked if not any(fnmatchcase(x, asked.pattern) for x in names)]
+            if len(self.seen) < MOST_NAMES:
+                self.seen.update(dict.fromkeys(names))
         if known is None:
             if entry.family in OUTER:
                 self.absent.take("bus", entry.bus, "", entry.time_ns)
@@ -207,6 +220,22 @@ class Sides:
             _claimed(members, "master of node-ID"),
             _needed(members, "unit"),
         )
+
+
+def _names(known: _Bus | None, entry: TraceEntry, node_of: Callable[[_Bus, int], int | None]) -> Iterator[str]:
+    """Yield what `--play` may call a message."""
+    if entry.sender:
+        yield f"sender={entry.sender}"
+        if is_address(entry.sender):
+            yield f"sender={entry.sender.rpartition(':')[0]}"
+    if entry.family == "can" and len(entry.data) >= HEAD_OF_FRAME:
+        word = int.from_bytes(entry.data[:4], "little")
+        yield f"id={word & EXTENDED_MASK:X}"
+        node = None if known is None else node_of(known, word)
+        if node is not None:
+            yield f"node={node}"
+    elif entry.family == "modbus" and len(entry.data) > 1:
+        yield f"unit={unit_in(entry.data)}"
 
 
 def _claimed(members: Sequence[Member], what: str) -> frozenset[int]:

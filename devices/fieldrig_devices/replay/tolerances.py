@@ -1,7 +1,7 @@
 """Tolerances of a replay: differences of time and of values, and objects that are not compared."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import lru_cache
@@ -9,8 +9,11 @@ from typing import Final
 
 from fieldrig.clock import MS
 from fieldrig.errors import UsageError
+from fieldrig.text.nearest import closest
 from fieldrig.traces.parts import Part, PartDifference, differences
 
+MOST_NAMES: Final = 2_000
+"""Values whose names are looked at, to find what a word means."""
 INDEX_DIGITS: Final = 4
 """Hex digits of an index; identifiers of CAN have three or eight."""
 _HEX: Final = re.compile(r"(?:0x)?([0-9a-f]{3,8})h?(?::([0-9a-f]{2}))?")
@@ -27,6 +30,11 @@ class Tolerances:
     """The largest difference of a value by its object (`6064h`) or register, with the device before it if need be."""
     leave_out: Sequence[str] = ()
     """Patterns of objects and registers that are not compared."""
+    _met: set[str] = field(default_factory=set, init=False, compare=False)
+    """The words of both that have named something."""
+    _seen: dict[tuple[str, str], None] = field(default_factory=dict, init=False, compare=False)
+    _known: dict[str, None] = field(default_factory=dict, init=False, compare=False)
+    """Names of objects and registers that were compared, for the nearest one."""
 
     def differences(self, node: str, expected: Sequence[Part], actual: Sequence[Part]) -> Iterator[PartDifference]:
         """Yield the parts that differ by more than they may."""
@@ -36,10 +44,27 @@ class Tolerances:
 
     def is_left_out(self, node: str, key: str, name: str = "") -> bool:
         """Return whether an object or register is not compared."""
-        names = _names(node, key, name)
-        return any(
-            fnmatchcase(text, spelling) for word in self.leave_out for spelling in spellings(word) for text in names
-        )
+        met = [word for word in self.leave_out if _is_named(word, _names(node, key, name))]
+        self._met.update(met)
+        return bool(met)
+
+    def look_at(self, node: str, parts: Sequence[Part]) -> None:
+        """Note which words name one of these values, whether or not it differs."""
+        words = [word for word in (*self.values, *self.leave_out) if word not in self._met]
+        for part in parts if words and len(self._seen) < MOST_NAMES else ():
+            if (node, part.key) not in self._seen:
+                self._seen[node, part.key] = None
+                names = _names(node, part.key, part.name)
+                self._known.update(dict.fromkeys(sorted(names)))
+                self._met.update(word for word in words if _is_named(word, names))
+
+    def unmet(self) -> Iterator[str]:
+        """Yield a sentence about each word that names nothing of what was compared."""
+        for option, words in (("--value-tolerance", self.values), ("--leave-out", self.leave_out)):
+            for word in words:
+                if word not in self._met:
+                    near = f"; {closest(word, list(self._known))}" if self._known else ""
+                    yield f"{option} {word} names nothing that was compared{near}"
 
     def _is_left_out(self, node: str, found: PartDifference) -> bool:
         part = found.expected or found.actual
@@ -52,8 +77,14 @@ class Tolerances:
         if not isinstance(expected.value, int | float) or not isinstance(actual.value, int | float):
             return False
         names = _names(node, expected.key, expected.name)
-        allowed = [limit for word, limit in self.values.items() if not names.isdisjoint(spellings(word))]
+        met = [word for word in self.values if not names.isdisjoint(spellings(word))]
+        self._met.update(met)
+        allowed = [self.values[word] for word in met]
         return bool(allowed) and abs(expected.value - actual.value) <= max(allowed)
+
+
+def _is_named(word: str, names: Collection[str]) -> bool:
+    return any(fnmatchcase(text, spelling) for spelling in spellings(word) for text in names)
 
 
 def _names(node: str, key: str, name: str) -> set[str]:

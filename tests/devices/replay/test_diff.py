@@ -17,7 +17,7 @@ from fieldrig_bus.wires import Motion
 from fieldrig_devices.named_logs.named_log import NamedLog
 from fieldrig_devices.replay.comparison import compare_logs
 from fieldrig_devices.replay.diff_result import DiffResult
-from fieldrig_devices.replay.leave_out import leaving_out
+from fieldrig_devices.replay.leave_out import LeftOut
 from fieldrig_devices.replay.log_names import LogNames
 
 ROOT = Path(__file__).parents[3]
@@ -28,7 +28,7 @@ def compared(left: Log, right: Log, rig: str = "", leave_out: Sequence[str] = ()
     config = load(ROOT / "configs" / rig, ("time=virtual",)) if rig else None
     named = NamedLog(config=config)
     names = (LogNames(named), LogNames(named))
-    return compare_logs(lambda: left, lambda: right, leave_out=leaving_out(leave_out), names=names)
+    return compare_logs(lambda: left, lambda: right, leave_out=LeftOut(leave_out), names=names)
 
 
 def later(log: Log, by_ms: float) -> list[TraceEntry]:
