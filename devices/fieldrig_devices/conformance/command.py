@@ -242,12 +242,14 @@ def _described(config: "RigConfig", bus: str, node_id: int, eds: Path | None) ->
     """Return the node's EDS, with the power-on values of the rig file (`objects`) laid over it, as those of a DCF."""
     from fieldrig_devices.conformance.description import Description
 
-    nodes = (node for device in config.devices.values() for node in _nodes_at(device, bus))
+    nodes = [node for device in config.devices.values() for node in _nodes_at(device, bus)]
     found = next((node for node in nodes if node.node_id == node_id), None)
     path = eds or (found.eds if found is not None else None)
     if path is None:
+        known = ", ".join(str(node.node_id) for node in nodes if node.eds is not None)
         raise UsageError(
-            f"no device of {config.name} on {bus} has node-ID {node_id} and an EDS", "name the file with --eds FILE"
+            f"no device of {config.name} on {bus} has node-ID {node_id} and an EDS",
+            f"{f'there are {known}; ' if known else ''}for another one, name the file with --eds FILE",
         )
     description = Description(path, node_id)
     if found is not None and eds is None:

@@ -7,6 +7,7 @@ import typer
 
 from fieldrig.cli.common import argument
 from fieldrig.errors import UsageError
+from fieldrig.text.nearest import closest
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.dialect import Dialect
@@ -28,7 +29,7 @@ Workers = Annotated[int, typer.Option("--jobs", "-j", metavar="N", min=1, help="
 
 def chosen_work(paths: Sequence[str], patterns: Sequence[str], dialect: "Dialect") -> "list[Work]":
     """Return the chosen tests of each source.  UsageError if there are none."""
-    from fieldrig_devices.iec.testing.chosen import is_chosen, sources_of, split
+    from fieldrig_devices.iec.testing.chosen import is_chosen, sources_of, split, unmet
 
     names = [split(path) for path in paths]
     for path, _ in names:
@@ -40,10 +41,14 @@ def chosen_work(paths: Sequence[str], patterns: Sequence[str], dialect: "Dialect
         raise UsageError(
             f"there are no tests in {shown}", "expected TEST 'name' ... END_TEST in a source file, or test_NAME.py"
         )
+    for word, others in unmet([case for _, cases in known for case in cases], names, patterns):
+        near = closest(word, others)
+        shown = near if near.startswith("did") else "`fieldrig iec test PATH --list` shows all names"
+        raise UsageError(f"no test has such a name: {word}", shown)
     work: list[Work] = [
         (source, [case for case in cases if is_chosen(case, names, patterns)]) for source, cases in known
     ]
     work = [(source, cases) for source, cases in work if cases]
     if not work:
-        raise UsageError("no test has such a name", "`fieldrig iec test PATH --list` shows all names")
+        raise UsageError("no test has such names together", "`fieldrig iec test PATH --list` shows all names")
     return work

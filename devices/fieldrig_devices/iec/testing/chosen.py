@@ -1,6 +1,6 @@
 """The tests that a person has chosen: by paths, by names, by patterns."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Final
@@ -43,6 +43,19 @@ def _texts(paths: Sequence[Path]) -> list[Path]:
 def is_chosen(case: Case, names: Sequence[tuple[Path, str]], patterns: Sequence[str]) -> bool:
     """True for a test that a path names, and that fits at least one pattern if there are any."""
     return _is_named(case, names) and (not patterns or any(fits(str(case), pattern) for pattern in patterns))
+
+
+def unmet(
+    cases: Sequence[Case], names: Sequence[tuple[Path, str]], patterns: Sequence[str]
+) -> Iterator[tuple[str, list[str]]]:
+    """Yield each name and pattern that fits no test, and the names of the tests that it could have meant."""
+    for path, name in names:
+        inside = [case.name for case in cases if _is_named(case, [(path, "")])]
+        if name and not any(_is_named(case, [(path, name)]) for case in cases):
+            yield name, inside
+    for pattern in patterns:
+        if not any(fits(str(case), pattern) for case in cases):
+            yield pattern, [case.name for case in cases]
 
 
 def _is_named(case: Case, names: Sequence[tuple[Path, str]]) -> bool:

@@ -109,7 +109,32 @@ def test_tests_are_chosen_by_name(folder: Path, arguments: list[str], names: lis
 def test_a_name_of_no_test_is_wrong_usage(folder: Path, arguments: list[str]) -> None:
     path = f"{folder}{arguments[0]}" if len(arguments) == 1 else folder
     done = iec_test(path, *(arguments if len(arguments) > 1 else []))
-    assert "no test has such a name" in str(done.exception)
+    assert "no test has such a name: nothing" in str(done.exception)
+
+
+NAMED = """
+TEST 'opens the lid' END_TEST
+TEST 'closes the lid' END_TEST
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "answer"),
+    [
+        (["{}::open the lid"], "open the lid\n  did you mean opens the lid?"),
+        (["{}::opens the lid", "{}::close the lid"], "close the lid\n  did you mean closes the lid?"),
+        (["{}", "-k", "opns the lid"], "opns the lid\n  did you mean opens the lid?"),
+        (["{}", "-k", "opens", "-k", "zzz"], "zzz\n  `fieldrig iec test PATH --list` shows all names"),
+        (["{}::opens the lid", "-k", "closes"], "no test has such names together"),
+    ],
+)
+def test_each_name_is_looked_up_and_answered_with_the_nearest_one(
+    tmp_path: Path, words: list[str], answer: str
+) -> None:
+    file = tmp_path / "lid_test.st"
+    file.write_text(NAMED)
+    done = iec_test(*(word.format(file) for word in words))
+    assert answer in str(done.exception)
 
 
 @pytest.mark.system
