@@ -3,13 +3,13 @@
 Lines are written and read here: python-can's writer leaves out FD frames, remote frames and the names of buses; its
 reader leaves out errors and states, does not know version 1.2, and ends at a line that it does not understand.  Times
 have microseconds, and the start is taken for UTC, as python-can does.  Errors, states of a controller and injected
-faults are left out by the writer.
+faults are left out by the writer.  Logs of CANHacker have the same ending, and are read too (`canhacker.py`).
 """
 
 import re
 from collections.abc import Iterable, Iterator
 from decimal import Decimal
-from typing import BinaryIO, Final
+from typing import BinaryIO, Final, cast
 
 from fieldrig.clock import MS, US
 from fieldrig.errors import UsageError
@@ -19,14 +19,18 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS
 from fieldrig_bus.can.linux_flags import ERROR
+from fieldrig_bus.traces import canhacker
 from fieldrig_bus.traces.can_fields import fields_of
 from fieldrig_bus.traces.channels import BusNames, Channels
 from fieldrig_bus.traces.plain_heads import HEAD_BYTES, HeadsOfTexts, PlainHeads
+from fieldrig_bus.traces.read_again import PlainEnds, ReadAgain
 from fieldrig_bus.traces.trc_lines import DAY_NS, EPOCH_DAY, PLAIN_COLUMNS, VERSIONS, columns_of, parse, plain, start_ns
 
 SUFFIXES = (".trc",)
 FAMILIES = frozenset({"can"})
 REMEDY: Final = "expected a log of PCAN-View, PCAN-Explorer, python-can or `fieldrig trace`"
+_SHORT_HEAD: Final = 256
+"""Bytes that show whether a log is one of CANHacker."""
 _BEGINS: Final = re.compile(rb"^(;\$FILEVERSION|;#{20}|\s*\d+\)\s+\d+(\.\d+)?\s+([0-9A-F]{4,8}|Rx|Tx)\s)", re.MULTILINE)
 _SETTING: Final = re.compile(r";\s*\$(FILEVERSION|STARTTIME|COLUMNS)\s*=(.*)")
 _OLD_START: Final = re.compile(r";\s*Start time:\s*(\d\d)\.(\d\d)\.(\d{4}) (\d\d):(\d\d):(\d\d)\.(\d{3})")
@@ -47,7 +51,7 @@ _HEAD: Final = """\
 
 
 def recognises(head: bytes) -> bool:
-    return _BEGINS.search(head) is not None
+    return _BEGINS.search(head) is not None or canhacker.recognises(head)
 
 
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
@@ -92,7 +96,11 @@ def _head_of(identifier: int, is_extended: bool, length: int) -> str:
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  What is no CAN frame is odd; UsageError, with the line, if nothing is one."""
     odd = Oddities() if odd is None else odd
-    lines, names, header = LogLines(file, odd), BusNames(), _Header(odd)
+    head = file.read(_SHORT_HEAD)
+    if canhacker.recognises(head):
+        yield from canhacker.read(cast(BinaryIO, PlainEnds(ReadAgain(head, file))), odd)
+        return
+    lines, names, header = LogLines(cast(BinaryIO, ReadAgain(head, file)), odd), BusNames(), _Header(odd)
     found, new, heads = 0, tuple.__new__, HeadsOfTexts(lambda digits: len(digits) > 4)
     is_plain, start_ns = False, 0
     for line in lines:
