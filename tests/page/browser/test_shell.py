@@ -36,6 +36,7 @@ def test_a_page_connects_again_when_its_server_was_killed_and_the_rig_runs_on(br
     with opened(browser, lab) as page:
         state = page.locator("header").get_by_role("status")
         expect(state).to_have_text("ready")
+        expect(page.get_by_role("heading", name="Scope")).to_be_visible()  # a module that fails has the page load again
         page.evaluate(NOTE_STATES)
         before = lab.status()
         os.kill(before["ui"]["pid"], signal.SIGKILL)
