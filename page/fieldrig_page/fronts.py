@@ -21,6 +21,7 @@ from fieldrig_page.api import Call, GivenValue, Operation, known
 from fieldrig_page.guard import DeniedError
 from fieldrig_page.held_keys import HeldKey, HeldKeys
 from fieldrig_page.live import Page
+from fieldrig_page.long_wholes import as_given, for_script
 from fieldrig_page.rig_link import RigLink
 
 PERIOD_S: Final = 0.1
@@ -128,7 +129,8 @@ class Fronts:
         try:
             if not look.keys:
                 look.keys = points_of(await self._link.ask(f"device/{name}/front"))
-            state = State(await self._link.ask(f"device/{name}/get", {"keys": look.keys}))
+            values = await self._link.ask(f"device/{name}/get", {"keys": look.keys})
+            state = State({key: for_script(value) for key, value in values.items()})
         except ControlError as cause:
             look.keys = []  # another program, or the same device after a restart, may have others
             state = State({}, cause.what)
@@ -179,7 +181,7 @@ class Fronts:
         elif "bit" in facts:
             await self._write(part, await self._with_bit(part, bool(value)))
         else:
-            await self._write(part, value)
+            await self._write(part, await as_given(self._link, part.device, part.point, value))
 
     async def _move_key(self, part: Part, done: Operated) -> None:
         facts, value = part.facts, done.value

@@ -9,6 +9,7 @@ from fieldrig.device import Value
 from fieldrig.text.nearest import closest
 from fieldrig_page.api import Call, GivenValue, Operation, known
 from fieldrig_page.guard import DeniedError
+from fieldrig_page.long_wholes import as_given
 from fieldrig_page.rig_link import RigLink
 
 DEVICE = "name of a device"
@@ -19,7 +20,7 @@ class NewValue(BaseModel):
     """The new value of a point."""
 
     model_config = ConfigDict(extra="forbid")
-    value: GivenValue = Field(description="a number, a text, true or false")
+    value: GivenValue = Field(description="a number, a text, true or false; a whole number beyond 2^53 may be a text")
 
 
 class Point(BaseModel):
@@ -50,8 +51,8 @@ def operations(link: RigLink) -> Iterator[Operation]:
 
     async def set_point(call: Call) -> dict[str, Value]:
         device, key = known(call.path["name"], link.config.devices, "device"), call.path["key"]
-        new: NewValue = call.body
-        values = await link.ask(f"device/{device}/set", {"values": {key: new.value}})
+        value = await as_given(link, device, key, call.body.value)
+        values = await link.ask(f"device/{device}/set", {"values": {key: value}})
         return {"value": values[key]}
 
     names = {"name": DEVICE, "key": POINT}

@@ -14,6 +14,7 @@ from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError, field, items
 from fieldrig_page.api import Call, Operation, known
 from fieldrig_page.live import Page
+from fieldrig_page.long_wholes import for_script
 from fieldrig_page.program_questions import debug, has_program, leaves, read_variables
 from fieldrig_page.rig_link import RigLink
 
@@ -114,7 +115,8 @@ class Programs:
         if not names:
             return {}
         readings = await read_variables(self._link, device, names)
-        return {name: value for name, (value, trouble) in readings.items() if not trouble and value is not None}
+        found = {name: value for name, (value, trouble) in readings.items() if not trouble}
+        return {name: for_script(value) for name, value in found.items() if value is not None}
 
     async def _tasks(self, device: str) -> dict[str, Any]:
         loads = (await debug(self._link, device, "state"))["loads"]

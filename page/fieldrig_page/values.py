@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Final
 from fieldrig.errors import ControlError
 from fieldrig.outside.untrusted import MalformedError, field, items
 from fieldrig_page.live import Page
+from fieldrig_page.long_wholes import for_script
 from fieldrig_page.program_questions import PROGRAM, read_variables
 from fieldrig_page.rig_link import RigLink
 
@@ -76,7 +77,7 @@ class Values:
             if reading.trouble:
                 troubles["/".join(name)] = reading.trouble
             else:
-                values["/".join(name)] = reading.value
+                values["/".join(name)] = for_script(reading.value)
         return {"values": values, "troubles": troubles} if values or troubles else None
 
     async def run(self) -> None:

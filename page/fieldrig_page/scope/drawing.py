@@ -105,6 +105,16 @@ def values_at(rows: Rows, count: int, instant_ns: int) -> list[float | None]:
     return found
 
 
+def at_cursor(rows: Rows, count: int, instant_ns: int) -> list[float | str | None]:
+    """Return the value of each row at an instant as a person reads it: a whole number beyond 2^53 as a text."""
+    found: list[float | str | None] = list(values_at(rows, count, instant_ns))
+    for row, drawn in rows.items():
+        whole = drawn.track.whole_at(drawn.column, instant_ns) if drawn.track is not None else None
+        if found[row] is not None and whole is not None:
+            found[row] = str(whole)
+    return found
+
+
 def xy(across: Drawn, up: Drawn, first_ns: int, end_ns: int) -> dict[str, Any]:
     """Return the points of two signals over each other: at each sample of the first one, what the other has then."""
     track, other = across.track, up.track

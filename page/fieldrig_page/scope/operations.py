@@ -113,10 +113,10 @@ def operations(scope: Scopes) -> Iterator[Operation]:
     )
     yield Operation("GET", "scope/setups", "Return the names of the saved set-ups.", names, gives=list[str])
     yield Operation(
-        "GET", "scope/setups/{name}", "Return a set-up, and its signals that are missing.", opened, parameters=NAME
+        "GET", "scope/setups/{name:path}", "Return a set-up, and its signals that are missing.", opened, parameters=NAME
     )
-    yield Operation("PUT", "scope/setups/{name}", "Save a set-up.", save, SetupBody, parameters=NAME)
-    yield Operation("DELETE", "scope/setups/{name}", "Delete a set-up.", delete, parameters=NAME)
+    yield Operation("PUT", "scope/setups/{name:path}", "Save a set-up.", save, SetupBody, parameters=NAME)
+    yield Operation("DELETE", "scope/setups/{name:path}", "Delete a set-up.", delete, parameters=NAME)
     yield Operation("GET", "scope/captures", "Return the captures that are kept.", captures, gives=list[dict[str, Any]])
     yield Operation("POST", "scope/captures", "Wait for a trigger, and return its capture.", shoot, Shot)
     yield Operation(

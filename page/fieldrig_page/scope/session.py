@@ -318,7 +318,7 @@ class Session:
         }
         if wish.cursors_ns:
             instants = [instant_ns + self._origin_ns for instant_ns in wish.cursors_ns]
-            frame["cursors"] = [drawing.values_at(rows, len(names), instant_ns) for instant_ns in instants]
+            frame["cursors"] = [drawing.at_cursor(rows, len(names), instant_ns) for instant_ns in instants]
         if wish.setup.xy is not None:
             across, up = (self._any(name, rows) for name in wish.setup.xy)
             frame["xy"] = None if across is None or up is None else drawing.xy(across, up, first_ns, end_ns)

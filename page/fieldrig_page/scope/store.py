@@ -144,6 +144,10 @@ class Track:
         place = self.position(instant_ns + 1) - 1
         return self.values[column][place] if place >= 0 and instant_ns <= self.known_ns else nan
 
+    def whole_at(self, column: int, instant_ns: int) -> int | None:
+        """The exact value of a whole number beyond 2^53 that is the last one up to the instant; None for any other."""
+        return self.whole.get((column, self.base + self.position(instant_ns + 1) - 1))
+
     def reduced(self, columns: Sequence[int], first_ns: int, bucket_ns: int, count: int) -> list[Buckets]:
         """Minimum and maximum of `count` buckets of `bucket_ns` from `first_ns` on, for each column."""
         known = min(max((self.known_ns - first_ns) // bucket_ns + 1, 0), count)

@@ -2,6 +2,7 @@
 import { html } from 'htm/preact';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { api, inPath, useAnswer, useLive, useWish } from './live.js';
+import { isWholeText } from './fronts/words.js';
 import { Refused, Rows } from './rows.js';
 
 const LINE = 20; // pixels
@@ -169,5 +170,5 @@ function Forcing({ forced, role, act }) {
 function typed(text) {
   if (/^(true|false)$/i.test(text)) return text.toLowerCase() === 'true';
   const number = Number(text);
-  return text === '' || Number.isNaN(number) ? text : number;
+  return text === '' || Number.isNaN(number) || isWholeText(text) ? text : number;
 }

@@ -1,7 +1,7 @@
 // The values of devices: search, units, what they are now, and edit with the reason of a refusal beside the field.
 import { html } from 'htm/preact';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
-import { nameOf } from './fronts/words.js';
+import { isWholeText, nameOf } from './fronts/words.js';
 import { api, inPath, live, useAnswer, useWish } from './live.js';
 import { Rows } from './rows.js';
 
@@ -59,7 +59,11 @@ export function Values({ device, role }) {
   useWish('values', { points: onScreen });
   if (trouble) return html`<p class="refusal" role="alert">${trouble.what}</p>`;
   if (points === null) return html`<p class="quiet" role="status">asking ${device} ...</p>`;
-  const put = (key, value) => { values.current.set(key, value); setTick((tick) => tick + 1); };
+  const put = (key, value) => {
+    if (Number.isInteger(value) && !Number.isSafeInteger(value)) return; // the topic has all its digits
+    values.current.set(key, value);
+    setTick((tick) => tick + 1);
+  };
   return html`
     <div class="bar">
       <label class="grow">find <input type="search" value=${search} placeholder="name, index or description" onInput=${(event) => setSearch(event.target.value)} /></label>
@@ -175,7 +179,7 @@ function typed(field, present) {
   if (typeof present === 'boolean') return text === 'true';
   if (typeof present !== 'number') return field.value;
   const number = /^-?0x[0-9a-f]+$/i.test(text) ? Math.sign(text[0] === '-' ? -1 : 1) * parseInt(text.replace('-', ''), 16) : Number(text);
-  return text === '' || Number.isNaN(number) ? text : number;
+  return text === '' || Number.isNaN(number) || isWholeText(text) ? text : number;
 }
 
 async function write(device, key, value) {

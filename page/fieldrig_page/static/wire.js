@@ -1,6 +1,6 @@
 // MessagePack (github.com/msgpack/msgpack/blob/master/spec.md), as much of it as the page and its server use.
-// Integers beyond 2^53 lose their last digits; binary data becomes an ArrayBuffer of its own, as typed arrays need
-// alignment.  The server sends no extensions.
+// Integers beyond 2^53, such as instants, lose their last digits; values of that size come as texts.  Binary data becomes an
+// ArrayBuffer of its own, as typed arrays need alignment.  The server sends no extensions.
 
 const utf8 = new TextDecoder();
 const toUtf8 = new TextEncoder();

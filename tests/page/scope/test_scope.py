@@ -88,6 +88,9 @@ async def test_set_ups_are_saved_in_the_run_folder_and_opened_again(tmp_path: Pa
         assert (await page.call("PUT", "scope/setups/first pulse", SHOT)).status == 200
         assert (await page.get("scope/setups")).json == ["first pulse"]
         assert (await page.call("PUT", "scope/setups/x", SHOT, role="look")).status == 403
+        for name in ("a/b", "../../x", ".x", "x" * 65):
+            refusal = await page.call("PUT", f"scope/setups/{name}", SHOT)
+            assert (refusal.status, "is no name for a set-up" in refusal.json["what"]) == (409, True)
         away = {**SHOT, "signals": ["source/pulze", "xx/y"]}
         assert (await page.call("PUT", "scope/setups/away", away)).status == 200
     async with pulses(tmp_path) as page:

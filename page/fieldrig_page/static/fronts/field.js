@@ -1,7 +1,7 @@
 // A number or a text that a person sets: by Enter, or when the field is left after a change.
 import { html } from 'htm/preact';
 import { useState } from 'preact/hooks';
-import { number, shown } from './words.js';
+import { isWholeText, number, shown } from './words.js';
 
 export function Field({ part, values, units, mayOperate, onOperate }) {
   return html`<div class="fact" title=${part.about}><dt>${part.label}</dt><dd class="field">
@@ -17,7 +17,8 @@ export function Typed({ part, value, mayOperate, onOperate }) {
     if (typed === null) return;
     const given = isNumber ? Number(typed.replace(',', '.')) : typed;
     setTyped(null);
-    if ((!isNumber || Number.isFinite(given)) && typed !== now) onOperate(part, given);
+    const isGiven = !isNumber || (typed.trim() !== '' && Number.isFinite(given)); // an empty field is no zero
+    if (isGiven && typed !== now) onOperate(part, isNumber && isWholeText(typed.trim()) ? typed.trim() : given);
   };
   const onKeyDown = (event) => {
     if (event.key === 'Enter') set();

@@ -10,6 +10,9 @@ export function named(value, names) {
   return nameOf(value, names) ?? shown(value);
 }
 
+// A whole number that JavaScript would round comes and goes as a text of its digits.
+export const isWholeText = (value) => typeof value === 'string' && /^[+-]?\d{16,}$/.test(value);
+
 export function shown(value) {
   if (value === undefined || value === null) return '–';
   if (value === true) return 'on';
@@ -17,9 +20,11 @@ export function shown(value) {
   return typeof value === 'number' ? number(value) : String(value);
 }
 
-// A number with so many decimals; without `decimals` as short as seven digits have it.
+// A number with so many decimals; without `decimals` as short as seven digits have it, and a whole number as it is.
 export function number(value, decimals) {
+  if (isWholeText(value)) return value;
   if (typeof value !== 'number') return '–';
-  const text = decimals === undefined ? String(Number(value.toPrecision(7))) : value.toFixed(decimals);
+  const short = Number.isInteger(value) ? value : Number(value.toPrecision(7));
+  const text = decimals === undefined ? String(short) : value.toFixed(decimals);
   return text.replace(/^-(0(?:\.0*)?)$/, '$1').replace('-', '−');
 }

@@ -210,9 +210,9 @@ function drawAxis(g, lane, [low, high], look) {
   g.fillStyle = look.quiet;
   g.textAlign = 'right';
   g.textBaseline = 'bottom';
-  g.fillText(number(low, high - low), GUTTER - 6, lane.top + lane.height - 2);
+  g.fillText(number(low, high - low), GUTTER - 6, lane.top + lane.height - 2, GUTTER - 8);
   g.textBaseline = 'top';
-  g.fillText(number(high, high - low), GUTTER - 6, lane.top + PAD - 4);
+  g.fillText(number(high, high - low), GUTTER - 6, lane.top + PAD - 4, GUTTER - 8);
 }
 
 function drawTime(g, plot, picture, look, xOf) {
@@ -382,6 +382,7 @@ export function exactly(ns) {
 export function number(value, range = Math.abs(value)) {
   if (value === null || value !== value) return 'no value';
   if (Number.isInteger(value) && Math.abs(value) < 1e6) return String(value);
+  if (Math.abs(value) >= 1e6 && Math.abs(value) < 1e12) return `${number(value / 1e6, range / 1e6)}M`;
   if (Math.abs(value) >= 1e6 || (value !== 0 && Math.abs(value) < 1e-4 && range < 1e-3)) return value.toExponential(2);
   const decimals = range > 0 ? Math.min(Math.max(Math.ceil(2 - Math.log10(range)), 0), 6) : 3;
   return value.toFixed(decimals);

@@ -7,13 +7,22 @@ export function shown(value, column) {
   if (value === null || value !== value) return 'no value';
   if (column.kind === 'text') return column.states[value] ?? String(value);
   if (column.kind === 'truth') return value ? 'true' : 'false';
-  return `${number(value)}${column.unit ? ` ${column.unit}` : ''}`;
+  return `${digits(value)}${column.unit ? ` ${column.unit}` : ''}`;
 }
+
+// A number with the digits that a measurement needs.  A whole number has all of them; beyond 2^53 it comes as a text.
+function digits(value) {
+  if (isWhole(value)) return String(value);
+  return Number.isInteger(value) ? value.toExponential(5) : String(Number(value.toPrecision(6)));
+}
+
+const isWhole = (value) => typeof value === 'string' || Number.isSafeInteger(value);
 
 function difference(a, b, column) {
   if (a === null || b === null || a === undefined || b === undefined) return 'no value';
   if (column.kind === 'text' || column.kind === 'truth') return a === b ? 'same' : 'other';
-  return `${number(b - a)}${column.unit ? ` ${column.unit}` : ''}`;
+  const between = isWhole(a) && isWhole(b) ? String(BigInt(b) - BigInt(a)) : digits(Number(b) - Number(a));
+  return `${between}${column.unit ? ` ${column.unit}` : ''}`;
 }
 
 // `cursors` are instants, or empty; `values` are the values at each of them.

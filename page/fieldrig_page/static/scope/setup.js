@@ -2,6 +2,7 @@
 import { html } from 'htm/preact';
 import { useEffect, useState } from 'preact/hooks';
 import { api } from '../live.js';
+import { Typed } from '../typed.js';
 
 export const WINDOWS = [1e6, 2e6, 5e6, 1e7, 2e7, 5e7, 1e8, 2e8, 5e8, 1e9, 2e9, 5e9, 1e10, 2e10, 6e10, 3e11, 6e11];
 export const MOST_DRAWN = 32;
@@ -73,8 +74,7 @@ export function Trigger({ setup, columns, middles, onChange }) {
   const column = columns.find((one) => one.name === trigger?.signal);
   const select = (label, value, options, key) => html`<label>${label} <select value=${value} onChange=${(event) => change({ [key]: event.currentTarget.value })}>
     ${options.map(([one, words]) => html`<option value=${one}>${words}</option>`)}</select></label>`;
-  const numeric = (label, key) => html`<label>${label} <input type="number" step="any" size="8" value=${trigger[key]}
-    onChange=${(event) => { if (event.currentTarget.value !== '') change({ [key]: Number(event.currentTarget.value) }); }} /></label>`;
+  const numeric = (label, key) => html`<label>${label} <${Typed} type="number" step="any" size="8" value=${trigger[key]} onGiven=${(text) => { if (text !== '') change({ [key]: Number(text) }); }} /></label>`;
   return html`
     <div class="scope-row" role="group" aria-label="trigger">
       <label>Trigger <select value=${trigger?.kind ?? 'none'} onChange=${(event) => begin(event.currentTarget.value)}>
@@ -85,9 +85,9 @@ export function Trigger({ setup, columns, middles, onChange }) {
       ${trigger?.kind === 'window' && html`${numeric('From', 'level')}${numeric('To', 'high')}`}
       ${trigger?.kind === 'state' && (column?.states.length
         ? select('Enters', trigger.what, column.states.map((state) => [state, state]), 'what')
-        : html`<label>Enters <input value=${trigger.what} onChange=${(event) => change({ what: event.currentTarget.value })} /></label>`)}
+        : html`<label>Enters <${Typed} value=${trigger.what} onGiven=${(what) => change({ what })} /></label>`)}
       ${trigger?.kind === 'message' && html`${select('Bus', trigger.part, parts.buses.map((name) => [name, name]), 'part')}
-        <label>With the words <input value=${trigger.words.join(' ')} onChange=${(event) => change({ words: event.currentTarget.value.split(/\s+/).filter(Boolean) })} /></label>`}
+        <label>With the words <${Typed} value=${trigger.words.join(' ')} onGiven=${(text) => change({ words: text.split(/\s+/).filter(Boolean) })} /></label>`}
       ${trigger?.kind === 'fault' && select('Of', trigger.part, [['', 'any part'], ...[...parts.devices, ...parts.buses].map((name) => [name, name])], 'part')}
       ${trigger && html`<label>Before it <select value=${setup.before} onChange=${(event) => onChange({ ...setup, before: Number(event.currentTarget.value) })}>
         ${[...new Set([0, 0.1, 0.25, 0.5, 0.75, 0.9, setup.before])].sort().map((part) => html`<option value=${part}>${Math.round(part * 100)} %</option>`)}</select></label>`}

@@ -1,0 +1,111 @@
+"""Numbers in a browser: they have all their digits, and what a person types stays while samples come."""
+
+import json
+from collections.abc import Iterator
+
+import pytest
+from browser_page import ServedRig, opened
+from playwright.sync_api import Browser, Locator, Page, expect
+
+pytestmark = pytest.mark.real
+
+LARGE = 2**53 + 1
+"""The first whole number that JavaScript has not (ECMA-262, `Number.MAX_SAFE_INTEGER`)."""
+TABLE = f"""
+holding_registers:
+  - {{address: 0, name: date, type: u32, initial: 20260131}}
+  - {{address: 2, name: total, type: u64, initial: {LARGE}}}
+  - {{address: 6, name: ratio, type: f32, initial: 0.25}}
+input_registers:
+  - {{address: 0, name: turns, type: u32, source: {{kind: counter, per_s: 1000, first: 73113480}}}}
+"""
+RIG = {
+    "name": "counters",
+    "time": "virtual",
+    "speed": 1,
+    "buses": {"line": {"kind": "modbus.virtual"}},
+    "devices": {"store": {"kind": "modbus.device", "unit_id": 1, "table": "table.yaml", "links": {"modbus": "line"}}},
+}
+
+
+@pytest.fixture(scope="module")
+def counters(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServedRig]:
+    folder = tmp_path_factory.mktemp("counters")
+    (folder / "table.yaml").write_text(TABLE)
+    file = folder / "counters.yaml"
+    file.write_text(json.dumps(RIG))
+    with ServedRig(file) as rig:
+        yield rig
+
+
+def field(page: Page, name: str) -> Locator:
+    return page.get_by_role("textbox", name=name, exact=True)
+
+
+def test_a_front_has_all_digits_of_a_whole_number_and_an_empty_field_is_no_zero(
+    browser: Browser, counters: ServedRig
+) -> None:
+    with opened(browser, counters, path="/device/store") as page:
+        expect(field(page, "date")).to_have_value("20260131")
+        expect(field(page, "total")).to_have_value(str(LARGE))
+        field(page, "date").fill("")
+        field(page, "date").press("Enter")
+        field(page, "ratio").fill("0.5")
+        field(page, "ratio").press("Enter")
+        expect(field(page, "ratio")).to_have_value("0.5")
+        field(page, "total").fill(str(LARGE + 2))
+        field(page, "total").press("Enter")
+        expect(field(page, "total")).to_have_value(str(LARGE + 2))
+        assert counters.value("store/total") == LARGE + 2
+        expect(field(page, "date")).to_have_value("20260131")
+        assert counters.value("store/date") == 20260131
+
+
+def test_a_whole_number_of_64_bits_is_shown_and_written_with_all_its_digits(
+    browser: Browser, counters: ServedRig
+) -> None:
+    counters.ask("device/store/set", {"values": {"total": LARGE}})
+    with opened(browser, counters, path="/values/store") as page:
+        page.get_by_role("button", name=f"total, {LARGE}, change").click()
+        page.get_by_role("textbox", name="new value").fill(str(LARGE + 2))
+        page.get_by_role("button", name="Write").click()
+        expect(page.get_by_role("button", name=f"total, {LARGE + 2}, change")).to_be_visible()
+        assert counters.value("store/total") == LARGE + 2
+
+
+def test_what_is_typed_into_the_trigger_stays_while_samples_come(browser: Browser, counters: ServedRig) -> None:
+    with opened(browser, counters, path="/scope/store/turns,store/ratio") as page:
+        page.get_by_role("combobox", name="Trigger", exact=True).select_option("edge of a signal")
+        newest = page.locator(".scope-values tbody td").first
+        level = page.get_by_role("spinbutton", name="Level")
+        level.fill("")
+        for digit in "73999":
+            before = newest.inner_text()
+            level.press(digit)
+            expect(newest).not_to_have_text(before)
+        level.press("Enter")
+        level_of = "JSON.parse(sessionStorage.getItem('scope:counters')).setup.trigger.level"
+        page.wait_for_function(f"{level_of} !== 0.5")
+        assert page.evaluate(level_of) == 73999
+        expect(level).to_have_value("73999")
+
+
+def test_cursors_have_all_digits_of_whole_numbers(browser: Browser, counters: ServedRig) -> None:
+    counters.ask("device/store/set", {"values": {"total": LARGE}})
+    with opened(browser, counters, path="/scope/store/turns,store/total") as page:
+        page.get_by_role("combobox", name="Window", exact=True).select_option("100 ms")
+        newest = page.locator(".scope-values tbody td").first
+        for _ in range(2):
+            before = newest.inner_text()
+            expect(newest).not_to_have_text(before)
+        page.get_by_role("button", name="Stop", exact=True).click()
+        page.get_by_role("button", name="Cursors").click()
+        page.get_by_label("Cursor A").fill("950")  # near the end, as `total` is recorded for a shorter time
+        page.get_by_label("Cursor B").fill("990")
+        cells = page.locator(".scope-values tbody td")
+        expect(cells).to_have_count(6)
+        expect(cells.nth(5)).not_to_have_text("no value")
+        first, second, between, *totals = cells.all_inner_texts()
+        assert int(second) - int(first) == int(between) > 0
+        assert int(first) > 73113480
+        assert totals == [str(LARGE), str(LARGE), "0"]
