@@ -16,6 +16,8 @@ from fieldrig.errors import ControlError
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.search.fault_choices import fault_choices
 
+pytestmark = pytest.mark.lean
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 BOOTED_S = {
     "arp-cell": 6,

@@ -180,7 +180,15 @@ IN_MEMORY = "not system and not real and not docker"
 FORKED = ("-p", "tests.driver.forks", "--forks")
 # By default a signal ends a test that hangs, once: hypothesis then tries the same again, and hangs.
 ON_ALL_CORES = (*FORKED, "--timeout-method=thread")
-UNIT = pytest_stage("unit", "in memory and in virtual time", IN_MEMORY, *ON_ALL_CORES)
+UNIT = pytest_stage("unit", "in memory and in virtual time", f"{IN_MEMORY} and not lean", *ON_ALL_CORES)
+# A branch takes 2 to 5 times as long in a process with the modules of all tests, and a block of `virtual_time` 1.5 times.
+LEAN = pytest_stage(
+    "lean",
+    "in a process without all other tests",
+    f"{IN_MEMORY} and lean",
+    *ON_ALL_CORES,
+    files=lambda: marked("lean"),
+)
 FEW_EXAMPLES = "--hypothesis-profile=quick"
 # What has become slow is named, so that it gets the mark `long`.
 SLOWEST = ("--durations=5", "--durations-min=0.5")
@@ -250,7 +258,7 @@ BENCH = Stage(
 PLANS: Mapping[str, tuple[Stage, ...]] = {
     "check": CHECKS,
     "fast": (*(stage for stage in CHECKS if stage not in ELSEWHERE), QUICK),
-    "test": (*CHECKS, *WHOLE, UNIT),
+    "test": (*CHECKS, *WHOLE, LEAN, UNIT),
     "bench": (BENCH,),
 }
 STAGES: Mapping[str, Stage] = {stage.name: stage for stage in PLANS["test"]}

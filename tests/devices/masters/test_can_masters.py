@@ -13,7 +13,7 @@ from fieldrig import Rig, S
 from fieldrig.pytest_plugin import MasterRigMaker
 from fieldrig.testing import free_port
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.lean, pytest.mark.long, pytest.mark.timeout(120)]
 PAGE = page_named("cia402.md")
 
 

@@ -20,7 +20,7 @@ from drive_files import FILES, path_of
 from fieldrig import Rig, from_dict, virtual_time
 from fieldrig_devices.cia402.single.foreign import declared
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.lean, pytest.mark.long, pytest.mark.timeout(300)]
 
 NODE = 3
 NAMES = {

@@ -17,7 +17,7 @@ from fieldrig import Bus, Delivery, Rig, from_dict, virtual_time
 from fieldrig_bus.can import CanFrame
 from fieldrig_devices.cia402 import EDS
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.lean, pytest.mark.long, pytest.mark.timeout(120)]
 
 NODE, TURN = 3, 1_000_000
 PP, VL, CSP = "PROFILED POSITION", "VELOCITY", "CYCLIC SYNCHRONOUS POSITION"

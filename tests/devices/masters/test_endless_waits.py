@@ -12,7 +12,7 @@ import pytest
 from fieldrig import Rig, S, from_dict, virtual_time
 from fieldrig.master_time.errors import VirtualTimeError
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(60)]
+pytestmark = [pytest.mark.lean, pytest.mark.long, pytest.mark.timeout(60)]
 PORT = 29577
 BEATING = {
     "kind": "cia402.drive", "node_id": 3, "links": {"can": "can0"}, "objects": {"1017:00": 1000},

@@ -16,7 +16,7 @@ from pymodbus.framer import FramerRTU
 from fieldrig import Rig, S
 from fieldrig.pytest_plugin import MasterRigMaker
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.lean, pytest.mark.long, pytest.mark.timeout(120)]
 OPEN: Any = getattr(serial, "Serial")  # noqa: B009  it has no types
 LAB = ROOT / "configs" / "lab.yaml"
 LINE = "run/lab/modbus-rtu"

@@ -20,7 +20,7 @@ from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient, Modbu
 from fieldrig import MS, Rig, S, VirtualTimeError, load, virtual_time
 from fieldrig.pytest_plugin import MasterRigMaker
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.lean, pytest.mark.long, pytest.mark.timeout(120)]
 SERIAL: Any = getattr(serial, "Serial")  # noqa: B009  it has no types
 OPEN: Any = getattr(serial, "serial_for_url")  # noqa: B009
 LAB, MODEMS = ROOT / "configs" / "lab.yaml", ROOT / "configs" / "modems.yaml"

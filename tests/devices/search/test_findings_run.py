@@ -22,6 +22,8 @@ from fieldrig_devices.search.findings import scenario_text, write
 from fieldrig_devices.search.plan import load_plan
 from fieldrig_devices.search.search import Limits, Search
 
+pytestmark = pytest.mark.lean
+
 RIG = """\
 time: virtual
 buses: {wires: {kind: wires.virtual}}

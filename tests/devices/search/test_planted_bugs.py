@@ -12,6 +12,8 @@ from planted_in import PlantedBug, planted_bugs
 from fieldrig_devices.scenarios.running import played
 from fieldrig_devices.search.plan import load_plan
 
+pytestmark = pytest.mark.lean
+
 BUGS = {bug.name: bug for bug in planted_bugs()}
 MOST_LINES = 12
 """Lines of a patch."""

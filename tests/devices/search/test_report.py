@@ -11,7 +11,7 @@ from fieldrig_devices.search.command import app
 from fieldrig_devices.search.corpus import Corpus
 from fieldrig_devices.search.html_report import strategies_of
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.lean, pytest.mark.long]
 
 PROGRAM = """\
 PROGRAM PLC_PRG

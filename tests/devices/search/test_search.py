@@ -25,7 +25,7 @@ from fieldrig_devices.search.plan import load_plan
 from fieldrig_devices.search.search import Limits, Search
 from fieldrig_devices.search.strategy import WHOLE, Shard
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.lean, pytest.mark.long]
 
 
 class Forgetful:

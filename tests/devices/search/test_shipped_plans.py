@@ -17,7 +17,7 @@ from fieldrig_devices.search.piece import Piece
 from fieldrig_devices.search.plan import load_plan
 from fieldrig_devices.search.vary import choices_of
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.lean, pytest.mark.long]
 
 PLANS = sorted((Path(__file__).parents[3] / "configs" / "searches").glob("*.yaml"))
 CHEAP = ("drive", "energy-meter", "lab", "own-device", "smart-io")

@@ -14,7 +14,7 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.search.eye import Eye, State
 from fieldrig_devices.search.state_places import Sort, state_places
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.lean, pytest.mark.long]
 CONFIGS = Path(__file__).parents[3] / "configs"
 CHART = """\
 PROGRAM PLC_PRG

@@ -14,7 +14,7 @@ from fieldrig_devices.search.crew import Bench
 from fieldrig_devices.search.piece import Piece, Run
 from fieldrig_devices.search.plan import load_plan
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.lean, pytest.mark.long]
 
 LENGTH_NS = 2 * S
 STEPS = "- {at: 100ms, set: {wires/switch.on: true}}\n- {at: 600ms, set: {wires/switch.on: false}}"

@@ -25,6 +25,8 @@ from fieldrig_devices.search.piece import Piece
 from fieldrig_devices.search.plan import EVERY_FAULT, load_plan
 from fieldrig_devices.search.vary import VarySettings, choices_of
 
+pytestmark = pytest.mark.lean
+
 CONFIGS = Path(__file__).parents[3] / "configs"
 
 

@@ -18,7 +18,7 @@ from fieldrig_devices.search.piece import Piece
 from fieldrig_devices.search.plan import load_plan
 from fieldrig_devices.search.search import Limits, Search
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.lean, pytest.mark.long]
 pytest.importorskip("can")
 CONFIGS = Path(__file__).parents[3] / "configs"
 MASTER = """\

@@ -10,7 +10,7 @@ import pytest
 from fieldrig import Rig, S, from_dict, virtual_time
 from fieldrig_bus.can.socketcand import SocketcandPort
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.lean, pytest.mark.long]
 
 BUSES: dict[str, Any] = {"can0": {"kind": "can.virtual", "bitrate": 1_000_000, "socketcand": "127.0.0.1:29536"}}
 

@@ -21,7 +21,7 @@ from fieldrig import Rig, S, VirtualTimeError, from_dict, virtual_time
 from fieldrig.master_time import member
 from fieldrig_bus.wires import Signal
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(60)]
+pytestmark = [pytest.mark.lean, pytest.mark.long, pytest.mark.timeout(60)]
 EMPTY: dict[str, Any] = {"time": "virtual", "buses": {}, "devices": {}}
 
 

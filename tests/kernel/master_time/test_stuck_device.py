@@ -8,7 +8,7 @@ import pytest
 
 from fieldrig import Rig, VirtualTimeError, from_dict, virtual_time
 
-pytestmark = [pytest.mark.timeout(60), pytest.mark.long]
+pytestmark = [pytest.mark.lean, pytest.mark.timeout(60), pytest.mark.long]
 DATA = {
     "time": "virtual",
     "buses": {"wires": {"kind": "wires.virtual"}},

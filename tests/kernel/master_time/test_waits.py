@@ -18,7 +18,7 @@ import pytest
 
 from fieldrig import MS, Rig, S, from_dict, virtual_time
 
-pytestmark = [pytest.mark.long, pytest.mark.timeout(60)]
+pytestmark = [pytest.mark.lean, pytest.mark.long, pytest.mark.timeout(60)]
 EMPTY: dict[str, Any] = {"time": "virtual", "buses": {}, "devices": {}}
 
 

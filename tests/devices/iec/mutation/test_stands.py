@@ -16,7 +16,7 @@ from fieldrig_devices.iec.testing.blocks import BlockSource
 from fieldrig_devices.iec.testing.case import Limits
 from fieldrig_devices.iec.testing.in_rig import Rigs
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.lean, pytest.mark.long]
 
 LAMP = """\
 VAR_GLOBAL presses, held : INT; most : INT := 3; END_VAR

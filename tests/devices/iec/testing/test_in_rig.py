@@ -7,6 +7,8 @@ from st_tests import LAMP_RIG, iec_test, outcomes, written
 
 from fieldrig_devices.iec.testing.case import Verdict
 
+pytestmark = pytest.mark.lean
+
 LAMP = """\
 VAR_GLOBAL g_uiPresses : UINT; g_bBlock : BOOL; g_rSpeed : REAL := 1.5; END_VAR
 PROGRAM PLC_PRG

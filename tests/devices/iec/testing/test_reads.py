@@ -10,6 +10,8 @@ from fieldrig_devices.iec.testing.case import Outcome
 from fieldrig_devices.iec.testing.compiled import compile_tests
 from fieldrig_devices.languages.source_file import SourceFile
 
+pytestmark = pytest.mark.lean
+
 LAMP = """\
 VAR_GLOBAL presses : UINT; block : BOOL; ramp : REAL; END_VAR
 PROGRAM PLC_PRG

@@ -10,6 +10,8 @@ from fieldrig_devices.iec.dialect import EPAS_4
 from fieldrig_devices.iec.testing.blocks import BlockSource
 from fieldrig_devices.iec.testing.case import Limits, Verdict
 
+pytestmark = pytest.mark.lean
+
 CONFIGS = Path(__file__).parents[4] / "configs"
 FILES = sorted(CONFIGS.rglob("*_test.st"))
 LEAST = 90.0
