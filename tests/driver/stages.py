@@ -193,7 +193,12 @@ FEW_EXAMPLES = "--hypothesis-profile=quick"
 # What has become slow is named, so that it gets the mark `long`.
 SLOWEST = ("--durations=5", "--durations-min=0.5")
 QUICK = pytest_stage(
-    "quick", "in memory, but what takes long", f"{IN_MEMORY} and not long", *ON_ALL_CORES, FEW_EXAMPLES, *SLOWEST
+    "quick",
+    "in memory, but what takes long",
+    f"{IN_MEMORY} and not long and not lean",
+    *ON_ALL_CORES,
+    FEW_EXAMPLES,
+    *SLOWEST,
 )
 
 WHOLE = (
