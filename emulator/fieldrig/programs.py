@@ -19,6 +19,7 @@ from fieldrig.clock import MS
 from fieldrig.errors import ArgumentError, UnmetError, UsageError
 from fieldrig.outside.untrusted import shown
 from fieldrig.text import durations
+from fieldrig.text.nearest import nearest_file
 
 GROUP = "fieldrig.programs"
 LOOK_NS = 1 * MS
@@ -306,7 +307,8 @@ def _path(file: str | Path) -> Path:
         raise ArgumentError(f"a program cannot be {shown(file)}", 'expected the name of a file, such as "pid.st"')
     path = Path(file)
     if not path.exists():
-        raise UsageError(f"there is no {path}", f"expected a source file; the folder is {Path.cwd()}")
+        remedy = nearest_file(path) or f"expected a source file; the folder is {Path.cwd()}"
+        raise UsageError(f"there is no {path}", remedy)
     return path
 
 

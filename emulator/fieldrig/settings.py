@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidato
 from fieldrig.errors import Mistake
 from fieldrig.outside.addresses import split_address
 from fieldrig.system.own_files import checked_path
+from fieldrig.text.nearest import nearest_file
 
 RunPath = Annotated[str, Field(min_length=1), AfterValidator(checked_path)]
 """A path of a rig file that stays in its run folder."""
@@ -128,7 +129,7 @@ def _existing_file(value: Any, info: ValidationInfo) -> Path:
         paths = [(folder / value).resolve() for folder in folders]
         existing = next((path for path in paths if path.is_file()), None)
         if existing is None:
-            raise ValueError(f"no such file: {_short(str(paths[0]))}")
+            raise ValueError(f"no such file: {_short(str(paths[0]))}\n{nearest_file(paths[0])}".rstrip())
         with existing.open("rb") as file:
             while file.read(_PIECE):  # whatever the disk has against it is found out here
                 pass

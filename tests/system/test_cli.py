@@ -126,6 +126,7 @@ def test_set_writes_nothing_if_a_name_is_wrong(rig: RunningRig, wrong: str) -> N
         (("wach", "wires"), 2, "Did you mean 'watch'?"),
         (("set", "lamp/colour"), 2, "such as tank/level=1.25"),
         (("step", "1ms"), 6, "this rig cannot step"),
+        (("back", "1s"), 6, "this rig cannot go back"),
         (("step", "soon"), 2, "such as 10ms"),
         (("watch", "can0"), 6, "there are: wires"),
         (("watch", "can0", "lamp/on"), 2, "not both at once"),

@@ -13,6 +13,7 @@ from fieldrig.clock import S
 from fieldrig.errors import UsageError
 from fieldrig.points.values import counted
 from fieldrig.system.exits import Exit
+from fieldrig.text.nearest import nearest_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -271,7 +272,7 @@ def _opened(file: Path) -> "Corpus":
     from fieldrig_devices.search.corpus import Corpus
 
     if not file.is_file():
-        raise UsageError(f"there is no {file}", "expected the corpus of a search")
+        raise UsageError(f"there is no {file}", nearest_file(file) or "expected the corpus of a search")
     return Corpus(file)
 
 

@@ -118,7 +118,7 @@ def wrong_usage() -> Iterator[None]:
 
 def reading(path: Path, remedy: str = "") -> AbstractContextManager[None]:
     """Turn an OSError into a UsageError: the file cannot be read."""
-    return _access(f"{path} cannot be read", remedy or nearest_file(path))
+    return _access(f"{path} cannot be read", nearest_file(path) or remedy)
 
 
 def writing(path: Path, remedy: str = "") -> AbstractContextManager[None]:

@@ -13,7 +13,7 @@ from typing import Any, Final, TypeVar
 
 from fieldrig.config.yaml_source import KeyPath, Mark, Source, key_text, read, read_file
 from fieldrig.errors import Mistake
-from fieldrig.text.nearest import closest
+from fieldrig.text.nearest import closest, nearest_file
 
 T = TypeVar("T")
 
@@ -84,7 +84,8 @@ def _bases(source: Source, path: Path, extended_by: tuple[Path, ...]) -> Iterato
             source.mistakes.append(Mistake(*place, "extends", f"it cannot be read: {cause.strerror or cause}", ""))
             continue
         if not is_there:
-            source.mistakes.append(Mistake(*place, "extends", f"no such file: {file}", "it is relative to this file"))
+            remedy = nearest_file(file) or "it is relative to this file"
+            source.mistakes.append(Mistake(*place, "extends", f"no such file: {file}", remedy))
         elif file.resolve() in extended_by:
             source.mistakes.append(Mistake(*place, "extends", f"{name} extends this file in turn", "take one away"))
         else:

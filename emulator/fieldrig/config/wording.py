@@ -77,7 +77,8 @@ def _wrong_key(detail: dict[str, Any], path: KeyPath, data: Any, schema: Any, ot
     if detail["type"] in ("value_error", "assertion_error"):
         # of a whole mapping or list, such as limits that are reversed, its type is not what is wrong
         is_vague = not path or isinstance(_value_at(data, path), dict | list)
-        return WrongKey(path, str(detail["ctx"]["error"]), "" if is_vague else remedy)
+        what, _, own = str(detail["ctx"]["error"]).partition("\n")
+        return WrongKey(path, what, own or ("" if is_vague else remedy))
     there = _value_at(data, path)
     return WrongKey(path, f"{show(there)} doesn't fit", remedy or f"it says: {detail['msg']}")
 

@@ -158,7 +158,8 @@ class Roster:
             return await self._join(message)
         if verb not in self._verbs:
             raise ControlError(
-                f"this rig cannot {verb}", f"it can: {', '.join(['status', *self._verbs])}; others need time: virtual"
+                f"this rig cannot {'go back' if verb == 'back' else verb}",
+                f"it can: {', '.join(['status', *self._verbs])}; others need time: virtual",
             )
         await self._verbs[verb](message)
         return {}

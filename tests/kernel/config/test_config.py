@@ -442,6 +442,17 @@ def test_a_file_that_is_missing_is_a_mistake(refused: Refused, tmp_path: Path) -
     )
 
 
+def test_a_file_that_is_missing_is_answered_with_the_nearest_one(refused: Refused, tmp_path: Path) -> None:
+    (tmp_path / "io32.eds").write_text("x")
+    (tmp_path / "base.yaml").write_text("time: real\n")
+    text = LINES + f'      io: {{kind: "{NODE}", node_id: 5, links: {{can: can0}}, file: oi32.eds}}\n'
+    what = f"rig.yaml:6: devices.io.file: no such file: {tmp_path}/oi32.eds"
+    assert refused(text) == [f"{what}\n    did you mean {tmp_path}/io32.eds?"]
+    (mistake,) = refused("time: real\nextends: bose.yaml\n")
+    assert "did you mean" in mistake
+    assert mistake.endswith("base.yaml?")
+
+
 def test_settings_may_be_tuples_paths_and_maps_from_numbers(loaded: Loaded) -> None:
     text = LINES + f'      io: {{kind: "{NODE}", node_id: 0x10, links: {{can: can0}}, '
     settings = loaded(text + "pair: [1, 2], folder: a/b, units: {1: one}}\n").devices["io"].settings.model_dump()

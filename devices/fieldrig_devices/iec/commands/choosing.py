@@ -7,7 +7,7 @@ import typer
 
 from fieldrig.cli.common import argument
 from fieldrig.errors import UsageError
-from fieldrig.text.nearest import closest
+from fieldrig.text.nearest import closest, nearest_file
 
 if TYPE_CHECKING:
     from fieldrig_devices.iec.dialect import Dialect
@@ -34,7 +34,7 @@ def chosen_work(paths: Sequence[str], patterns: Sequence[str], dialect: "Dialect
     names = [split(path) for path in paths]
     for path, _ in names:
         if not path.exists():
-            raise UsageError(f"there is no {path}", "expected a test file or a folder with some")
+            raise UsageError(f"there is no {path}", nearest_file(path) or "expected a test file or a folder with some")
     known = [(source, source.cases()) for source in sources_of([path for path, _ in names], dialect)]
     if not any(cases for _, cases in known):
         shown = ", ".join(str(path) for path, _ in names)
