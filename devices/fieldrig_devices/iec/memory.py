@@ -308,10 +308,30 @@ class Memory:
     def of_form(self, address: int, form: int) -> int:
         """Return the address if something of this type is there."""
         kinds, size = self._form(form)
-        if self.kinds[address : address + size] != kinds:
+        if self.kinds[address : address + size] != kinds and not self._take_form(address, form):
             what = f"the pointer does not point to {self._forms[form]}" if address else "a pointer to nothing"
             raise RunError("pointer", what)
         return address
+
+    def _take_form(self, address: int, form: int) -> bool:
+        """Give bytes of __NEW another type, and return whether there is room for it; a string takes what there is.
+
+        Programs make `__NEW(BYTE, n)` and hand `p^` on as a STRING or a structure.
+        """
+        ends = (first + size for first, size in self._allocated.items() if first <= address < first + size)
+        room, (kinds, size) = next(ends, address) - address, self._form(form)
+        if kinds[:1] in (bytes([STRING_KIND]), bytes([WIDE_STRING_KIND])) and size > room > 0:
+            kinds, size = kinds[:room], room
+        if size > room or INSIDE in (
+            self.kinds[address : address + 1],
+            self.kinds[address + size : address + size + 1],
+        ):
+            return False
+        data = self._bytes(address, size)
+        self.kinds[address : address + size] = kinds
+        self.cells[address : address + size] = ["" if number in _TEXTS else 0 for number in kinds]
+        self._put_bytes(address, data)
+        return True
 
     def mark(self, address: int, form: int) -> int:
         """Note the kinds of a variable on the stack, because a pointer to it is made."""

@@ -14,6 +14,7 @@ from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.tcunit import library, paths, program
 from fieldrig_devices.iec.tcunit.files import Files
+from fieldrig_devices.iec.tcunit.json.natives import Documents
 from fieldrig_devices.iec.tcunit.natives import Natives
 from fieldrig_devices.iec.tcunit.project import Sources
 from fieldrig_devices.iec.tcunit.session import Parameters, Session
@@ -42,7 +43,8 @@ class Bench:
         self.session = Session(self.clock.now_ns, self._path_of, self._place, busy_s=lambda: self._watch.busy_seconds)
         natives = Natives(self.session)
         self.files = Files()
-        self.host.libraries = (natives.library(), self.files.library())
+        documents = Documents()
+        self.host.libraries = (natives.library(), self.files.library(), documents.library())
         self.program = program.built(given, self.host)
         compiled = self.program.compiled
         lists = _lists(self.program)
@@ -51,6 +53,7 @@ class Bench:
         # Only one thread runs at a time, so that it may have the stacks of all.
         self.runtime = Runtime(compiled, self.host, MOST_STACKS * STACK_SIZE)
         natives.memory = self.files.memory = self.runtime.contents
+        documents.use(self.runtime.contents)
         wanted = paths.told((*given.files, *given.library_files))
         for address, path in paths.texts(compiled.program, lists, wanted, paths.head(given.name)):
             self.runtime.contents.cells[address] = path

@@ -1,0 +1,1 @@
+"""The library Tc3_JsonXml for suites, as far as it is about JSON."""
