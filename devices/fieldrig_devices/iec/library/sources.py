@@ -24,7 +24,7 @@ CODESYS: Final = "codesys"
 """Name of the dialect with what programs of TwinCAT expect."""
 LISTS: Final = {"_TaskInfo": "TwinCAT_SystemInfoVarList"}
 """The names of lists of global variables in our libraries, by their first variable."""
-_OF_CODESYS: Final = ("system.st", "twincat.st", "twincat_ads.st", "twincat_tables.st")
+_OF_CODESYS: Final = ("system.st", "twincat.st", "twincat_ads.st", "twincat_mc2.st", "twincat_tables.st")
 LARGE: Final = (Elementary.DINT, Elementary.UDINT, Elementary.LINT, Elementary.ULINT)
 """The types that edition 3 has further counters for."""
 

@@ -1,0 +1,169 @@
+"""Axes of Tc2_MC2: times and positions against the kinematics of a trapezium, states against the diagram of PLCopen."""
+
+import pytest
+from iec_program import IecBench, program
+
+from fieldrig_devices.iec.dialect import CODESYS
+
+CYCLE_NS = 10_000_000
+
+STAGE = "TYPE Stage : STRUCT axis : AXIS_REF; END_STRUCT; END_TYPE\n"
+DECLARED = """
+    stage : Stage; power : MC_Power; move : MC_MoveAbsolute; other : MC_MoveRelative; endless : MC_MoveVelocity;
+    halt : MC_Halt; jog : MC_Jog; home : MC_Home; place : MC_SetPosition; error : MC_Reset;
+    isOn, isUp, isDown : BOOL := TRUE; doMove, doOther, doEndless, doHalt, doPlace, forward, backwards : BOOL;
+    goal, speed, acc, dec : LREAL; direction : MC_Direction := MC_Positive_Direction;
+    position, velocity : LREAL; state : INT; hasJob : BOOL; ctrl : DWORD;
+"""
+BODY = """
+    stage.axis.ReadStatus();
+    power(Axis := stage.axis, Enable := isOn, Enable_Positive := isUp, Enable_Negative := isDown);
+    move(Axis := stage.axis, Execute := doMove, Position := goal, Velocity := speed, Acceleration := acc,
+        Deceleration := dec);
+    other(Axis := stage.axis, Execute := doOther, Distance := goal, Velocity := speed);
+    endless(Axis := stage.axis, Execute := doEndless, Velocity := speed, Direction := direction);
+    halt(Axis := stage.axis, Execute := doHalt, Deceleration := dec);
+    jog(Axis := stage.axis, JogForward := forward, JogBackwards := backwards, Mode := E_JogMode.MC_JOGMODE_CONTINOUS,
+        Velocity := speed);
+    place(Axis := stage.axis, Execute := doPlace, Position := goal);
+    position := stage.axis.NcToPlc.ActPos;
+    velocity := stage.axis.NcToPlc.ActVelo;
+    state := stage.axis.Status.MotionState;
+    hasJob := stage.axis.NcToPlc.StateDWord.8;
+    ctrl := stage.axis.PlcToNc.ControlDWord;
+"""
+DISABLED, STANDSTILL, STOPPING, DISCRETE, CONTINUOUS = 1, 2, 4, 6, 7
+
+
+@pytest.fixture
+def bench() -> IecBench:
+    made = IecBench(STAGE + program(DECLARED, BODY), dialect=CODESYS)
+    _cycles(made, 2)
+    return made
+
+
+def _order(bench: IecBench, **values: float) -> None:
+    for name, value in values.items():
+        bench[name] = value
+
+
+def _cycles(bench: IecBench, number: int) -> None:
+    for _ in range(number):
+        bench.host.ms += 10
+        bench.cycle()
+
+
+def _until(bench: IecBench, name: str, most: int = 2_000) -> int:
+    """Return the number of cycles until a variable is TRUE."""
+    for number in range(most):
+        if bench[name]:
+            return number
+        _cycles(bench, 1)
+    raise AssertionError(f"{name} was never TRUE")
+
+
+@pytest.mark.parametrize(
+    ("to", "speed", "acc", "dec"), [(100.0, 50.0, 100.0, 100.0), (-30.0, 10.0, 20.0, 40.0), (1.0, 500.0, 100.0, 100.0)]
+)
+def test_a_move_takes_the_time_of_its_trapezium(
+    bench: IecBench, to: float, speed: float, acc: float, dec: float
+) -> None:
+    _order(bench, goal=to, speed=speed, acc=acc, dec=dec, doMove=True)
+    _cycles(bench, 1)
+    cycles = _until(bench, "move.Done")
+    # A short way has no part with the full speed.
+    top = min(speed, (2 * abs(to) * acc * dec / (acc + dec)) ** 0.5)
+    seconds = abs(to) / top + top / (2 * acc) + top / (2 * dec)
+    assert cycles == pytest.approx(seconds * 100, abs=6)
+    assert bench["position"] == pytest.approx(to)
+    assert bench["velocity"] == 0
+
+
+def test_the_states_are_those_of_the_diagram(bench: IecBench) -> None:
+    assert bench["state"] == STANDSTILL
+    _order(bench, goal=100.0, speed=10.0, acc=100.0, dec=10.0, doMove=True)
+    _cycles(bench, 20)
+    assert bench["state"] == DISCRETE
+    assert bench["hasJob"]
+    _order(bench, doEndless=True)
+    _cycles(bench, 20)
+    assert bench["state"] == CONTINUOUS
+    assert bench["move.CommandAborted"]
+    assert bench["endless.InVelocity"]
+    _order(bench, doHalt=True)
+    _cycles(bench, 20)
+    assert bench["state"] == STOPPING
+    _until(bench, "halt.Done")
+    _cycles(bench, 1)
+    assert bench["state"] == STANDSTILL
+    _order(bench, isOn=False)
+    _cycles(bench, 2)
+    assert bench["state"] == DISABLED
+
+
+def test_without_an_enable_there_is_an_error_and_no_motion(bench: IecBench) -> None:
+    _order(bench, isOn=False)
+    _cycles(bench, 2)
+    assert not bench["power.Status"]
+    _order(bench, goal=10.0, speed=10.0, doMove=True)
+    _cycles(bench, 50)
+    assert bench["move.Error"]
+    assert bench["move.ErrorID"] == 0x4260
+    assert bench["position"] == 0
+
+
+def test_a_speed_of_zero_is_refused(bench: IecBench) -> None:
+    _order(bench, goal=10.0, speed=0.0, doMove=True)
+    _cycles(bench, 2)
+    assert bench["move.ErrorID"] == 0x4221
+    assert not bench["move.Busy"]
+
+
+def test_an_axis_does_not_move_in_a_direction_without_an_enable(bench: IecBench) -> None:
+    _order(bench, isUp=False, goal=5.0, speed=10.0, doMove=True)
+    _cycles(bench, 100)
+    assert bench["ctrl"] == 0b101
+    assert bench["position"] == 0
+    _order(bench, isUp=True)
+    _until(bench, "move.Done")
+    assert bench["position"] == 5.0
+
+
+def test_outputs_stay_while_a_command_works_and_go_with_its_execute(bench: IecBench) -> None:
+    _order(bench, goal=5.0, speed=10.0, doMove=True)
+    _cycles(bench, 2)
+    _order(bench, doMove=False)
+    _cycles(bench, 2)
+    assert bench["move.Busy"]
+    _cycles(bench, 200)
+    assert not bench["move.Busy"]
+    assert not bench["move.Done"]
+    assert bench["position"] == 5.0
+
+
+def test_a_jog_moves_while_it_is_asked_and_halts_then(bench: IecBench) -> None:
+    _order(bench, speed=10.0, backwards=True)
+    _cycles(bench, 100)
+    assert bench["velocity"] == -10.0
+    _order(bench, backwards=False)
+    _until(bench, "jog.Done")
+    assert bench["velocity"] == 0
+    assert -11.0 < bench["position"] < -9.0
+
+
+def test_the_place_of_an_axis_gets_another_number(bench: IecBench) -> None:
+    _order(bench, goal=7.0, doPlace=True)
+    _cycles(bench, 3)
+    assert bench["place.Done"]
+    assert bench["position"] == 7.0
+    _order(bench, goal=3.0, speed=10.0, doOther=True)
+    _cycles(bench, 1)
+    _until(bench, "other.Done")
+    assert bench["position"] == pytest.approx(10.0)
+
+
+def test_a_program_may_have_an_axis_of_its_own() -> None:
+    own = "FUNCTION_BLOCK MC_Power VAR_INPUT on : BOOL; END_VAR VAR_OUTPUT out : BOOL; END_VAR out := on; END_FUNCTION_BLOCK\n"
+    bench = IecBench(own + program("p : MC_Power; x : BOOL;", "p(on := TRUE, out => x);"), dialect=CODESYS)
+    bench.cycle()
+    assert bench["x"]
