@@ -148,7 +148,7 @@ def test_a_jog_moves_while_it_is_asked_and_halts_then(bench: IecBench) -> None:
     _order(bench, backwards=False)
     _until(bench, "jog.Done")
     assert bench["velocity"] == 0
-    assert -11.0 < bench["position"] < -9.0
+    assert bench["position"] == pytest.approx(-10.0, abs=1.0)
 
 
 def test_the_place_of_an_axis_gets_another_number(bench: IecBench) -> None:
@@ -163,7 +163,26 @@ def test_the_place_of_an_axis_gets_another_number(bench: IecBench) -> None:
 
 
 def test_a_program_may_have_an_axis_of_its_own() -> None:
-    own = "FUNCTION_BLOCK MC_Power VAR_INPUT on : BOOL; END_VAR VAR_OUTPUT out : BOOL; END_VAR out := on; END_FUNCTION_BLOCK\n"
+    variables = "VAR_INPUT on : BOOL; END_VAR VAR_OUTPUT out : BOOL; END_VAR"
+    own = f"FUNCTION_BLOCK MC_Power {variables} out := on; END_FUNCTION_BLOCK\n"
     bench = IecBench(own + program("p : MC_Power; x : BOOL;", "p(on := TRUE, out => x);"), dialect=CODESYS)
     bench.cycle()
     assert bench["x"]
+
+
+def test_backlash_is_corrected_after_a_motion_in_its_direction() -> None:
+    declared = f"{DECLARED} back : MC_BacklashCompensation; ahead : LREAL;"
+    body = f"""{BODY}
+    back(Axis := stage.axis, Enable := TRUE, Backlash := 0.5, CompensationInPositiveDirection := TRUE, Ramp := 1.0);
+    ahead := position - stage.axis.NcToPlc.ActPosWithoutPosCorrection;
+    """
+    bench = IecBench(STAGE + program(declared, body), dialect=CODESYS)
+    _cycles(bench, 2)
+    _order(bench, goal=5.0, speed=10.0, doMove=True)
+    _cycles(bench, 30)
+    assert bench["ahead"] == pytest.approx(0.3, abs=0.03)
+    _cycles(bench, 70)
+    assert bench["ahead"] == pytest.approx(0.5)
+    _order(bench, goal=-1.0, doOther=True)
+    _cycles(bench, 100)
+    assert bench["ahead"] == pytest.approx(0.0)
