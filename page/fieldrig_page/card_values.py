@@ -6,11 +6,12 @@ seldom that fewer than 1 % of the cycles of a ring of 1 ms can be late for it.
 """
 
 import asyncio
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Mapping
 from itertools import zip_longest
 from typing import Any, Final
 
+from fieldrig.control.messages import NoAnswerError
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig_page.changes import Changes
@@ -32,6 +33,8 @@ has started, and another program has others.  It is an answer of a millisecond."
 AWAY_ROUNDS: Final = 4
 """Rounds without a look after which the spark lines begin again."""
 ANSWER_S: Final = 1.0
+SILENT_ROUNDS: Final = 3
+"""Questions in a row without an answer after which a device is silent: a busy host may be late for one."""
 
 Row = dict[str, list[Value]]
 
@@ -48,6 +51,8 @@ class CardValues:
         self._trouble_keys: dict[str, list[str]] = {}
         self._troubles: dict[str, Mapping[str, Value]] = {}
         self._rows: deque[tuple[int, Row]] = deque(maxlen=KEPT)
+        self._unheard: Counter[str] = Counter()
+        """Questions to each device without an answer since the last one."""
         self._asked_s: dict[str, float] = {}
         """When each process was asked last."""
         self._search_s: dict[str, float] = {}
@@ -56,6 +61,10 @@ class CardValues:
     def troubles(self, name: str) -> Mapping[str, Value]:
         """Return what a device reports as wrong, by key."""
         return self._troubles.get(name, {})
+
+    def is_silent(self, name: str) -> bool:
+        """True if a device has not answered for some questions."""
+        return self._unheard[name] >= SILENT_ROUNDS
 
     def samples_since(self, number: int) -> list[Row]:
         """Return the samples after a number; of a device without a change only the first one has values."""
@@ -112,9 +121,14 @@ class CardValues:
                 await self._search(name)
                 self._search_s[name] = now_s + SEARCH_S[name in self._search_s]
             answer = await self._read(name)
+        except NoAnswerError:
+            self._unheard[name] += 1
+            self._search_s[name] = now_s
+            return
         except ControlError:  # it is not there, or a point is not: look for its points when it answers again
             self._search_s[name] = now_s
             return
+        self._unheard[name] = 0
         self._troubles[name] = {key: answer[key] for key in self._trouble_keys[name] if answer.get(key)}
         if answer:
             row[name] = [answer[key] for key in self._keys[name]]

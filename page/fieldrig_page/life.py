@@ -5,7 +5,7 @@ A page gets the whole first, and then what has changed.  The rig is asked only w
 
 import asyncio
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final
@@ -21,7 +21,7 @@ from fieldrig_page.changes import Changes
 from fieldrig_page.live import Page
 from fieldrig_page.part_faults import Faults, cuts, faults_of, is_active, power_off
 from fieldrig_page.rig_link import RigLink
-from fieldrig_page.states import Level, PartState, Process, state_of_bus, state_of_device
+from fieldrig_page.states import NO_ANSWER, Level, PartState, Process, state_of_bus, state_of_device
 
 PERIOD_S: Final = 0.5
 LOAD_LOOKS: Final = 4
@@ -29,7 +29,9 @@ LOAD_LOOKS: Final = 4
 WHOLE_LOOKS: Final = 20
 """Looks after which every part is asked for its faults."""
 MOST_EVENTS: Final = 100
-NO_ANSWER: Final = PartState(Level.DOWN, "no answer", ("the rig does not answer",))
+AWAY: Final = PartState(Level.DOWN, NO_ANSWER, ("the rig does not answer",))
+SILENT_LOOKS: Final = 2
+"""Readings in a row without the load of a bus that had one, after which it is silent."""
 
 
 @dataclass
@@ -58,6 +60,8 @@ class Life:
         self._conditions: dict[str, dict[str, str]] = {}
         self._readings: dict[str, Reading] = {}
         self._loads: dict[str, str] = {}
+        self._unheard: Counter[str] = Counter()
+        """Readings in a row that each bus which had a load is missing in."""
         self._kept: dict[str, int] = {}
         self._looks = 0
         self._sent: dict[Page, _Sent] = {}
@@ -138,12 +142,14 @@ class Life:
     def _tell(self, processes: Mapping[str, Process]) -> None:
         for name in self._link.config.devices:
             faults = self._faults.get(name, {})
-            state = state_of_device(processes.get(name, Process()), faults, self._values.troubles(name))
+            process = processes.get(name, Process())._replace(is_silent=self._values.is_silent(name))
+            state = state_of_device(process, faults, self._values.troubles(name))
             self._put(name, state, processes.get(name), off=power_off(faults), kept=self._kept.get(name))
         for name in self._link.config.buses:
             faults, reading = self._faults.get(name, {}), self._readings.get(name)
             figures = {} if reading is None else reading.figures
-            state = state_of_bus(processes.get(name, Process()), faults, self._conditions.get(name, {}), figures)
+            process = processes.get(name, Process())._replace(is_silent=self._unheard[name] >= SILENT_LOOKS)
+            state = state_of_bus(process, faults, self._conditions.get(name, {}), figures)
             self._put(name, state, processes.get(name), load=self._loads.get(name), cuts=cuts(faults) or None)
 
     def _put(self, name: str, state: PartState, process: Process | None, **more: Any) -> None:
@@ -156,11 +162,13 @@ class Life:
         self._loads = {bus: load_words(self._readings.get(bus), now) for bus, now in readings.items()}
         shares = (kept_percent(self._readings.get(bus), now) for bus, now in readings.items())
         self._kept = {name: share for of_bus in shares for name, share in of_bus.items()}
+        for bus in self._unheard.keys() | readings.keys():
+            self._unheard[bus] = 0 if bus in readings else self._unheard[bus] + 1
         self._readings = readings
 
     def _on_silence(self, cause: ControlError) -> None:
         for name in (*self._link.config.devices, *self._link.config.buses):
-            self._put(name, NO_ANSWER._replace(why=(cause.what,)), None)
+            self._put(name, AWAY._replace(why=(cause.what,)), None)
 
     def _on_event(self, _name: str, message: Any) -> None:
         event = events.taken(message)

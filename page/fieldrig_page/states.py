@@ -11,6 +11,8 @@ from fieldrig_page.part_faults import Fault, Faults, is_active, power_off
 READY: Final = "ready"
 WARNING: Final = "warning"
 """The word for a trouble that stops nothing; the keys of such troubles end with it."""
+NO_ANSWER: Final = "no answer"
+SILENCE: Final = "its process runs, but does not answer: it computes without end, or was stopped"
 ENDED: Final = ("dead", "gone")
 """States of a process that does not run; in any other it runs, or is on its way."""
 
@@ -38,6 +40,8 @@ class Process(NamedTuple):
     late: str = ""
     """Words for how late the host is for it; "" if it is not."""
     restarts: int = 0
+    is_silent: bool = False
+    """True if it runs, and the part has not answered for some questions."""
 
 
 def state_of_device(process: Process, faults: Faults, troubles: Mapping[str, Any]) -> PartState:
@@ -46,6 +50,8 @@ def state_of_device(process: Process, faults: Faults, troubles: Mapping[str, Any
     why = (*_in_lines(active), *(f"{key} {show_value(value)}" for key, value in troubles.items() if value))
     if process.state in ENDED:
         return PartState(Level.DOWN, "down", why)
+    if process.is_silent and process.state == READY:
+        return PartState(Level.DOWN, NO_ANSWER, (*why, SILENCE))
     if power_off(faults) is not None:
         return PartState(Level.DOWN, "power off", why)
     present = [key for key, value in troubles.items() if value]
@@ -61,6 +67,8 @@ def state_of_bus(
     why = (*_in_lines(active), *conditions.values())
     if process.state in ENDED:
         return PartState(Level.DOWN, "down", why)
+    if process.is_silent and process.state == READY:
+        return PartState(Level.DOWN, NO_ANSWER, (*why, SILENCE))
     if figures.get("ring_closed") == 0 and figures.get("cycles"):
         return PartState(Level.FAULT, "open", why)
     return _of_running(process, active, why, "alarm")

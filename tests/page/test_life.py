@@ -7,6 +7,8 @@ import pytest
 from in_loop import in_loop
 from page_bench import Socket, page_of
 
+from fieldrig.control.messages import NoAnswerError
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 LAB = CONFIGS / "lab.yaml"
 RING: dict[str, Any] = {
@@ -46,6 +48,37 @@ async def test_life_has_every_part_with_its_state_and_two_values() -> None:
         assert {part["word"] for part in known["parts"].values()} == {"ready"}
         assert [point["key"] for point in known["values"]["tank"]] == ["level", "volume"]
         assert known["samples"][0]["tank"] == [0.5, 0.125]
+        await socket.close()
+
+
+@in_loop
+async def test_a_part_whose_process_does_not_answer_says_so_until_it_does() -> None:
+    async with page_of(LAB) as page:
+        link, is_stopped = page.site.link, True
+        ask, ask_all = link.ask, link.ask_all
+
+        async def to_no_tank(path: str, message: Any = None, timeout_s: float = 5.0) -> Any:
+            if is_stopped and path.startswith("device/tank/"):
+                raise NoAnswerError("tank does not answer")
+            return await ask(path, message, timeout_s)
+
+        async def of_no_can(path: str, timeout_s: float = 5.0) -> dict[str, Any]:
+            found = await ask_all(path, timeout_s)
+            return {name: answer for name, answer in found.items() if not is_stopped or name not in ("tank", "can0")}
+
+        socket = await page.socket("look")
+        await socket.send({"t": "want", "topic": "life", "wish": True})
+        await until(socket, lambda known: known["samples"])
+        link.ask, link.ask_all = to_no_tank, of_no_can  # type: ignore[method-assign]
+
+        def words(known: dict[str, Any]) -> set[str]:
+            return {known["parts"].get(name, {}).get("word") for name in ("tank", "can0")}
+
+        known = await until(socket, lambda known: words(known) == {"no answer"})
+        assert known["parts"]["tank"]["level"] == "down"
+        assert "its process runs" in known["parts"]["can0"]["why"][0]
+        is_stopped = False
+        await until(socket, lambda known: words(known) == {"ready"})
         await socket.close()
 
 
