@@ -34,6 +34,11 @@ class SdoTransfer:
     """The CAN identifier of the client's messages; bit 31 marks one of 29 bits."""
 
     @property
+    def is_answered(self) -> bool:
+        """True if the server said anything.  An abort of the client after its request, as at a time limit, is none."""
+        return self.end_ns is not None and not (self.abort_by_client and len(self.entries) <= 2)
+
+    @property
     def is_done(self) -> bool:
         """True if both sides completed the transfer."""
         return self.end_ns is not None and self.abort is None

@@ -9,7 +9,7 @@ from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds import reader
 from fieldrig_devices.canopen.eds.source import NODE_ID
 from fieldrig_devices.canopen.emcy import COB_ID as EMCY_COB_ID
-from fieldrig_devices.canopen.variable import FIRST_APPLICATION_INDEX, Variable
+from fieldrig_devices.canopen.variable import FIRST_APPLICATION_INDEX, Access, Variable
 from fieldrig_devices.cia402.objects import Row
 from fieldrig_devices.from_recording.object_rules import Value
 from fieldrig_devices.from_recording.objects import Key
@@ -41,7 +41,7 @@ def _row(variable: Variable, refused: frozenset[int]) -> Row:
         variable.subindex,
         variable.name,
         number,
-        variable.access.value,
+        "rww" if variable.is_mappable and variable.access is Access.RW else variable.access.value,  # none was in a TPDO
         _start(variable, refused),
         variable.is_mappable,
         low,

@@ -130,11 +130,11 @@ class ObjectLogs:
 
     def take(self, transfer: SdoTransfer) -> None:
         if self._is_after_boot:
-            self.lost_first, self._is_after_boot = bool(self.lost_first) or transfer.end_ns is None, False
+            self.lost_first, self._is_after_boot = bool(self.lost_first) or not transfer.is_answered, False
         if transfer.index in WORDS and not transfer.subindex and len(self.words) < MOST_WORDS:
             self.words.append(transfer)
         if transfer.end_ns is None or transfer.abort_by_client:
-            self.unanswered += transfer.end_ns is None
+            self.unanswered += not transfer.is_answered
             self._announce(transfer)
             return
         log = self._log((transfer.index, transfer.subindex))

@@ -68,6 +68,24 @@ def test_a_log_that_begins_in_a_transfer_is_read_from_the_next_one_on(tmp_path: 
         assert rig.get("node5/2000:00") == 7
 
 
+@pytest.mark.parametrize(("first", "is_lost"), [("8000100000000405", True), ("", True), ("4300100092010200", False)])
+def test_a_drive_that_loses_its_first_request_is_known_by_what_its_master_did_then(
+    tmp_path: Path, first: str, is_lost: bool
+) -> None:
+    """A master aborts by 0504 0000h when its time is over (CiA 301, 7.2.4.3.17), asks again, or has its answer."""
+    then = [f"1.5 {'604' if first[:2] == '80' else '584'}#{first}"] if first else []
+    log = written_log(
+        tmp_path, "0 000#8104", "0.5 704#00", "1 604#4000100000000000", *then,
+        *read_by_sdo(2, 4, "4300100092010200"), *read_by_sdo(2.1, 4, "4B41600050020000"),
+        *read_by_sdo(2.2, 4, "43026500C0000000"), *(f"{3 + turn / 10} 704#7F" for turn in range(5)),
+    )  # fmt: skip
+    rig = rig_file(log)
+    text = rig.read_text(encoding="utf-8")
+    assert f"loses_first_sdo {str(is_lost).lower()}" in " ".join(text.replace("#", "").split())
+    checked = CliRunner().invoke(app, ["check", str(rig)])
+    assert (checked.exit_code, "warning" in checked.output) == (0, False), checked.output
+
+
 def test_a_master_that_others_watch_is_no_device(tmp_path: Path) -> None:
     watched = ["0.1 605#23161001C8007F00", "0.101 585#6016100100000000"]
     log = written_log(tmp_path, "0 705#00", *watched, *(f"{0.2 + turn / 10} 77F#05" for turn in range(9)))
