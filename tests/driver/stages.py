@@ -181,7 +181,7 @@ FORKED = ("-p", "tests.driver.forks", "--forks")
 # By default a signal ends a test that hangs, once: hypothesis then tries the same again, and hangs.
 ON_ALL_CORES = (*FORKED, "--timeout-method=thread")
 UNIT = pytest_stage("unit", "in memory and in virtual time", f"{IN_MEMORY} and not lean", *ON_ALL_CORES)
-# A branch takes 2 to 5 times as long in a process with the modules of all tests, and a block of `virtual_time` 1.5 times.
+# In a process with the modules of all tests a branch takes 2 to 5 times as long, a block of `virtual_time` 1.5 times.
 LEAN = pytest_stage(
     "lean",
     "in a process without all other tests",

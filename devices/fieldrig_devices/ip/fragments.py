@@ -30,7 +30,7 @@ class _Partial:
     due_ns: int
     pieces: dict[int, bytes] = field(default_factory=dict)
     starts: list[int] = field(default_factory=list)
-    """Where the pieces begin, in order, so that a look at the two neighbours of a fragment finds what it overlaps."""
+    """The begins of the pieces, in order, so that a look at the two neighbours of a fragment finds what it overlaps."""
     count: int = 0
     """Bytes of all pieces."""
     first: Packet | None = None
