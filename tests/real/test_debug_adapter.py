@@ -7,7 +7,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from running_rig import PATIENCE_S, RunningRig
+from patience import PATIENCE_S
+from running_rig import RunningRig
 
 from fieldrig.real.live_rig import FIELDRIG
 

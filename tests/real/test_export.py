@@ -20,7 +20,7 @@ from fieldrig.virtual.rig import Rig
 from fieldrig_devices.export.can_networks import networks
 from fieldrig_devices.export.dbc import text_of
 
-pytestmark = [pytest.mark.real, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.real, pytest.mark.timeout(400)]
 
 DAY_NS = 1_700_000_000_000_000_000
 """An instant of 2023: tools take small numbers for a relative time."""

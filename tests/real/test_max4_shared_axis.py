@@ -14,7 +14,7 @@ from running_rig import RunningRig, until
 
 from fieldrig.testing import free_port
 
-pytestmark = [pytest.mark.real, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.real, pytest.mark.timeout(400)]
 
 RIG = """
 time: real

@@ -10,7 +10,7 @@ from running_rig import RunningRig
 
 from fieldrig.testing import free_port
 
-pytestmark = [pytest.mark.real, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.real, pytest.mark.timeout(400)]
 
 MASTER = Path(__file__).parent / "node" / "drive.js"
 RIG = """

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 import pytest
 from pam_ways import DataBlock, Registers
+from patience import PATIENCE_S
 from pymodbus.client import ModbusTcpClient
 from ring_process import CONFIGS
-from running_rig import PATIENCE_S, AskedRig
+from running_rig import AskedRig
 
 from fieldrig.testing import free_port
 from fieldrig_devices.pam.language.compiler import checked
@@ -20,7 +21,7 @@ from fieldrig_devices.pam.ports.masters.vme import VmeMaster
 
 snap7 = pytest.importorskip("snap7", reason="python-snap7 is not installed: pip install python-snap7")
 
-pytestmark = [pytest.mark.real, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.real, pytest.mark.timeout(400)]
 
 APPLICATION = CONFIGS / "programs/labeller.pam"
 AXES = ("belt", "cutter", "paper")

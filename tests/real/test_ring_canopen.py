@@ -11,7 +11,7 @@ import pytest
 from ring_process import AXES, DRIVES, PANEL, Plc, RingProcess, plc_of
 from running_rig import until
 
-pytestmark = [pytest.mark.real, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.real, pytest.mark.timeout(400)]
 
 READY_TO_GO = 0x27
 TURN = 1_000_000

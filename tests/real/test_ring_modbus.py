@@ -9,11 +9,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from patience import PATIENCE_S
 from pymodbus.client import ModbusTcpClient
 from ring_process import DRIVES, RingProcess
-from running_rig import PATIENCE_S, until
+from running_rig import until
 
-pytestmark = [pytest.mark.real, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.real, pytest.mark.timeout(400)]
 
 STATUS, DIAG_CODE, ORDER = 4, 5, 20
 """Registers of the controller."""

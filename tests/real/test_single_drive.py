@@ -19,7 +19,7 @@ from running_rig import RunningRig, until
 
 from fieldrig_devices.cia402 import EDS
 
-pytestmark = [pytest.mark.real, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.real, pytest.mark.timeout(400)]
 
 ROOT = Path(__file__).parents[2]
 RIG = ROOT / "configs" / "drive.yaml"

@@ -9,9 +9,10 @@ from urllib.request import urlopen
 
 import pytest
 from dialled import dialled
+from patience import PATIENCE_S
 from pymodbus.client import ModbusTcpClient
 from ring_process import RingProcess
-from running_rig import PATIENCE_S, until
+from running_rig import until
 from tests.driver import needs
 
 from fieldrig.real.live_rig import FIELDRIG

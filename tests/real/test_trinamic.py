@@ -23,7 +23,7 @@ from fieldrig.testing import free_port
 from fieldrig_bus.can.interface import FieldrigBus
 from fieldrig_devices.cia402 import EDS
 
-pytestmark = [pytest.mark.real, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.real, pytest.mark.timeout(400)]
 
 NODE, TURN = 1, 1_000_000
 ADAPTER = "PCAN_USBBUS1"

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
-from running_rig import PATIENCE_S, AskedRig, is_running, until
+from patience import PATIENCE_S
+from running_rig import AskedRig, is_running, until
 
 from fieldrig.errors import ControlError
 from fieldrig.testing import free_port

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, Self
 
 import forked_cli
+from patience import PATIENCE_S
 
 from fieldrig.control.messages import Client
 from fieldrig.errors import ControlError
 from fieldrig.real.live_rig import UpProcess
 
-PATIENCE_S = 120.0
 CPU = Path("/proc/cpuinfo")
 IN_GUEST = CPU.exists() and "User Mode Linux" in CPU.read_text(encoding="utf-8")
 

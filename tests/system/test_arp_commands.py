@@ -12,7 +12,8 @@ from typing import Any
 
 import forked_cli
 import pytest
-from running_rig import PATIENCE_S, RunningRig
+from patience import PATIENCE_S
+from running_rig import RunningRig
 from terminal import Terminal
 
 from fieldrig.real.live_rig import FIELDRIG

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 import pytest
 from canopen_bench import IO32
 from conform_peers import NODE_ID, conform
-from running_rig import PATIENCE_S, RunningRig
+from patience import PATIENCE_S
+from running_rig import RunningRig
 
 from fieldrig.real.live_rig import FIELDRIG
 from fieldrig.testing import free_port

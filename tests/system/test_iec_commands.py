@@ -13,7 +13,8 @@ from typing import Any, Self
 from xml.etree import ElementTree as ET
 
 import pytest
-from running_rig import PATIENCE_S, AskedRig
+from patience import PATIENCE_S
+from running_rig import AskedRig
 from terminal import Terminal
 
 from fieldrig.real.live_rig import FIELDRIG

@@ -10,8 +10,9 @@ from urllib.request import urlopen
 import pytest
 from dialled import Dialled, dialled
 from network_namespace import addresses, devices, listening, network_namespace, routes, why_not
+from patience import PATIENCE_S
 from pymodbus.client import ModbusTcpClient
-from running_rig import PATIENCE_S, AskedRig, until
+from running_rig import AskedRig, until
 
 from fieldrig.testing import free_port
 

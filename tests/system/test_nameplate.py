@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 import serial
 from hiperface_bench import PLATE, telegram
-from running_rig import PATIENCE_S, RunningRig
+from patience import PATIENCE_S
+from running_rig import RunningRig
 
 from fieldrig.system.exits import Exit
 from fieldrig.testing import free_port

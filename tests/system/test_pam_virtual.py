@@ -10,7 +10,7 @@ from fieldrig.clock import MS
 from fieldrig.config.rig_file import load
 from fieldrig.virtual.rig import Rig
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.system, pytest.mark.timeout(400)]
 
 RIG = Path(__file__).parents[2] / "configs/pam-machine.yaml"
 Line = tuple[int, str, str, bytes]

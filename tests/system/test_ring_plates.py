@@ -13,7 +13,7 @@ from running_rig import until
 
 from fieldrig.errors import ControlError
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.system, pytest.mark.timeout(400)]
 
 RIGHT = CONFIGS / "plates" / "sm-140-30-200-brake.yaml"
 AXES = ("infeed", "jaw")

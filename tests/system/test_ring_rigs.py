@@ -10,7 +10,7 @@ from running_rig import RunningRig, until
 from fieldrig.config.rig_file import load
 from fieldrig.real.live_rig import UpProcess
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.system, pytest.mark.timeout(400)]
 
 WARNING = (
     "warning: ring has a cycle of 1 ms and 5 processes: to wake them takes 0.6 cores or more, and this host has 1,"

@@ -11,8 +11,9 @@ import pytest
 from asyncua import Client
 from dialled import Dialled, dialled
 from network_namespace import network_namespace, why_not
+from patience import PATIENCE_S
 from pymodbus.client import ModbusTcpClient
-from running_rig import PATIENCE_S, AskedRig, until
+from running_rig import AskedRig, until
 
 from fieldrig.real.live_rig import FIELDRIG
 from fieldrig.testing import free_port

@@ -17,8 +17,8 @@ import network_namespace
 import pytest
 from doc_pages import ROOT, blocks, page_named
 from network_namespace import inside
+from patience import PATIENCE_S
 from process_group import kill_group
-from running_rig import PATIENCE_S
 from two_hosts import Host, Line, two_hosts
 
 from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
