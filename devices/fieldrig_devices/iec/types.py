@@ -129,7 +129,7 @@ class EnumType:
     is_closed: bool = False
     """True if a number between two values is a fault at run time, like one outside of all."""
     takes_any: bool = False
-    """True for an input of a library's block: it takes every number of the base type, and the block judges it."""
+    """True if it takes every number of the base type: as an input of a library's block, and in CODESYS."""
 
     @property
     def size(self) -> int:

@@ -85,7 +85,7 @@ def test_epas_wants_ascending_numbers_and_names_that_occur_once(text: str) -> No
     ("number", "dialect", "is_right"),
     [
         (-1, EPAS_4, False), (0, EPAS_4, True), (1, EPAS_4, True), (2, EPAS_4, False), (9, EPAS_4, False),
-        (10, EPAS_4, True), (11, EPAS_4, False), (5, EDITION_3, True), (5, CODESYS, True), (11, CODESYS, False),
+        (10, EPAS_4, True), (11, EPAS_4, False), (5, EDITION_3, True), (5, CODESYS, True), (11, CODESYS, True),
     ],
 )  # fmt: skip
 def test_the_validity_of_a_number_is_checked_at_run_time(number: int, dialect: Dialect, is_right: bool) -> None:
@@ -171,3 +171,21 @@ def test_a_name_of_two_enumerations_means_the_wanted_one_wherever_a_type_is_want
     bench = IecBench(text + program(declared, body), dialect)
     bench.cycle()
     assert [bench[f"ok[{number}]"] for number in range(1, 9)] == [True] * 8
+
+
+def test_in_codesys_an_enumeration_takes_every_number_of_its_type() -> None:
+    """CODESYS and TwinCAT look at the numbers of no enumeration, unless it is strict."""
+    body = "level := 4; text := level = 4; number := 77; level := number; after := level;"
+    bench = IecBench(f"{TYPES}{program('level : Light; number, after : INT; text : BOOL;', body)}", CODESYS)
+    bench.cycle()
+    assert bench["text"]
+    assert bench["after"] == 77
+
+
+@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3])
+def test_elsewhere_a_number_must_be_one_of_the_values(dialect: Dialect) -> None:
+    types = "TYPE Lamp : (off, green := 7); END_TYPE\n"
+    assert any(
+        "4 is no value of Lamp" in one
+        for one in messages(types + program("lamp : Lamp;", "lamp := 4;"), dialect=dialect)
+    )

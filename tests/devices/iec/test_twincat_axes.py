@@ -32,7 +32,7 @@ BODY = """
     hasJob := stage.axis.NcToPlc.StateDWord.8;
     ctrl := stage.axis.PlcToNc.ControlDWord;
 """
-DISABLED, STANDSTILL, STOPPING, DISCRETE, CONTINUOUS = 1, 2, 4, 6, 7
+DISABLED, STANDSTILL, STOPPING, DISCRETE, CONTINUOUS, SYNCHRONIZED = 1, 2, 4, 6, 7, 8
 
 
 @pytest.fixture
@@ -186,3 +186,50 @@ def test_backlash_is_corrected_after_a_motion_in_its_direction() -> None:
     _order(bench, goal=-1.0, doOther=True)
     _cycles(bench, 100)
     assert bench["ahead"] == pytest.approx(0.0)
+
+
+def test_a_slave_follows_its_master_by_the_ratio_until_it_leaves() -> None:
+    declared = f"""{DECLARED} slave : AXIS_REF; slavePower : MC_Power; gear : MC_GearIn; out : MC_GearOut;
+    doGear, doLeave : BOOL; second : LREAL; slaveState : INT;"""
+    body = f"""{BODY}
+    slavePower(Axis := slave, Enable := TRUE, Enable_Positive := TRUE, Enable_Negative := TRUE);
+    gear(Master := stage.axis, Slave := slave, Execute := doGear, RatioNumerator := 3, RatioDenominator := 2);
+    out(Slave := slave, Execute := doLeave);
+    slave.ReadStatus();
+    second := slave.NcToPlc.ActPos;
+    slaveState := slave.Status.MotionState;
+    """
+    bench = IecBench(STAGE + program(declared, body), dialect=CODESYS)
+    _cycles(bench, 2)
+    _order(bench, goal=4.0, speed=10.0, doMove=True)
+    _until(bench, "move.Done")
+    _order(bench, doGear=True, doOther=True)
+    _cycles(bench, 100)
+    assert bench["gear.InGear"]
+    assert bench["slaveState"] == SYNCHRONIZED
+    assert bench["position"] == pytest.approx(8.0)
+    assert bench["second"] == pytest.approx(6.0)
+    _order(bench, doGear=False, doLeave=True)
+    _cycles(bench, 2)
+    assert bench["slaveState"] == STANDSTILL
+    _order(bench, doOther=False)
+    _cycles(bench, 2)
+    _order(bench, doOther=True)
+    _cycles(bench, 100)
+    assert bench["position"] == pytest.approx(12.0)
+    assert bench["second"] == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(
+    ("direction", "expected"),
+    [("MC_Positive_Direction", 350.0), ("MC_Shortest_Way", -10.0), ("MC_Negative_Direction", -10.0)],
+)
+def test_a_move_of_a_turn_has_a_direction(direction: str, expected: float) -> None:
+    call = f"m(Axis := stage.axis, Execute := doOther, Position := 350.0, Velocity := 500.0, Direction := {direction});"
+    body = BODY.replace("other(Axis := stage.axis, Execute := doOther,", "other(Axis := stage.axis, Execute := FALSE,")
+    bench = IecBench(STAGE + program(f"{DECLARED} m : MC_MoveModulo;", f"{body}\n{call}"), dialect=CODESYS)
+    _cycles(bench, 2)
+    _order(bench, doOther=True)
+    _cycles(bench, 1)
+    _until(bench, "m.Done")
+    assert bench["position"] == pytest.approx(expected)

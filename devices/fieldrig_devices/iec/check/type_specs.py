@@ -297,7 +297,9 @@ class TypeSpecs:
         """Make the names of the values known in the whole project (PD-359); their numbers follow at the first use."""
         project = self._project
         base = Elementary[spec.base] if spec.base else Elementary.INT
-        project.types[name] = kind = EnumType(title, base=base, is_closed=not project.dialect.allows_numbers_between)
+        dialect = project.dialect
+        kind = EnumType(title, {}, base, not dialect.allows_numbers_between, dialect.opens_enumerations)
+        project.types[name] = kind
         project.enumerations[kind] = partial(self._number, kind, spec, context)
         for value in spec.values:
             known = self._key(value.name)
