@@ -182,6 +182,8 @@ class Dialect:
     """A `VAR_IN_OUT` of a bit string takes an unsigned integer of the same size, and the other way round."""
     wraps_enumeration_values: bool = _rule(Origin.TOOLS)
     """A number of an enumeration that needs the sign bit of its type, `unknown := 65535`, is the negative number."""
+    repeats_arguments: bool = _rule(Origin.TOOLS)
+    """`Lamp(IN := a, PT := t, IN := b)`: of an argument that is given twice by its name, the last value counts."""
     opens_enumerations: bool = _rule(Origin.TOOLS)
     """A variable of an enumeration takes every number of its integer type, also in the text."""
     allows_numbers_between: bool = _rule(Origin.TODAY)

@@ -1,7 +1,7 @@
 """The dialect of CODESYS and TwinCAT: a library in the manner of their public ones compiles and computes."""
 
 import pytest
-from iec_program import IecBench, refused
+from iec_program import IecBench, program, refused
 
 from fieldrig_devices.iec.dialect import CODESYS, EDITION_3
 
@@ -157,3 +157,14 @@ def test_results(bench: IecBench, name: str, value: object) -> None:
 
 def test_the_standard_keeps_bit_strings_and_numbers_apart() -> None:
     assert any("+ between DWORD and DWORD" in message for message in refused(LIBRARY, EDITION_3))
+
+
+def test_of_an_argument_that_is_given_twice_the_last_value_counts() -> None:
+    block = (
+        "FUNCTION_BLOCK Sum VAR_INPUT a, b : INT; END_VAR VAR_OUTPUT c : INT; END_VAR c := a + b; END_FUNCTION_BLOCK\n"
+    )
+    text = block + program("s : Sum; x : INT;", "s(a := 1, b := 2, a := 30, c => x);")
+    bench = IecBench(text, CODESYS)
+    bench.cycle()
+    assert bench["x"] == 32
+    assert any("the argument a is given twice" in message for message in refused(text, EDITION_3))

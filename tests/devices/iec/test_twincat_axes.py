@@ -233,3 +233,13 @@ def test_a_move_of_a_turn_has_a_direction(direction: str, expected: float) -> No
     _cycles(bench, 1)
     _until(bench, "m.Done")
     assert bench["position"] == pytest.approx(expected)
+
+
+def test_a_program_keeps_the_address_of_a_drive_in_its_axis() -> None:
+    call = "r(Axis := stage.axis, Execute := TRUE, DriveAddress => stage.axis.DriveAddress);"
+    declared = f"{DECLARED} r : MC_ReadDriveAddress; isDone : BOOL; channel : BYTE := 9;"
+    body = f"{BODY} {call} isDone := r.Done; channel := stage.axis.DriveAddress.Channel;"
+    bench = IecBench(STAGE + program(declared, body), dialect=CODESYS)
+    _cycles(bench, 3)
+    assert bench["isDone"]
+    assert bench["channel"] == 0

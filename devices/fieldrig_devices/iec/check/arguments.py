@@ -61,10 +61,12 @@ def match_arguments(
         elif argument.value is not None:
             parameter = _parameter(checker, argument, position, pou, pins)
             if parameter is not None and parameter in matched.inputs:
-                checker.context.say(
-                    argument, f"the argument {parameter.name} is given twice", "one value for each input"
-                )
-                parameter = None
+                what = f"the argument {parameter.name} is given twice"
+                if checker.context.project.dialect.repeats_arguments and argument.name:
+                    checker.context.note(argument, f"{what}, and this value counts", "remove the other one")
+                else:
+                    checker.context.say(argument, what, "one value for each input")
+                    parameter = None
             if parameter is None:
                 is_whole = False
             else:
