@@ -33,6 +33,12 @@ class Row(NamedTuple):
     since_ns: int | None
     """Time since the last message of the same sort; None for the first one."""
 
+    @property
+    def searched(self) -> str:
+        """The text in which words are searched, in small letters: everything that the page shows of the message."""
+        named = self.named
+        return f"{named.kind} {named.node} {self.message.sender} {named.text} {self.raw}".lower()
+
 
 class BusRecord:
     """The last messages of one bus."""

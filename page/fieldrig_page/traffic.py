@@ -53,8 +53,7 @@ class _Filter:
             return False
         if not self._words:
             return True
-        text = f"{named.kind} {named.node} {sender} {named.text} {row.raw}".lower()
-        return all(word in text for word in self._words)
+        return all(word in row.searched for word in self._words)
 
 
 class _View:

@@ -6,8 +6,10 @@ from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, Final
 
 from fieldrig.recording.reader import Reader
+from fieldrig.traces.names import namer_of
 from fieldrig.traces.trace import is_batch
 from fieldrig_page.api import Operation
+from fieldrig_page.bus_record import BusRecord
 from fieldrig_page.live import Page
 from fieldrig_page.rig_link import RigLink
 from fieldrig_page.scope.captures import Captures
@@ -37,7 +39,8 @@ class Scope:
         """How many events each page has."""
         self._ends: dict[str, Callable[[], None]] = {}
         """Each ends a subscription, by its path."""
-        self._next_message: dict[str, int] = {}
+        self._records: dict[str, BusRecord] = {}
+        """The messages of buses that triggers wait for."""
         self._newest_ns = self.origin_ns
         self.recordings.on_rows.append(self._on_rows)
         self.recordings.on_progress.append(self._on_progress)
@@ -121,26 +124,30 @@ class Scope:
 
     def _listen(self) -> None:
         triggers = [session.trigger for session in self._sessions.values()]
-        wanted = {f"watch/{trigger.part}" for trigger in triggers if trigger is not None and trigger.kind == "message"}
-        for path in [path for path in self._ends if path.startswith("watch/") and path not in wanted]:
-            self._ends.pop(path)()
-        for path in wanted - self._ends.keys():
-            self._next_message.clear()
-            self._ends[path] = self.link.listen_to(path, self._on_messages)
+        parts = {trigger.part for trigger in triggers if trigger is not None and trigger.kind == "message"}
+        wanted = parts & self.link.config.buses.keys()
+        for bus in self._records.keys() - wanted:
+            self._ends.pop(f"trace/{bus}")()
+            del self._records[bus]
+        for bus in wanted - self._records.keys():
+            self._records[bus] = BusRecord(self.link.config.buses[bus].bus, namer_of(self.link.config, bus))
+            self._ends[f"trace/{bus}"] = self.link.listen_to(f"trace/{bus}", self._on_messages)
 
     def _on_messages(self, bus: str, batch: Any) -> None:
-        if not is_batch(batch):
+        if not is_batch(batch) or bus not in self._records:
             return
-        key = f"{bus}/{batch['process']}"
-        lost = max(batch["first"] - self._next_message.get(key, batch["first"]), 0)
-        self._next_message[key] = batch["first"] + len(batch["entries"])
+        record = self._records[bus]
+        next_before, lost_before = record.next, record.lost
+        record.take(batch)
+        rows = list(record.rows(next_before, record.next - next_before))
         for session in tuple(self._sessions.values()):
             trigger = session.trigger
             if trigger is None or trigger.kind != "message" or trigger.part != bus:
                 continue
-            session.messages_lost += lost
-            for instant_ns, sender, text in batch["entries"]:
-                if trigger.fits_message(bus, f"{sender} {text}"):
+            session.messages_lost += record.lost - lost_before
+            for row in rows:
+                if trigger.fits_message(bus, row.searched):
+                    instant_ns = row.message.time_ns - batch["epoch_ns"]
                     session.strike(Hit(0, instant_ns, instant_ns))
 
     def _shown(self, event: Event) -> dict[str, Any]:

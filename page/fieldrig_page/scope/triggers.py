@@ -8,7 +8,7 @@ kind is a range of values that the signal enters or leaves:
     level    is at or above the level, or below it, at the first row that is so
     state    enters the state of this name
     window   enters the range of both limits (which belong to it), or leaves it
-    message  a message on a bus whose text has all of these words
+    message  a message on a bus in which all of these words are, by its names or as it is on the bus
     fault    a fault begins or ends, of any part or of one
 
 An edge that falls into a gap is not missed: the first row after the gap shows it.  Its instant is then known only to
@@ -135,7 +135,7 @@ class Trigger(NamedTuple):
         return Range(self.level, nextafter(self.high, inf), ENTERS if self.what == "inside" else LEAVES)
 
     def fits_message(self, bus: str, text: str) -> bool:
-        return self.kind == "message" and bus == self.part and all(word in text for word in self.words)
+        return self.kind == "message" and bus == self.part and all(word.lower() in text for word in self.words)
 
     def fits_fault(self, part: str, is_over: bool) -> bool:
         return self.kind == "fault" and self.part in ("", part) and self.what == ("end" if is_over else "begin")

@@ -192,6 +192,18 @@ async def test_a_fault_triggers(tmp_path: Path) -> None:
 
 
 @in_loop
+async def test_a_message_triggers_by_the_words_that_the_list_of_messages_has() -> None:
+    async with page_of("configs/lab.yaml") as page:
+        setup = {"signals": ["tank/level"], "window_ns": 10 * MS, "mode": "single"}
+        socket = await looked(
+            page, {**setup, "trigger": {"kind": "message", "part": "can0", "words": "Heartbeat SENSOR"}}
+        )
+        await page.ask("rig/step", {"ns": 3 * S})
+        frame = await socket.until("scope", lambda frame: frame.get("status", {}).get("state") == "caught")
+        assert frame["status"]["messages_lost"] == 0
+
+
+@in_loop
 async def test_a_message_on_a_bus_triggers_at_its_instant(tmp_path: Path) -> None:
     hot = {"power_w": 100, "heat_capacity_j_per_k": 100, "resistance_k_per_w": 1, "initial_degc": 90}
     devices = {"boiler": {"kind": "plant.heater", **hot, "links": {"wires": "wires"}}}

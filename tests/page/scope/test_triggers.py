@@ -106,8 +106,8 @@ def test_a_state_that_the_signal_does_not_have_is_refused_with_the_nearest() -> 
 
 def test_messages_and_faults_fit_by_their_words_and_their_part() -> None:
     message = read_trigger({"kind": "message", "part": "can0", "words": "185 EMCY"})
-    assert message.fits_message("can0", "0x185 EMCY 8130")
-    assert not message.fits_message("can1", "0x185 EMCY 8130")
+    assert message.fits_message("can0", "0x185 emcy 8130")
+    assert not message.fits_message("can1", "0x185 emcy 8130")
     assert not message.fits_message("can0", "0x185")
     fault = read_trigger({"kind": "fault", "what": "end"})
     assert fault.fits_fault("io", is_over=True)

@@ -38,7 +38,7 @@ export function Signals({ setup, onChange }) {
       <label>Search signals <input type="search" value=${words} onFocus=${look} onInput=${(event) => setWords(event.currentTarget.value)}
         placeholder="part of a name or description" /></label>
       ${trouble && html`<p class="refusal" role="alert">${trouble}</p>`}
-      <p class="quiet" role="status">${found.length > MOST_FOUND ? `the first ${MOST_FOUND} of ${found.length}` : `${found.length}`} signals, ${setup.signals.length} of at most ${MOST_DRAWN} drawn</p>
+      <p class="quiet" role="status">${found.length > MOST_FOUND ? `the first ${MOST_FOUND} of ${found.length} signals` : `${found.length} ${found.length === 1 ? 'signal' : 'signals'}`}, ${setup.signals.length} of at most ${MOST_DRAWN} drawn</p>
       ${isNew && html`<button type="button" onClick=${() => { toggle(typed); setWords(''); }}>Add ${typed}</button>`}
       <ul class="scope-found">${found.slice(0, MOST_FOUND).map((signal) => html`<li key=${signal.name}>
         <label><input type="checkbox" checked=${setup.signals.includes(signal.name)} onChange=${() => toggle(signal.name)} />
