@@ -82,6 +82,8 @@ class SercosMaster:
         self._next_ns = 0
         self.missed_cycles = 0
         """Cycles that the master itself missed because it was late."""
+        self.missed_ns = 0
+        """The time of these cycles."""
         self.wrong_fcs = 0
         link.on_receive(self._on_message, ["master"])
 
@@ -164,6 +166,7 @@ class SercosMaster:
         # late_ns alone is not enough: after a stall the clock continues from the present.
         late = (self._clock.now_ns() + self._clock.late_ns() - self._next_ns) // period_ns
         self.missed_cycles += late
+        self.missed_ns += late * period_ns
         self._next_ns += period_ns * (1 + late)
         self._timer.at(self._next_ns, self._tick)
         self._link.send(Mst(self._number, bytes((BROADCAST, self.phase))))

@@ -92,6 +92,8 @@ class RealTimeBus:
         self._is_quitting = self._has_been_up = False
         self._unread = 0
         self._wait = Alarm(self._clock)
+        self._missed_ns = 0
+        """The time by which the present wait for the ring is longer already."""
         self._lost: dict[int, int] = {}
 
     @property
@@ -123,6 +125,7 @@ class RealTimeBus:
         self._master = master = self._made_master()
         master.start()
         master.request_phase(4)
+        self._missed_ns = 0
         self._wait.after(self._wait_ns, self._on_wait_over)
 
     def _made_master(self) -> SercosMaster:
@@ -189,8 +192,14 @@ class RealTimeBus:
         self._wait.after(RETRY_NS, again)
 
     def _on_wait_over(self) -> None:
-        if self.state is RingState.RISING and self.phase == 0 and self.is_open and self._master is not None:
-            self._master.request_phase(0)
+        master = self._master
+        if self.state is RingState.RISING and self.phase == 0 and self.is_open and master is not None:
+            if master.missed_ns > self._missed_ns:
+                # In real time a late host is late for the drives too, which may still be starting: it is no wait.
+                self._wait.after(master.missed_ns - self._missed_ns, self._on_wait_over)
+                self._missed_ns = master.missed_ns
+                return
+            master.request_phase(0)
             self._host.report_ring(Code.RING_OPEN)
             self._fail_axes()
             self._settle(RingState.DOWN)

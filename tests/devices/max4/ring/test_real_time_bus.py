@@ -193,6 +193,29 @@ def test_open_ring_at_boot_is_reported_when_it_was_waited_for() -> None:
     assert (bench.get("ring.state"), bench.get("DiagCode")) == ("up", 0)
 
 
+def test_cycles_that_a_late_host_missed_are_no_wait_for_the_ring(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The processes of the drives are as late as that of the controller, which once reported an open ring."""
+    bench = Bench("belt", ring={"faults": [{"what": "off", "station": "belt"}]}, boot={"ring_wait_ms": 500})
+    bench.run(100)
+    with monkeypatch.context() as host:
+        host.setattr(VirtualClock, "late_ns", lambda _: 2_000 * MS)
+        bench.run(1)
+    assert bench.get("missed_cycles") == 2_000
+    bench.run(2_300)
+    assert bench.codes() == []
+    bench.heal("ring0", 1).boot()
+    assert (bench.codes(), bench.get("ring.state")) == ([8002, 8003], "up")
+
+
+def test_a_ring_that_stays_open_is_reported_by_a_late_host_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench("belt", ring={"faults": [{"what": "off", "station": "belt"}]}, boot={"ring_wait_ms": 500})
+    with monkeypatch.context() as host:
+        host.setattr(VirtualClock, "late_ns", lambda _: 2_000 * MS)
+        bench.run(1)
+    bench.run(2_600)
+    assert bench.codes() == [8002, 2560, 8003]
+
+
 def test_clock_may_start_at_power_on() -> None:
     bench = Bench("belt", boot={"clock_starts": "power_on"}).run(2)
     assert bench.codes() == [8002]
