@@ -12,6 +12,7 @@ from fieldrig.points.names import split_point
 from fieldrig.text.nearest import closest
 from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.expression import expression_of
+from fieldrig_devices.scenarios.known_texts import check_compared, check_written
 from fieldrig_devices.scenarios.places import ReadOnly, place_of
 from fieldrig_devices.scenarios.scenario_file import Scenario
 from fieldrig_devices.scenarios.sending import message_of
@@ -55,6 +56,8 @@ def _of_expression(rig: "Rig", path: KeyPath, text: str) -> Iterator[tuple[KeyPa
     if len(values) == len(expression.places):
         try:
             check_judged(text, expression, values)
+            for place, compared in expression.texts:
+                check_compared(rig, place, compared, values[place])
         except RigError as wrong:
             yield path, wrong
 
@@ -64,9 +67,10 @@ def _check_act(rig: "Rig", act: Act) -> None:
     buses, devices = rig.config.buses, rig.config.devices
     if act.verb in ("set", "press"):
         place = place_of(rig, act.where)
-        place.read()
+        present = place.read()
         if isinstance(place, ReadOnly):
             place.write(False)
+        check_written(rig, act.where, act.value, present)
         device, key = split_point(act.where)
         if device in devices and not rig.facts(device).get(key, {}).get("writable", True):
             raise ControlError(f"{act.where} cannot be written", "expected a point that `fieldrig set` can write")
@@ -82,7 +86,8 @@ def _check_act(rig: "Rig", act: Act) -> None:
         try:
             when = fault_of(act.value, models).when
             if isinstance(when, str):
-                rig.get(condition_of(when).point)
+                condition = condition_of(when)
+                check_compared(rig, condition.point, condition.value, rig.get(condition.point))
         except ValueError as cause:
             what, _, remedy = str(cause).partition("\n")
             raise ControlError(f"{act.where}: {what}", remedy) from cause

@@ -32,6 +32,8 @@ class Expression(NamedTuple):
     places: tuple[str, ...]
     """The places that it reads, each once."""
     evaluate: Evaluate
+    texts: tuple[tuple[str, str], ...] = ()
+    """Each place that is compared with a text by == or !=, and the text."""
 
     def __reduce__(self) -> tuple[Callable[[str], "Expression"], tuple[str]]:
         """An expression crosses a pipe as its text."""
@@ -55,7 +57,7 @@ def expression_of(text: str) -> Expression:
     parser = _Parser(words_of(text))
     evaluate = parser.disjunction()
     parser.expect_end()
-    return Expression(text, tuple(dict.fromkeys(parser.places)), evaluate)
+    return Expression(text, tuple(dict.fromkeys(parser.places)), evaluate, tuple(parser.texts))
 
 
 class _Parser:
@@ -64,6 +66,7 @@ class _Parser:
     def __init__(self, words: Sequence[str]) -> None:
         self._words, self._at, self._depth = words, 0, 0
         self.places: list[str] = []
+        self.texts: list[tuple[str, str]] = []
 
     def expect_end(self) -> None:
         if self._at < len(self._words):
@@ -93,14 +96,28 @@ class _Parser:
         """Read operators of one rank, from left to right."""
         if number == len(LEVELS):
             return self._signed()
+        begin = self._at
         left, operators = self._level(number + 1), LEVELS[number]
         while (word := self._word()) in operators:
+            middle = self._at
             self._at += 1
             right = self._bare_text() if word in ("==", "!=") else None
             left = _applied(operators[word], left, self._level(number + 1) if right is None else right)
+            if word in ("==", "!="):
+                self._note_text(self._words[begin:middle], self._words[middle + 1 : self._at])
             if number == 0:
                 break
         return left
+
+    def _note_text(self, left: Sequence[str], right: Sequence[str]) -> None:
+        """Note a place that is compared with a text, each alone on its side."""
+        for place, text in ((left, right), (right, left)):
+            if len(place) == len(text) == 1 and place[0] in self.places:
+                quote = text[0][:1]
+                if quote in ("'", '"'):
+                    self.texts.append((place[0], text[0][1:-1]))
+                elif _TEXT.fullmatch(text[0]) and text[0].lower() not in CONSTANTS:
+                    self.texts.append((place[0], text[0]))
 
     def _bare_text(self) -> Evaluate | None:
         """Return a single word as a text; None if it is something else."""

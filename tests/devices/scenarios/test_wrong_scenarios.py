@@ -13,6 +13,7 @@ from fieldrig.config.rig_file import load
 from fieldrig.errors import ConfigError
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.scenarios.checks import check
+from fieldrig_devices.scenarios.running import check_file
 from fieldrig_devices.scenarios.scenario_file import load_scenario
 
 LAB = Path(__file__).parents[3] / "configs" / "lab.yaml"
@@ -52,6 +53,51 @@ ODD = st.one_of(
     st.lists(st.integers(), max_size=2),
     st.dictionaries(st.sampled_from(["at", "set", "a/b", "never", "tank/level"]), st.integers(), max_size=2),
 )  # fmt: skip
+
+
+WRONG_TEXTS = [
+    ({"properties": {"a": {"eventually": "io/nmt.state == opertaional", "within": "1s"}}},
+     "io/nmt.state is never 'opertaional'", "did you mean operational?"),
+    ({"properties": {"a": {"never": "not ( 'stoped' != io/nmt.state )"}}}, "io/nmt.state is never 'stoped'",
+     "did you mean stopped?"),
+    ({"properties": {"a": {"never": "tank/level > 9", "after": 'io/nmt.state == "Operational"'}}},
+     "io/nmt.state is never 'Operational'", "did you mean operational?"),
+    ({"properties": {"a": {"never": "drive/run == ture and tank/level > 9"}}}, "drive/run is never 'ture'",
+     "did you mean true?"),
+    ({"steps": [{"when": "io/nmt.state == run", "at": "1ms", "restart": "io"}]}, "io/nmt.state is never 'run'",
+     "there are: initialising, stopped, operational, pre_operational"),
+    ({"steps": [{"at": "1s", "set": {"drive/run": "ture"}}]}, "drive/run cannot be 'ture'", "did you mean true?"),
+    ({"steps": [{"at": "1s", "press": {"drive/alarm_reset": "flase"}, "hold": "1s"}]},
+     "drive/alarm_reset cannot be 'flase'", "did you mean false?"),
+    ({"steps": [{"at": "1s", "fault": "io power_off when='io/nmt.state == stoped'"}]}, "io/nmt.state is never 'stoped'",
+     "did you mean stopped?"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("part", "what", "remedy"), WRONG_TEXTS)
+def test_a_text_that_a_place_never_has_is_answered_with_the_nearest_one(
+    tmp_path: Path, part: dict[str, Any], what: str, remedy: str
+) -> None:
+    with pytest.raises(ConfigError) as wrong:
+        checked(tmp_path, part)
+    assert [(mistake.what.removeprefix("io: "), mistake.remedy) for mistake in wrong.value.mistakes] == [(what, remedy)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "io/nmt.state == operational", "'operational' == io/nmt.state", "io/nmt.state != pre_operational",
+        "drive/run == true", "drive/location == lba", "drive/run != False", "tank/level + 1 > 3",
+    ],
+)  # fmt: skip
+def test_texts_that_a_place_may_have(tmp_path: Path, text: str) -> None:
+    checked(tmp_path, {"properties": {"a": {"eventually": text, "within": "1s"}}})
+
+
+def checked(folder: Path, part: dict[str, Any]) -> None:
+    file = folder / "wrong.yaml"
+    file.write_text(json.dumps({"rig": str(LAB), "steps": [], "properties": {"z": {"never": "tank/level > 9"}}} | part))
+    check_file(file, ["time=virtual"])
 
 
 def places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
