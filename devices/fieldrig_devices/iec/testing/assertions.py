@@ -13,12 +13,15 @@ from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.elementary import Elementary, Family
+from fieldrig_devices.iec.printer import expression_text
 from fieldrig_devices.iec.program import (
+    COMPARISONS,
     AnyStatement,
     Assign,
     Binary,
     CallFunction,
     Constant,
+    Convert,
     Evaluate,
     Expression,
     Load,
@@ -26,6 +29,7 @@ from fieldrig_devices.iec.program import (
     Operator,
     Place,
     Pou,
+    Unary,
     Variable,
 )
 from fieldrig_devices.iec.testing import natives
@@ -33,6 +37,7 @@ from fieldrig_devices.iec.testing.arguments import matched
 from fieldrig_devices.iec.testing.mocks import Mock, Mocks
 from fieldrig_devices.iec.testing.natives import call_of, cell
 from fieldrig_devices.iec.testing.reads import variables_of
+from fieldrig_devices.iec.testing.texts import LONGEST
 from fieldrig_devices.iec.testing.words import MESSAGE, WORDS, Word
 from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.iec.types import ArrayType, BlockType, EnumType, StringType, StructType, Type
@@ -62,6 +67,8 @@ class Assertion:
     """A second text: what a fault is."""
     names: tuple[str, ...] = ()
     """The paths of variables in the statement, for the signals around a failure."""
+    operands: tuple[tuple[str, Type], ...] = ()
+    """The texts and types of both sides of a comparison that is a condition; no text for a constant."""
     reads: frozenset[str] | None = None
     """The variables on which a condition over time depends, in small letters; None if it may be anything."""
 
@@ -177,8 +184,31 @@ class _One:
 
     def condition(self) -> list[AnyStatement]:
         """ASSERT_TRUE, ASSERT_FALSE."""
-        value, message = self._bool("condition"), self._text(MESSAGE)
-        return self._call(natives.JUDGE, value, None, None, message) if value is not None else []
+        value = self._checker.expression_as(self._given["condition"], BOOL)
+        if value is None:
+            return []
+        value, *sides = self._apart(value)
+        judged, message = self._kept(value, BOOL), self._text(MESSAGE)
+        return self._call(natives.JUDGE, judged, *(sides or (None, None)), message)
+
+    def _apart(self, value: Expression) -> tuple[Expression, *tuple[Place | None, ...]]:
+        """Compute both sides of a comparison into variables first, to be shown; return it with them, in that order."""
+        node = self._given["condition"]
+        while isinstance(node, tree.Unary):
+            node = node.operand
+        inner = value.operand if isinstance(value, Unary) else value
+        is_comparison = isinstance(inner, Binary) and inner.operator in COMPARISONS and isinstance(node, tree.Binary)
+        if not is_comparison or not isinstance(inner, Binary) or not isinstance(node, tree.Binary):
+            return (value,)
+        sides = inner.left, inner.right
+        if not all(isinstance(side.type, Elementary | StringType | EnumType) for side in sides):
+            return (value,)
+        self._made.operands = tuple(map(_operand, sides, (node.left, node.right)))
+        left, right = (self._kept(side, side.type) for side in sides)
+        assert left is not None
+        assert right is not None
+        compared: Expression = Binary(inner.operator, Load(left), Load(right), inner.type)
+        return (Unary(value.operator, compared, value.type) if isinstance(value, Unary) else compared), left, right
 
     def compared(self) -> list[AnyStatement]:
         """ASSERT_EQ and all that compare two values of one type."""
@@ -293,6 +323,13 @@ class _One:
             if expected is None:
                 return []
         return self._call(natives.JUDGE, calls, expected, None, self._text(MESSAGE))
+
+
+def _operand(side: Expression, node: tree.Expression) -> tuple[str, Type]:
+    """Return the text of a side of a comparison and the type that shows its value; no text for a constant."""
+    source = "" if isinstance(side, Constant) else expression_text(node)
+    inside = side.operand.type if isinstance(side, Convert) else side.type
+    return source if len(source) <= LONGEST else text(node), inside if isinstance(inside, EnumType) else side.type
 
 
 def _plain(value: Expression) -> Expression:

@@ -146,19 +146,28 @@ class Judge:
             case "ASSERT_FAIL":
                 return "", ""
             case "ASSERT_FALSE":
-                return "FALSE", "TRUE"
+                return "FALSE", f"TRUE{self._operands(assertion, expected, tolerance)}"
             case "MOCK_VERIFY_CALLED":
                 return "a call", "none"
             case "MOCK_VERIFY_CALL_COUNT":
                 return f"{cells[expected]} calls", f"{cells[actual]}"
         if assertion.kind.operator is None:
-            return "TRUE", "FALSE"
+            return "TRUE", f"FALSE{self._operands(assertion, expected, tolerance)}"
         shown, wanted, path = both_texts(kind, cells, actual, expected)
         wanted = f"{_WORDS[assertion.kind.operator]}{wanted}"
         if tolerance:
             wanted = f"{wanted} +- {cells_text(kind, cells, tolerance)}"
         where = f"{path[path[:1] == '.' :]} = " if path else ""
         return f"{where}{wanted}", f"{where}{shown}"
+
+    def _operands(self, assertion: Assertion, *addresses: int) -> str:
+        """Return the values of both sides of a comparison that is a condition, apart from constants."""
+        shown = [
+            f"{side} = {cells_text(kind, self._cells, address)}"
+            for (side, kind), address in zip(assertion.operands, addresses, strict=False)
+            if side
+        ]
+        return f", where {' and '.join(shown)}" if shown else ""
 
     def _fail(self, assertion: Assertion, expected: str, actual: str, message: int) -> None:
         text = assertion.message or (str(self._cells[message]) if message else "")

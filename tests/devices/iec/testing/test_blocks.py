@@ -405,3 +405,30 @@ def test_a_call_through_an_interface_that_nothing_is_in_says_so(tmp_path: Path) 
     )
     (failure,) = outcomes(tmp_path / "counter_test.st", "codesys")["a"].failures
     assert (failure.line, failure.actual) == (3, "a pointer to nothing")
+
+
+LEVELS = (
+    "TYPE Level : (low, high); END_TYPE\nFUNCTION Twice : INT VAR_INPUT x : INT; END_VAR Twice := x * 2; END_FUNCTION\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("body", "actual"),
+    [
+        ("VAR x : INT := 5; END_VAR ASSERT_TRUE(Twice(x) > 20);", "FALSE, where Twice(x) = 10"),
+        ("VAR x, y : INT := 5; END_VAR ASSERT_FALSE(x + 1 > y);", "TRUE, where x + 1 = 6 and y = 5"),
+        ("VAR s : STRING := 'abc'; END_VAR ASSERT_FALSE(NOT (s <> 'abc'));", "TRUE, where s = 'abc'"),
+        ("VAR l : Level := high; END_VAR ASSERT_TRUE(l = low);", "FALSE, where l = high"),
+        ("VAR t : TON; END_VAR ASSERT_TRUE(t.ET >= T#5s, 'time');", "FALSE, where t.ET = T#0ms"),
+        ("VAR a : BOOL; END_VAR ASSERT_TRUE(a);", "FALSE"),
+        ("ASSERT_TRUE(1 > 2);", "FALSE"),
+    ],
+)
+def test_a_condition_that_compares_shows_both_sides(tmp_path: Path, body: str, actual: str) -> None:
+    assert said(tmp_path, body, LEVELS)[1] == actual
+
+
+def test_the_sides_of_a_comparison_are_computed_once(tmp_path: Path) -> None:
+    counter = "VAR_GLOBAL n : INT; END_VAR\nFUNCTION Next : INT n := n + 1; Next := n; END_FUNCTION\n"
+    body = "ASSERT_TRUE(Next() = 1); ASSERT_TRUE(Next() = 2); ASSERT_TRUE(Next() = 9);"
+    assert said(tmp_path, body, counter)[1] == "FALSE, where Next() = 3"
