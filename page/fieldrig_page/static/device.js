@@ -1,6 +1,6 @@
 // One device: its front, its buses and faults, and all its values.
 import { html } from 'htm/preact';
-import { useEffect, useState } from 'preact/hooks';
+import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import { live, useAnswer, useLive, useWish } from './live.js';
 import { Active, useFaults } from './faults.js';
 import { Front } from './fronts/front.js';
@@ -56,6 +56,7 @@ function merged(before, message, name) {
 }
 
 const LOG_MS = 1000;
+const NEAR_END = 24; // pixels
 
 // The messages that a device keeps itself, such as those of a message logger, asked for again and again.
 function Log({ name, point }) {
@@ -65,9 +66,13 @@ function Log({ name, point }) {
     const timer = setInterval(() => setTimes((before) => before + 1), LOG_MS);
     return () => clearInterval(timer);
   }, []);
+  // The newest message is in sight, unless somebody reads an older one.
+  const box = useRef(null), isAtEnd = useRef(true);
+  useLayoutEffect(() => { if (box.current && isAtEnd.current) box.current.scrollTop = box.current.scrollHeight; }, [answer?.value]);
+  const onScroll = ({ currentTarget: { scrollTop, clientHeight, scrollHeight } }) => { isAtEnd.current = scrollTop + clientHeight > scrollHeight - NEAR_END; };
   const title = `Messages: ${point}`;
   return html`<section aria-labelledby=${`log-${point}`}><h2 id=${`log-${point}`}>${title}</h2><p class="quiet">${answer?.about}</p><${Refused} refusal=${refusal} />
-    ${answer?.value ? html`<pre class="log" tabindex="0">${answer.value}</pre>` : answer && html`<p class="quiet">none</p>`}</section>`;
+    ${answer?.value ? html`<pre class="log" tabindex="0" ref=${box} onScroll=${onScroll}>${answer.value}</pre>` : answer && html`<p class="quiet">none</p>`}</section>`;
 }
 
 const canOf = (rig, name) => (rig?.devices?.[name]?.buses ?? []).filter((bus) => rig.buses[bus].family === 'can');

@@ -5,6 +5,7 @@ import os
 import re
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -154,6 +155,44 @@ def test_a_refusal_is_shown_with_its_reason(browser: Browser, kinds: ServedRig) 
 def test_the_message_logger_of_a_controller_is_below_its_front(browser: Browser, kinds: ServedRig) -> None:
     with opened(browser, kinds, path="/device/max4") as page:
         expect(page.get_by_role("region", name="Messages: log")).to_contain_text("boot started")
+
+
+LOGGER = """
+from fieldrig import Device, Point
+
+
+class Logger(Device):
+    log_keys = ("log",)
+
+    def __init__(self) -> None:
+        self.lines = [f"message {number}" for number in range(60)]
+
+    def points(self) -> dict[str, Point]:
+        return {
+            "log": Point(lambda: "\\n".join(self.lines)),
+            "more": Point(lambda: "", lambda text: self.lines.append(str(text))),
+        }
+"""
+IN_SIGHT = "box => box.scrollTop + box.clientHeight >= box.scrollHeight - 1"
+
+
+def test_the_newest_message_is_in_sight_unless_somebody_reads_an_older_one(browser: Browser, tmp_path: Path) -> None:
+    kinds = tmp_path / "logger.py"
+    kinds.write_text(LOGGER)
+    rig_text = json.dumps({"time": "virtual", "speed": 1, "devices": {"talker": {"kind": "logger:Logger"}}})
+    with ServedRig(rig_text, kinds) as rig, opened(browser, rig, path="/device/talker") as page:
+        log = page.locator(".log")
+        expect(log).to_contain_text("message 59")
+        assert log.evaluate(IN_SIGHT)
+        rig.ask("device/talker/set", {"values": {"more": "the next one"}})
+        expect(log).to_contain_text("the next one")
+        assert log.evaluate(IN_SIGHT)
+        log.hover()
+        page.mouse.wheel(0, -300)
+        page.wait_for_function(f"!({IN_SIGHT})(document.querySelector('.log'))")
+        rig.ask("device/talker/set", {"values": {"more": "one more"}})
+        expect(log).to_contain_text("one more")
+        assert not log.evaluate(IN_SIGHT)
 
 
 def test_the_front_of_every_kind_is_drawn_without_a_mistake_and_fits(browser: Browser, kinds: ServedRig) -> None:
