@@ -11,7 +11,7 @@ STAGE = "TYPE Stage : STRUCT axis : AXIS_REF; END_STRUCT; END_TYPE\n"
 DECLARED = """
     stage : Stage; power : MC_Power; move : MC_MoveAbsolute; other : MC_MoveRelative; endless : MC_MoveVelocity;
     halt : MC_Halt; jog : MC_Jog; home : MC_Home; place : MC_SetPosition; error : MC_Reset;
-    isOn, isUp, isDown : BOOL := TRUE; doMove, doOther, doEndless, doHalt, doPlace, forward, backwards : BOOL;
+    isOn, isUp, isDown : BOOL := TRUE; doMove, doOther, doEndless, doHalt, doPlace, doReset, forward, backwards : BOOL;
     goal, speed, acc, dec : LREAL; direction : MC_Direction := MC_Positive_Direction;
     position, velocity : LREAL; state : INT; hasJob : BOOL; ctrl : DWORD;
 """
@@ -26,6 +26,7 @@ BODY = """
     jog(Axis := stage.axis, JogForward := forward, JogBackwards := backwards, Mode := E_JogMode.MC_JOGMODE_CONTINOUS,
         Velocity := speed);
     place(Axis := stage.axis, Execute := doPlace, Position := goal);
+    error(Axis := stage.axis, Execute := doReset);
     position := stage.axis.NcToPlc.ActPos;
     velocity := stage.axis.NcToPlc.ActVelo;
     state := stage.axis.Status.MotionState;
@@ -243,3 +244,13 @@ def test_a_program_keeps_the_address_of_a_drive_in_its_axis() -> None:
     _cycles(bench, 3)
     assert bench["isDone"]
     assert bench["channel"] == 0
+
+
+def test_a_reset_ends_the_job_of_an_axis(bench: IecBench) -> None:
+    _order(bench, goal=50.0, speed=10.0, doMove=True)
+    _cycles(bench, 100)
+    _order(bench, doReset=True)
+    _cycles(bench, 2)
+    assert bench["move.CommandAborted"]
+    assert bench["error.Done"]
+    assert (bench["velocity"], bench["state"]) == (0, STANDSTILL)
