@@ -6,7 +6,7 @@ whether it can fall.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -82,7 +82,7 @@ async def samples(link: RigLink, live: Live) -> list[Sample]:
         *_of_rig(rig),
         *(sample for name, process in rig["processes"].items() for sample in _of_process(name, process)),
         *(sample for name, details in processes.items() for sample in _of_details(name, details)),
-        *(sample for name, statistics in buses.items() for sample in _of_bus(name, statistics)),
+        *(sample for name, statistics in buses.items() for sample in _of_bus(name, statistics, link.config.devices)),
         *(
             Sample("faults_active", sum(map(is_active, found.values())), (("part", name),))
             for name, found in faults.items()
@@ -115,10 +115,16 @@ def _of_details(name: str, details: Mapping[str, Any]) -> Iterator[Sample]:
         yield Sample("process_lateness_worst_seconds", details["late"]["worst_ms"] / 1e3, labels)
 
 
-def _of_bus(name: str, statistics: Mapping[str, float]) -> Iterator[Sample]:
-    """Yield the statistics of a bus; those of a member (`io.tec`) have it as a label."""
+def _of_bus(name: str, statistics: Mapping[str, float], devices: Container[str]) -> Iterator[Sample]:
+    """Yield the statistics of a bus; those of a member (`io.tec`, or on a ring `late.film`) have it as a label.
+
+    What a ring counts of a member has a name of its own, as it counts the same of all of them together.
+    """
     for key, value in statistics.items():
         member, _, figure = key.rpartition(".")
+        of_all, _, last = key.partition(".")
+        if last in devices and member not in devices:
+            member, figure = last, f"member_{of_all}"
         labels = (("bus", name), *((("member", member),) if member else ()))
         ratio = figure.removesuffix("_percent")
         if ratio != figure:

@@ -7,6 +7,8 @@ from in_loop import in_loop
 from page_bench import PageBench, bearer, page_of
 from prometheus_client.parser import text_string_to_metric_families
 
+from fieldrig_page.metrics import _of_bus
+
 LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
 
 pytestmark = pytest.mark.long
@@ -40,6 +42,19 @@ async def test_figures_of_rig_processes_and_buses_are_there() -> None:
         assert found["fieldrig_bus_frames", labels(bus="can0")] > 0
         assert 0 <= found["fieldrig_bus_load_ratio", labels(bus="can0")] <= 1
         assert found["fieldrig_bus_tec", labels(bus="can0", member="io")] == 0
+
+
+def test_what_a_ring_counts_of_a_member_has_the_member_as_a_label() -> None:
+    statistics = {"late": 5.0, "late.film": 3.0, "film.tec": 1.0, "socketcand:1.tec": 2.0, "load_percent": 50.0}
+    found = {(sample.name, sample.labels): sample.value for sample in _of_bus("ring", statistics, {"film"})}
+    bus, film = ("bus", "ring"), ("member", "film")
+    assert found == {
+        ("bus_late", (bus,)): 5.0,
+        ("bus_member_late", (bus, film)): 3.0,
+        ("bus_tec", (bus, film)): 1.0,
+        ("bus_tec", (bus, ("member", "socketcand:1"))): 2.0,
+        ("bus_load_ratio", (bus,)): 0.5,
+    }
 
 
 @in_loop
