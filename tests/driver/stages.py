@@ -187,6 +187,7 @@ LEAN = pytest_stage(
     "in a process without all other tests",
     f"{IN_MEMORY} and lean",
     *ON_ALL_CORES,
+    *PATIENT,
     files=lambda: marked("lean"),
 )
 FEW_EXAMPLES = "--hypothesis-profile=quick"
