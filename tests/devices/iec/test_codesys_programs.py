@@ -3,7 +3,7 @@
 import pytest
 from iec_program import IecBench, program, refused
 
-from fieldrig_devices.iec.dialect import CODESYS, EDITION_3
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
 
 LIBRARY = """
 TYPE
@@ -168,3 +168,18 @@ def test_of_an_argument_that_is_given_twice_the_last_value_counts() -> None:
     bench.cycle()
     assert bench["x"] == 32
     assert any("the argument a is given twice" in message for message in refused(text, EDITION_3))
+
+
+@pytest.mark.parametrize(("dialect", "has_edge"), [(CODESYS, False), (EDITION_3, True), (EPAS_4, True)])
+def test_the_first_call_of_a_falling_edge(dialect: Dialect, has_edge: bool) -> None:
+    """The help of CODESYS about SF_F_TRIG: it finds an edge in its first call, other than F_TRIG of the library."""
+    body = "f(CLK := clk); found := f.Q;"
+    bench = IecBench(program("f : F_TRIG; clk, found : BOOL;", body), dialect)
+    bench.cycle()
+    assert bench["found"] is has_edge
+    bench["clk"] = True
+    bench.cycle()
+    assert bench["found"] is False
+    bench["clk"] = False
+    bench.cycle()
+    assert bench["found"] is True

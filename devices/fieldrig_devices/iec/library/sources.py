@@ -34,7 +34,7 @@ def sources(dialect: str) -> tuple[tuple[str, str], ...]:
     """Return the names and texts of the files for the dialect with this name."""
     names = ("standard.st", "counters.st", "util.st")
     if dialect == CODESYS:
-        texts = [(name, _text(name)) for name in (*names, *_OF_CODESYS)]
+        texts = [(name, _without_first_edge(_text(name))) for name in (*names, *_OF_CODESYS)]
         return (*texts, ("timers_ltime.st", _timers(r"L\1", Elementary.LTIME)))
     if dialect != EDITION_3:
         return tuple((name, _text(name)) for name in names)
@@ -61,6 +61,14 @@ def parsed(text: str, name: str, dialect: Dialect) -> Unit:
 
 def _text(name: str) -> str:
     return (files(library) / name).read_text(encoding="ascii")
+
+
+def _without_first_edge(text: str) -> str:
+    """Return a text whose F_TRIG finds no edge in its first call, as that of CODESYS and TwinCAT.
+
+    Source: the help of CODESYS about SF_F_TRIG, which says how it differs from F_TRIG of its library Standard.
+    """
+    return text.replace("    M : BOOL;\nEND_VAR\nQ := NOT CLK", "    M : BOOL := TRUE;\nEND_VAR\nQ := NOT CLK")
 
 
 def _timers(name: str, kind: Elementary) -> str:
