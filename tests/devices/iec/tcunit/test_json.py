@@ -267,3 +267,41 @@ def test_bytes_come_from_base64(text: str, is_base64: bool, size: int, expected:
         AssertEquals_DINT({size}, d.GetBase64(v, ADR(s), SIZEOF(s)), 'size');
         AssertEquals_STRING('{expected}', s, 'bytes');""",
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "types"),
+    [
+        ("1", "Int Uint Int64 Uint64 Number"),
+        ("-1", "Int Int64 Number"),
+        ("3000000000", "Uint Int64 Uint64 Number"),
+        ("-3000000000", "Int64 Number"),
+        ("18446744073709551615", "Uint64 Number"),
+        ("18446744073709551616", "Double Number"),
+        ("1.0", "Double Number"),
+        ("true", "Bool True"),
+        ("false", "Bool False"),
+        ("null", "Null"),
+        ('"x"', "String"),
+        ("{}", "Object"),
+        ("[]", "Array"),
+    ],
+)
+def test_a_value_has_the_types_that_can_hold_it(text: str, types: str) -> None:
+    kinds = [
+        "Int",
+        "Uint",
+        "Int64",
+        "Uint64",
+        "Double",
+        "Number",
+        "Bool",
+        "True",
+        "False",
+        "Null",
+        "String",
+        "Object",
+        "Array",
+    ]
+    asked = "\n".join(f"AssertEquals_BOOL({kind in types.split()}, d.Is{kind}(v), '{kind}');" for kind in kinds)
+    _passes("d : FB_JsonDomParser; v : SJsonValue;", f"v := d.ParseDocument('{text}');\n{asked}")

@@ -98,7 +98,7 @@ class Documents:
             made[f"Get{name}"] = lambda parser, v, clock=clock: (clock.value(self._string(v)),)
         for name, numbers in RANGES.items():
             made[f"Get{name}"] = partial(self._integer, numbers)
-            made[f"Is{name}"] = lambda parser, v, numbers=numbers: (self._whole(v) in numbers,)
+            made[f"Is{name}"] = partial(self._is_integer, numbers)
         for name, kinds in KINDS.items():
             made[f"Is{name}"] = lambda parser, v, kinds=kinds: (self._kind(v) in kinds,)
         for form, read in (("Base64", _of_base64), ("HexBinary", _of_hex)):
@@ -160,6 +160,10 @@ class Documents:
     def _whole(self, v: int) -> int | None:
         node = self._handles.node(v)
         return None if node is None else node.whole
+
+    def _is_integer(self, numbers: range, parser: int, v: int) -> Results:
+        whole = self._whole(v)
+        return (whole is not None and whole in numbers,)  # a range is searched for what is no number
 
     def _integer(self, numbers: range, parser: int, v: int) -> Results:
         whole = self._whole(v)
