@@ -55,7 +55,7 @@ class Given:
         """Return bytes of the program as the text of Base64 or HexBinary."""
         assert self.memory is not None
         data = self.memory.bytes_at(address, size) if size > 0 else b""
-        return base64.b64encode(data).decode("ascii") if form == "Base64" else data.hex().upper()
+        return base64.b64encode(data).decode("ascii") if form == "Base64" else data.hex()
 
     def put_bytes(self, address: int, data: bytes) -> None:
         assert self.memory is not None
