@@ -318,3 +318,10 @@ def test_varinfo_needs_a_variable(call: str, expected: str) -> None:
 def test_varinfo_without_a_variable_for_it_is_refused() -> None:
     found = refused(program("n : INT; b : BOOL;", "b := __VARINFO(n).BitSize = 16;"), CODESYS)
     assert any("expected a variable of type __SYSTEM.VAR_INFO" in one for one in found)
+
+
+def test_classes_of_events_have_their_numbers() -> None:
+    """Tc2_System: TCEVENTCLASS_NONE is 0, TCEVENTCLASS_PARAMERROR 8."""
+    body = "first := E_TcEventClass.TCEVENTCLASS_NONE; last := TCEVENTCLASS_PARAMERROR; n := last;"
+    bench = ran(program("first, last : E_TcEventClass; n : UINT;", body))
+    assert (bench["first"], bench["n"]) == (0, 8)
