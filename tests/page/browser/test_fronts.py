@@ -13,6 +13,7 @@ from axe_playwright_python.sync_playwright import Axe
 from browser_page import ServedRig, opened
 from every_kind import DEVICES, whole
 from playwright.sync_api import Browser, Page, expect
+from running_rig import until
 
 pytestmark = pytest.mark.real
 
@@ -176,7 +177,7 @@ class Logger(Device):
 IN_SIGHT = "box => box.scrollTop + box.clientHeight >= box.scrollHeight - 1"
 
 
-def test_the_newest_message_is_in_sight_unless_somebody_reads_an_older_one(browser: Browser, tmp_path: Path) -> None:
+def test_the_newest_message_is_in_sight_unless_a_user_reads_an_older_one(browser: Browser, tmp_path: Path) -> None:
     kinds = tmp_path / "logger.py"
     kinds.write_text(LOGGER)
     rig_text = json.dumps({"time": "virtual", "speed": 1, "devices": {"talker": {"kind": "logger:Logger"}}})
@@ -189,7 +190,7 @@ def test_the_newest_message_is_in_sight_unless_somebody_reads_an_older_one(brows
         assert log.evaluate(IN_SIGHT)
         log.hover()
         page.mouse.wheel(0, -300)
-        page.wait_for_function(f"!({IN_SIGHT})(document.querySelector('.log'))")
+        until(lambda: not log.evaluate(IN_SIGHT))
         rig.ask("device/talker/set", {"values": {"more": "one more"}})
         expect(log).to_contain_text("one more")
         assert not log.evaluate(IN_SIGHT)

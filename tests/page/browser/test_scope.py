@@ -39,7 +39,7 @@ COUNT = """([row, isDark]) => {
     const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
     const columns = new Set();
     for (let at = 0; at < data.length; at += 4) {
-      if (Math.abs(data[at] - r) + Math.abs(data[at + 1] - g) + Math.abs(data[at + 2] - b) < 24 && data[at + 3] > 200)
+      if (Math.abs(data[at] - r) + Math.abs(data[at + 1] - g) + Math.abs(data[at + 2] - b) < 24 && data[at + 3] > 60)
         columns.add((at / 4) % canvas.width);
     }
     return columns.size;
@@ -79,7 +79,7 @@ def columns(page: Page, row: int, *, is_dark: bool = False) -> int:
 
 
 def until_drawn(page: Page, row: int, least: int) -> None:
-    page.wait_for_function(f"async (given) => (await ({COUNT})(given)) >= {least}", arg=[row, False])
+    until(lambda: columns(page, row) >= least)
 
 
 def test_signals_are_found_by_search_and_drawn(browser: Browser, pulses: ServedRig) -> None:
@@ -95,7 +95,7 @@ def test_signals_are_found_by_search_and_drawn(browser: Browser, pulses: ServedR
         expect(page.locator(".scope-values tbody tr")).to_have_count(2)
         page.get_by_role("button", name="remove source/ramp").click()
         expect(page.locator(".scope-values tbody tr")).to_have_count(1)
-        page.wait_for_function(f"async (given) => (await ({COUNT})(given)) === 0", arg=[1, False])
+        until(lambda: columns(page, 1) == 0)
 
 
 def until_caught(page: Page) -> None:
