@@ -121,6 +121,8 @@ class Text(Part):
     names: Names = ()
     good: Sequence[Value] = ()
     bad: Sequence[Value] = ()
+    hex_digits: int | None = None
+    """Digits of a number without a name, written as the words of CANopen are: `0237h`; None writes it as decimal."""
 
 
 @dataclass(frozen=True, slots=True)

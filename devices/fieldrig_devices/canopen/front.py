@@ -39,7 +39,7 @@ def front_of(dictionary: Dictionary, profile: int, wires: Mapping[tuple[int, int
     """
     state = [
         Text("state", "nmt.state", good=_ON, bad=("stopped",)),
-        Text("last error", "emcy.code", "code of the last EMCY", names=((0, "none"),)),
+        Text("last error", "emcy.code", "code of the last EMCY", names=((0, "none"),), hex_digits=4),
     ]
     groups = [Group([*RUN_AND_ERR, *state], "node")]
     parts: dict[str, list[Part]] = {}

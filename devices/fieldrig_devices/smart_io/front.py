@@ -35,7 +35,7 @@ def _state(has_ring: bool, has_display: bool) -> Iterator[Part]:
         yield Led("CRC", "ring_leds", "an error of the ring", colour="red")
         yield Led("carrier", "ring_leds", "an error of the ring", colour="yellow")
     yield Text("outputs", "owner", "the side that controls the outputs", names=(("pam", "PAM"), ("alone", "the node")))
-    yield Text("error word", "error_word", names=((0, "none"),))
+    yield Text("error word", "error_word", names=((0, "none"),), hex_digits=4)
     if has_ring:
         yield Text("node", "node", good=("running",))
         yield Text("fault of the ring", "ring", names=(("", "none"),))
@@ -67,7 +67,7 @@ def _motor(name: str) -> Group:
         [
             Number("position", f"{name}.position"),
             Led("ready", f"{name}.ready", "no order is carried out"),
-            Text("error word", f"{name}.error", names=((0, "none"),)),
+            Text("error word", f"{name}.error", names=((0, "none"),), hex_digits=4),
         ],
         name.replace("motor", "motor "),
     )

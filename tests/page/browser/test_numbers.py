@@ -2,10 +2,12 @@
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from browser_page import ServedRig, opened
 from playwright.sync_api import Browser, Locator, Page, expect
+from running_rig import until
 
 pytestmark = pytest.mark.real
 
@@ -25,6 +27,21 @@ RIG = {
     "speed": 1,
     "buses": {"line": {"kind": "modbus.virtual"}},
     "devices": {"store": {"kind": "modbus.device", "unit_id": 1, "table": "table.yaml", "links": {"modbus": "line"}}},
+}
+
+DRIVE = {
+    "name": "drive",
+    "time": "virtual",
+    "speed": 1,
+    "buses": {"can": {"kind": "can.virtual"}},
+    "devices": {
+        "axis": {
+            "kind": "cia402.drive",
+            "node_id": 3,
+            "links": {"can": "can"},
+            "faults": [{"what": "overtemperature"}],
+        }
+    },
 }
 
 
@@ -85,7 +102,7 @@ def test_what_is_typed_into_the_trigger_stays_while_samples_come(browser: Browse
             expect(newest).not_to_have_text(before)
         level.press("Enter")
         level_of = "JSON.parse(sessionStorage.getItem('scope:counters')).setup.trigger.level"
-        page.wait_for_function(f"{level_of} !== 0.5")
+        until(lambda: page.evaluate(level_of) != 0.5)
         assert page.evaluate(level_of) == 73999
         expect(level).to_have_value("73999")
 
@@ -109,3 +126,13 @@ def test_cursors_have_all_digits_of_whole_numbers(browser: Browser, counters: Se
         assert int(second) - int(first) == int(between) > 0
         assert int(first) > 73113480
         assert totals == [str(LARGE), str(LARGE), "0"]
+
+
+def test_the_words_of_a_drive_have_hexadecimal_digits_as_in_its_manual(browser: Browser, tmp_path: Path) -> None:
+    """Overtemperature of the drive is 4310h (CiA 402-2), and 0218h is the status word of a fault with voltage."""
+    file = tmp_path / "drive.yaml"
+    file.write_text(json.dumps(DRIVE))
+    with ServedRig(file) as rig, opened(browser, rig, path="/device/axis") as page:
+        facts = page.locator(".fact")
+        expect(facts.filter(has_text="status word")).to_contain_text("0218h")
+        expect(facts.filter(has=page.get_by_text("error", exact=True))).to_contain_text("4310h")

@@ -5,7 +5,7 @@ import { named, number } from './words.js';
 export function Text({ part, values }) {
   const value = values[part.point];
   const look = (part.bad ?? []).includes(value) ? 'down' : (part.good ?? []).includes(value) ? 'ok' : '';
-  const words = named(value, part.names);
+  const words = named(value, part.names, part.hex_digits);
   return html`<div class="fact" title=${part.about}><dt>${part.label}</dt>
     <dd class=${words.includes('\n') ? 'many' : ''} tabindex=${words.includes('\n') ? 0 : null}>${look ? html`<span class=${`pill ${look}`}>${words}</span>` : words || '–'}</dd></div>`;
 }

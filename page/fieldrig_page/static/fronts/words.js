@@ -5,9 +5,13 @@ export function nameOf(value, names = []) {
   return names.find(([one]) => one === value)?.[1];
 }
 
-// The name of a value, or the value itself.
-export function named(value, names) {
-  return nameOf(value, names) ?? shown(value);
+// The name of a value, or the value itself, with so many hexadecimal digits if there are any.
+export function named(value, names, hexDigits) {
+  return nameOf(value, names) ?? (hexDigits && Number.isInteger(value) ? hex(value, hexDigits) : shown(value));
+}
+
+function hex(value, digits) {
+  return `${value.toString(16).toUpperCase().padStart(digits, '0')}h`;
 }
 
 // A whole number that JavaScript would round comes and goes as a text of its digits.
