@@ -83,8 +83,8 @@ class Stack(NamedTuple):
     def until_healthy(self) -> None:
         """Wait until Docker's own check, that of the control service for all, has found that every part is ready.
 
-        It costs next to nothing.  A tool runs in the container of the control service, and on a busy host it takes half of
-        the time that this service has for its start.
+        It costs next to nothing.  A tool runs in the container of the control service, and on a busy host it takes half
+        of the time that this service has for its start.
         """
         self.until(lambda: self.health()["rig"] == "healthy", "the rig is healthy")
 
