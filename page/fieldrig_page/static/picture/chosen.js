@@ -1,6 +1,6 @@
 // What is known of the chosen card: why it is as it is, its wires with values and units, its partners, and its power.
 import { html } from 'htm/preact';
-import { useEffect, useRef, useState } from 'preact/hooks';
+import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import { api, useLive, useWish } from '../live.js';
 import { familyOf } from './card.js';
 import { show } from './life.js';
@@ -9,7 +9,8 @@ const POWER_OFF = 'power_off';
 
 export function Chosen({ name, graph, part, mayOperate, onChoose, onClose }) {
   const device = graph.devices[name], wires = useWires(name), [refusal, setRefusal] = useState(null), close = useRef(null);
-  useEffect(() => { setRefusal(null); close.current?.focus(); }, [name]);
+  useEffect(() => setRefusal(null), [name]);
+  useLayoutEffect(() => close.current?.focus(), [name]); // a later one took the focus that closing had given back to the card
   const own = graph.wires.filter(wire => wire.publisher === name || wire.readers.includes(name));
   const act = (method, path, body) => api(method, path, body).then(() => setRefusal(null), setRefusal);
   const others = wire => (wire.publisher === name ? wire.readers : [wire.publisher]);
