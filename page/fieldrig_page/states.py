@@ -48,10 +48,8 @@ def state_of_device(process: Process, faults: Faults, troubles: Mapping[str, Any
     """Return the state of a device: of its process, its power, its faults, and what it reports itself."""
     active = _active(faults)
     why = (*_in_lines(active), *(f"{key} {show_value(value)}" for key, value in troubles.items() if value))
-    if process.state in ENDED:
-        return PartState(Level.DOWN, "down", why)
-    if process.is_silent and process.state == READY:
-        return PartState(Level.DOWN, NO_ANSWER, (*why, SILENCE))
+    if (away := _away(process, why)) is not None:
+        return away
     if power_off(faults) is not None:
         return PartState(Level.DOWN, "power off", why)
     present = [key for key, value in troubles.items() if value]
@@ -65,13 +63,20 @@ def state_of_bus(
     """Return the state of a bus: of the process that runs it, its faults and its conditions, such as an open ring."""
     active = _active(faults)
     why = (*_in_lines(active), *conditions.values())
+    if (away := _away(process, why)) is not None:
+        return away
+    if figures.get("ring_closed") == 0 and figures.get("cycles"):
+        return PartState(Level.FAULT, "open", why)
+    return _of_running(process, active, why, "alarm")
+
+
+def _away(process: Process, why: tuple[str, ...]) -> PartState | None:
+    """Return the state of a part whose process has ended or does not answer; None for any other."""
     if process.state in ENDED:
         return PartState(Level.DOWN, "down", why)
     if process.is_silent and process.state == READY:
         return PartState(Level.DOWN, NO_ANSWER, (*why, SILENCE))
-    if figures.get("ring_closed") == 0 and figures.get("cycles"):
-        return PartState(Level.FAULT, "open", why)
-    return _of_running(process, active, why, "alarm")
+    return None
 
 
 def _of_running(process: Process, active: Sequence[Fault], why: tuple[str, ...], word: str) -> PartState:

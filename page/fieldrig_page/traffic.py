@@ -53,7 +53,8 @@ class _Filter:
             return False
         if not self._words:
             return True
-        return all(word in row.searched for word in self._words)
+        text = row.searched
+        return all(word in text for word in self._words)
 
 
 class _View:

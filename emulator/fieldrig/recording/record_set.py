@@ -19,7 +19,6 @@ from fieldrig.recording.sampler import Changes, Texts, Track
 from fieldrig.recording.signals import (
     CHANGE,
     CYCLE,
-    NAN,
     OWN_PERIOD_NS,
     REST_NS,
     Column,
@@ -130,10 +129,7 @@ class RecordSet:
 
     def _note(self, changes: Changes, numbers: Sequence[int], now_ns: int, place: int, value: Value) -> None:
         texts = self._texts.get(numbers[place])
-        if texts is not None:
-            changes.note(now_ns, place, texts.number(value))
-        else:
-            changes.note(now_ns, place, NAN if isinstance(value, str) else value)
+        changes.note(now_ns, place, value if texts is None else texts.number(value))
 
     def end(self) -> None:
         """Sample nothing any more; what is kept can still be asked for."""

@@ -94,12 +94,10 @@ class Recording(ABC):
         rows, self._rows[:count] = self._rows[:count], ()
         for part in rows:
             self.lost += part.lost
-            for number, (place, values) in enumerate(zip(part.columns, part.values, strict=True)):
-                name = self.columns[place].name
-                before = len(self._times[name])
-                self._whole[name] |= {
-                    before + row: value for (column, row), value in part.whole.items() if column == number
-                }
+            names = [self.columns[place].name for place in part.columns]
+            for (column, row), value in part.whole.items():
+                self._whole[names[column]][len(self._times[names[column]]) + row] = value
+            for name, values in zip(names, part.values, strict=True):
                 self._times[name].extend(part.times_ns)
                 self._values[name].extend(values)
 

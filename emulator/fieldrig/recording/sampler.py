@@ -143,7 +143,7 @@ class Changes:
         self._events: list[tuple[int, int, float]] = []
         self._first = 0
 
-    def note(self, now_ns: int, column: int, value: float) -> None:
+    def note(self, now_ns: int, column: int, value: Value) -> None:
         if type(value) is int and not -EXACT <= value <= EXACT:
             self.whole.note(self._first + len(self._events), column, value)
         self._events.append((now_ns, column, number_of(value)))

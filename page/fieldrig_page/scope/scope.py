@@ -139,15 +139,15 @@ class Scope:
         record = self._records[bus]
         next_before, lost_before = record.next, record.lost
         record.take(batch)
-        rows = list(record.rows(next_before, record.next - next_before))
+        texts = [(row.message.time_ns, row.searched) for row in record.rows(next_before, record.next - next_before)]
         for session in tuple(self._sessions.values()):
             trigger = session.trigger
             if trigger is None or trigger.kind != "message" or trigger.part != bus:
                 continue
             session.messages_lost += record.lost - lost_before
-            for row in rows:
-                if trigger.fits_message(bus, row.searched):
-                    instant_ns = row.message.time_ns - batch["epoch_ns"]
+            for time_ns, text in texts:
+                if trigger.fits_message(bus, text):
+                    instant_ns = time_ns - batch["epoch_ns"]
                     session.strike(Hit(0, instant_ns, instant_ns))
 
     def _shown(self, event: Event) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 import { html } from 'htm/preact';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { api, inPath, useAnswer, useLive, useWish } from './live.js';
-import { isWholeText } from './fronts/words.js';
+import { numberOrText } from './fronts/words.js';
 import { Refused, Rows } from './rows.js';
 
 const LINE = 20; // pixels
@@ -169,6 +169,5 @@ function Forcing({ forced, role, act }) {
 // A literal as people type it; the rig knows the others, such as T#5s.
 function typed(text) {
   if (/^(true|false)$/i.test(text)) return text.toLowerCase() === 'true';
-  const number = Number(text);
-  return text === '' || Number.isNaN(number) || isWholeText(text) ? text : number;
+  return numberOrText(text);
 }

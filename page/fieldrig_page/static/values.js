@@ -1,7 +1,7 @@
 // The values of devices: search, units, what they are now, and edit with the reason of a refusal beside the field.
 import { html } from 'htm/preact';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
-import { isWholeText, nameOf } from './fronts/words.js';
+import { nameOf, numberOrText } from './fronts/words.js';
 import { api, inPath, live, useAnswer, useWish } from './live.js';
 import { Rows } from './rows.js';
 
@@ -179,7 +179,7 @@ function typed(field, present) {
   if (typeof present === 'boolean') return text === 'true';
   if (typeof present !== 'number') return field.value;
   const number = /^-?0x[0-9a-f]+$/i.test(text) ? Math.sign(text[0] === '-' ? -1 : 1) * parseInt(text.replace('-', ''), 16) : Number(text);
-  return text === '' || Number.isNaN(number) || isWholeText(text) ? text : number;
+  return numberOrText(text, number);
 }
 
 async function write(device, key, value) {

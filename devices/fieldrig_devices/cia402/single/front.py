@@ -9,8 +9,6 @@ from fieldrig_devices.cia402.single.settings import INPUTS, Cia402DriveSettings
 from fieldrig_devices.motion.front import motion, position, shaft
 
 _DECIMALS: Final = 4
-_WORD: Final = 4
-"""Hexadecimal digits of 16 bits."""
 _MODES: Final = (
     (0, "none"),
     (1, "profile position"),
@@ -40,8 +38,8 @@ def front_of(settings: Cia402DriveSettings) -> Front:
                         bad=("fault", "fault reaction active"),
                     ),
                     Text("mode", "mode", "mode of operation, as in 6061h", names=_MODES),
-                    Text("error", "error_code", "as in 603Fh", names=((0, "none"),), hex_digits=_WORD),
-                    Text("status word", "status_word", "as in 6041h", hex_digits=_WORD),
+                    Text("error", "error_code", "as in 603Fh", names=((0, "none"),), hex_digits=4),
+                    Text("status word", "status_word", "as in 6041h", hex_digits=4),
                 ],
                 "state",
             ),

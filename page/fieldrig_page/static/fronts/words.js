@@ -17,6 +17,11 @@ function hex(value, digits) {
 // A whole number that JavaScript would round comes and goes as a text of its digits.
 export const isWholeText = (value) => typeof value === 'string' && /^[+-]?\d{16,}$/.test(value);
 
+// The number that a text means; the text itself if it is none, or a whole number that JavaScript would round.
+export function numberOrText(text, number = Number(text)) {
+  return text === '' || Number.isNaN(number) || isWholeText(text) ? text : number;
+}
+
 export function shown(value) {
   if (value === undefined || value === null) return '–';
   if (value === true) return 'on';

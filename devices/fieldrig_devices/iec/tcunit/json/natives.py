@@ -12,7 +12,7 @@ from fieldrig_devices.iec.tcunit.json import declared, iso, parsers
 from fieldrig_devices.iec.tcunit.json.nodes import INT32, INT64, UINT32, UINT64, Kind, Node, parsed, written
 from fieldrig_devices.iec.tcunit.json.parsers import Handles, Parser
 from fieldrig_devices.iec.tcunit.json.sax import Writers
-from fieldrig_devices.iec.tcunit.json.texts import COST_NS, Given, short
+from fieldrig_devices.iec.tcunit.json.texts import COST_NS, Given, limit, short, size_of
 from fieldrig_devices.iec.types import Value
 
 RANGES: Final = {"Int": INT32, "Uint": UINT32, "Int64": INT64, "Uint64": UINT64}
@@ -61,7 +61,7 @@ class Documents:
             "CopyDocument": lambda parser, *into: self._given.copy(self._document(parser), *into),
             "ExceptionRaised": lambda parser: (self._parser(parser).has_failed,),
             "GetMaxDecimalPlaces": lambda parser: (self._parser(parser).places,),
-            "SetMaxDecimalPlaces": lambda parser, places: _limit(self._parser(parser), places),
+            "SetMaxDecimalPlaces": lambda parser, places: limit(self._parser(parser), places),
             "FindMember": self._find,
             "FindMemberPath": self._find_path,
             "HasMember": lambda parser, v, name: (bool(self._find(parser, v, name)[0]),),
@@ -85,7 +85,7 @@ class Documents:
             "GetBool": lambda parser, v: (self._kind(v) is Kind.TRUE,),
             "GetDouble": lambda parser, v: (self._number(v),),
             "GetJson": lambda parser, v: short(self._written(parser, v)),
-            "GetJsonLength": self._length,
+            "GetJsonLength": lambda parser, v: size_of(self._written(parser, v)),
             "CopyJson": lambda parser, v, *into: self._given.copy(self._written(parser, v), *into),
             "GetString": lambda parser, v: short(self._string(v)),
             "GetStringLength": lambda parser, v: (len(self._string(v)),),
@@ -147,10 +147,6 @@ class Documents:
         node = self._handles.node(v)
         return "" if node is None else written(node, self._parser(handle).places)
 
-    def _length(self, handle: int, v: int) -> Results:
-        text = self._written(handle, v)
-        return (len(text) + 1 if text else 0,)
-
     # ---- values
 
     def _kind(self, v: int) -> Kind | None:
@@ -211,7 +207,9 @@ class Documents:
         node, new = self._handles.node(v), make(*given)
         if node is None or new is None or node.kind not in (Kind.OBJECT, Kind.NULL):
             return (0,)
-        node.members = [*(node.members or ()), (self._given.text(name), new)]
+        if node.members is None:
+            node.members = []
+        node.members.append((self._given.text(name), new))
         return (self._handles.of(new),)
 
     def _find(self, parser: int, v: int, name: int) -> Results:
@@ -244,7 +242,9 @@ class Documents:
         node, new = self._handles.node(v), make(*given)
         if node is None or new is None or node.kind not in (Kind.ARRAY, Kind.NULL):
             return (0,)
-        node.elements = [*(node.elements or ()), new]
+        if node.elements is None:
+            node.elements = []
+        node.elements.append(new)
         return (self._handles.of(new),)
 
     def _elements(self, v: int) -> list[Node]:
@@ -289,11 +289,6 @@ class Documents:
             if values is not None:
                 values.pop(found.index)
         return (True,)
-
-
-def _limit(parser: Parser, places: int) -> Results:
-    parser.places = places
-    return ()
 
 
 def _of_base64(text: str) -> bytes | None:

@@ -34,8 +34,8 @@ class Handles:
     _last: int = 0
     _nodes: dict[int, Node] = field(default_factory=dict)
     _places: dict[int, Place] = field(default_factory=dict)
-    _known: dict[tuple[int, int], int] = field(default_factory=dict)
-    """The number of each place, by that of its value and its index."""
+    _known: dict[int, dict[int, int]] = field(default_factory=dict)
+    """The number of each place by its index, by that of its value."""
 
     def new(self) -> int:
         self._last += 1
@@ -54,11 +54,11 @@ class Handles:
         return self._nodes.get(handle)
 
     def of_place(self, node: Node, index: int) -> int:
-        key = self.of(node), index
-        if key not in self._known:
-            self._known[key] = self.new()
-            self._places[self._known[key]] = Place(node, index)
-        return self._known[key]
+        known = self._known.setdefault(self.of(node), {})
+        if index not in known:
+            known[index] = self.new()
+            self._places[known[index]] = Place(node, index)
+        return known[index]
 
     def place(self, handle: int) -> Place | None:
         return self._places.get(handle)
@@ -70,8 +70,8 @@ class Handles:
             node = waiting.pop()
             waiting += node.children()
             if self._nodes.pop(node.handle, None) is not None:
-                for key in [key for key in self._known if key[0] == node.handle]:
-                    del self._places[self._known.pop(key)]
+                for number in self._known.pop(node.handle, {}).values():
+                    del self._places[number]
 
 
 def load(parser: Parser, handles: Handles, text: str) -> Node | None:

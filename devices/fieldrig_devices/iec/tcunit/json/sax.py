@@ -6,7 +6,7 @@ from typing import Any
 
 from fieldrig_devices.iec.host import Results
 from fieldrig_devices.iec.tcunit.json.iso import CLOCKS
-from fieldrig_devices.iec.tcunit.json.texts import Given, short
+from fieldrig_devices.iec.tcunit.json.texts import Given, limit, short, size_of
 from fieldrig_devices.iec.tcunit.json.writer import Writer
 from fieldrig_devices.iec.types import Value
 
@@ -31,10 +31,10 @@ class Writers:
             "EndObject": lambda writer: _done(self.writer(writer).end, is_array=False),
             "ResetDocument": lambda writer: _done(self.writer(writer).reset),
             "GetDocument": lambda writer: short(self.writer(writer).text),
-            "GetDocumentLength": self._size_written,
+            "GetDocumentLength": lambda writer: size_of(self.writer(writer).text),
             "CopyDocument": lambda writer, *into: self._given.copy(self.writer(writer).text, *into),
             "GetMaxDecimalPlaces": lambda writer: (self.writer(writer).places,),
-            "SetMaxDecimalPlaces": lambda writer, places: _limit(self.writer(writer), places),
+            "SetMaxDecimalPlaces": lambda writer, places: limit(self.writer(writer), places),
         }
         for name in ("Bool", "Dint", "Lint", "Lreal", "Real", "Udint", "Ulint"):
             made[f"Add{name}"] = lambda writer, value: _done(self.writer(writer).value, value)
@@ -63,16 +63,7 @@ class Writers:
         writer.value(value)
         return ()
 
-    def _size_written(self, handle: int) -> Results:
-        text = self.writer(handle).text
-        return (len(text) + 1 if text else 0,)
-
 
 def _done(work: Callable[..., None], *given: Any, **chosen: bool) -> Results:
     work(*given, **chosen)
-    return ()
-
-
-def _limit(writer: Writer, places: int) -> Results:
-    writer.places = places
     return ()

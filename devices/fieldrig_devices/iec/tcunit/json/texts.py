@@ -1,7 +1,7 @@
 """Texts and bytes that a program hands over by their address, whatever they are declared as."""
 
 import base64
-from typing import Final
+from typing import Final, Protocol
 
 from fieldrig_devices.iec.host import Results
 from fieldrig_devices.iec.layout import STRING_KIND
@@ -12,8 +12,24 @@ LONGEST: Final = 255
 """Characters of the texts that are results; one that is longer is given as an empty one."""
 
 
+class Limited(Protocol):
+    """A parser or a writer, as one that has a limit of decimal places."""
+
+    places: int
+
+
 def short(text: str) -> Results:
     return (text if len(text) <= LONGEST else "",)
+
+
+def size_of(text: str) -> Results:
+    """Return the size of a text with its closing zero; 0 for an empty one."""
+    return (len(text) + 1 if text else 0,)
+
+
+def limit(of: Limited, places: int) -> Results:
+    of.places = places
+    return ()
 
 
 def text_at(memory: Memory, address: int) -> str:
