@@ -15,6 +15,7 @@ from fieldrig.clock import MS, US
 from fieldrig.errors import UsageError
 from fieldrig.traces.log_lines import LogLines
 from fieldrig.traces.oddities import Oddities
+from fieldrig.traces.read_again import ReadAgain
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS
@@ -22,8 +23,8 @@ from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.traces import canhacker
 from fieldrig_bus.traces.can_fields import fields_of
 from fieldrig_bus.traces.channels import BusNames, Channels
+from fieldrig_bus.traces.plain_ends import PlainEnds
 from fieldrig_bus.traces.plain_heads import HEAD_BYTES, HeadsOfTexts, PlainHeads
-from fieldrig_bus.traces.read_again import PlainEnds, ReadAgain
 from fieldrig_bus.traces.trc_lines import DAY_NS, EPOCH_DAY, PLAIN_COLUMNS, VERSIONS, columns_of, parse, plain, start_ns
 
 SUFFIXES = (".trc",)

@@ -6,13 +6,13 @@ recorded side by side are out of order by a little.  A log whose places are not 
 read from its beginning.
 """
 
-import io
 from bisect import bisect_left
 from collections.abc import Callable
 from itertools import pairwise
 from typing import BinaryIO, Final, cast
 
 from fieldrig.traces.oddities import Oddities
+from fieldrig.traces.read_again import ReadAgain
 from fieldrig.traces.window import origin_ns
 
 PLACES: Final = 1024
@@ -23,18 +23,6 @@ SMALLEST: Final = 1 << 22
 
 Clock = Callable[[str], int | None]
 """Returns the instant of a line, without the beginning of the log; None for a line that has none."""
-
-
-class _Jumped(io.RawIOBase):
-    """A file whose middle part is left out: its head, and then everything from a place on."""
-
-    def __init__(self, file: BinaryIO, head: bytes, at: int) -> None:
-        self._file, self._head = file, head
-        file.seek(at)
-
-    def read1(self, size: int = -1) -> bytes:
-        head, self._head = self._head, b""
-        return head or self._file.read(size)
 
 
 def jumped(file: BinaryIO, head: bytes, clock: Clock, offset_ns: int, odd: Oddities) -> BinaryIO:
@@ -54,8 +42,8 @@ def jumped(file: BinaryIO, head: bytes, clock: Clock, offset_ns: int, odd: Oddit
     number = bisect_left([time_ns for _, time_ns in places], origin_ns(first_ns) + offset_ns) - 2
     if number <= 0 or any(later < earlier for (_, earlier), (_, later) in pairwise(places)):
         return file
-    odd.jumped_to = places[number][0]
-    return cast(BinaryIO, _Jumped(file, head[:end], places[number][0]))
+    odd.jumped_to = file.seek(places[number][0])
+    return cast(BinaryIO, ReadAgain(head[:end], file))
 
 
 def _first_line(head: bytes, clock: Clock) -> tuple[int, int] | None:

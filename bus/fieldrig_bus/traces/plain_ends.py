@@ -1,20 +1,6 @@
-"""Files of logs for `LogLines`: with a beginning that was read before, or with other ends of lines."""
+"""Logs whose lines may end with CR alone, for `LogLines`."""
 
-from typing import Any
-
-
-class ReadAgain:
-    """A file of which `head` was read, from its beginning again."""
-
-    def __init__(self, head: bytes, file: Any) -> None:
-        self._head, self._read = head, getattr(file, "read1", file.read)
-
-    def read1(self, size: int) -> bytes:
-        """Return the next bytes, as they come; none at the end."""
-        head, self._head = self._head, b""
-        return head or bytes(self._read(size))
-
-    read = read1
+from fieldrig.traces.read_again import ReadAgain
 
 
 class PlainEnds:
