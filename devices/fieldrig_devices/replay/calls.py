@@ -54,18 +54,15 @@ def diff(
     ConfigError for mistakes in a rig file, an EDS or a table.
     """
     named = NamedLog(_paths(eds), _paths(registers), load(rig) if isinstance(rig, str | Path) else rig)
-    left_out = LeftOut(leave_out)
-    result = compare_logs(
+    return compare_logs(
         lambda: read(Path(left), begin_ns, duration_ns),
         lambda: read(Path(right), begin_ns, duration_ns),
         tolerance_ns=tolerance_ns,
         horizon_ns=window_ns,
         offset=offset_ns,
-        leave_out=left_out,
+        leave_out=LeftOut(leave_out),
         names=(LogNames(named), LogNames(named)),
     )
-    result.notes = [*result.notes, *left_out.unmet()]
-    return result
 
 
 def _paths(files: Mapping[int, str | Path] | None) -> dict[int, Path]:

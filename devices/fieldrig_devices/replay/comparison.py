@@ -4,7 +4,7 @@ Both are read once, as streams, and a second time up to the first difference, fo
 whatever the logs have: streams beyond `MOST_STREAMS` are compared together.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from heapq import merge
 from operator import itemgetter
 from typing import Final, NamedTuple
@@ -14,6 +14,7 @@ from fieldrig.traces.parts import PartDifference, differences
 from fieldrig_devices.replay.align import Aligner, Pair
 from fieldrig_devices.replay.context import Read, around
 from fieldrig_devices.replay.diff_result import DiffResult, DiffRow, FirstDifference
+from fieldrig_devices.replay.leave_out import LeftOut
 from fieldrig_devices.replay.log_names import LogNames
 from fieldrig_devices.replay.log_side import MOST_STREAMS, LogSide
 from fieldrig_devices.replay.offset import offset_ns
@@ -162,11 +163,12 @@ def compare_logs(
     tolerance_ns: int = TOLERANCE_NS,
     horizon_ns: int = HORIZON_NS,
     offset: int | None = None,
-    leave_out: Callable[[Stream], bool] = lambda stream: False,
+    leave_out: LeftOut | None = None,
     names: tuple[LogNames, LogNames] | None = None,
 ) -> DiffResult:
     """Compare two logs, which are read twice.  See `fieldrig_devices.replay.diff` for the arguments."""
-    ours, theirs = LogSide(left(), leave_out), LogSide(right(), leave_out)
+    left_out = LeftOut(()) if leave_out is None else leave_out
+    ours, theirs = LogSide(left(), left_out), LogSide(right(), left_out)
     their_names = _same_names(ours.buses, theirs.buses)
     theirs.rename(their_names)
     shift_ns = offset_ns(ours.head, theirs.head, tolerance_ns) if offset is None else offset
@@ -182,7 +184,7 @@ def compare_logs(
         else:
             comparison.take_right(stream, item._replace(time_ns=time_ns) if shift_ns else item)
     rows = comparison.finish()
-    result = DiffResult(rows, shift_ns, None, _notes(rows, their_names))
+    result = DiffResult(rows, shift_ns, None, [*_notes(rows, their_names), *left_out.unmet()])
     if comparison.first is not None:
         result.first = _with_context(comparison.first, left, right, shift_ns)
     return result

@@ -78,17 +78,16 @@ def diff(
 
     odd, named = (Oddities(), Oddities()), named_log(rig, eds, registers)
     part = part_ns(begin, duration)
-    untold, left_out = {left: odd[0], right: odd[1]}, LeftOut(leave_out or ())
+    untold = {left: odd[0], right: odd[1]}
     result = compare_logs(
         lambda: read(left, *part, untold.pop(left, None)),  # a log is read again for what is around
         lambda: read(right, *part, untold.pop(right, None)),
         tolerance_ns=duration_ns(tolerance),
         horizon_ns=duration_ns(window),
         offset=None if offset is None else _signed_ns(offset),
-        leave_out=left_out,
+        leave_out=LeftOut(leave_out or ()),
         names=(LogNames(named), LogNames(named)),
     )
-    result.notes = [*result.notes, *left_out.unmet()]
     for path, oddities in zip((left, right), odd, strict=True):
         report_oddities(path, oddities)
     if as_json:

@@ -36,8 +36,9 @@ class LeftOut:
 
     def unmet(self) -> Iterator[str]:
         """Yield a sentence about each word that names nothing in the logs."""
-        for word in self._wanted.keys() - self._met:
-            yield f"--leave-out {word}: the logs have no such stream; {closest(word, list(self._names))}"
+        for word in self._wanted:
+            if word not in self._met:
+                yield f"--leave-out {word}: the logs have no such stream; {closest(word, list(self._names))}"
 
 
 def _plain(pattern: str) -> str:

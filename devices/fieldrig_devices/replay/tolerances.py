@@ -44,7 +44,8 @@ class Tolerances:
 
     def is_left_out(self, node: str, key: str, name: str = "") -> bool:
         """Return whether an object or register is not compared."""
-        met = [word for word in self.leave_out if _is_named(word, _names(node, key, name))]
+        names = _names(node, key, name)
+        met = [word for word in self.leave_out if _is_named(word, names)]
         self._met.update(met)
         return bool(met)
 
