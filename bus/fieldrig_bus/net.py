@@ -107,6 +107,8 @@ class Connection(Portions):
         """Send `data`, or drop all of it when the client does not read."""
         if not self.is_full:
             self.transport.write(data)
+        elif not self.transport.is_closing():
+            self.server.door.reached.note("messages lost", "a client does not read, and what is for it is lost")
 
 
 class TcpServer:

@@ -142,6 +142,26 @@ async def test_client_that_has_to_wait_waits_after_a_flood_too() -> None:
     await server.close()
 
 
+@in_loop
+async def test_what_is_lost_because_a_client_does_not_read_is_counted() -> None:
+    class Talking(Connection):
+        def data_received(self, data: bytes) -> None:
+            while not self.is_full:
+                self.write(bytes(1 << 16))
+            self.write(b"lost")
+
+    server = TcpServer("127.0.0.1:0", Talking)
+    await server.open()
+    _, writer = await asyncio.open_connection("127.0.0.1", server.port, limit=1)
+    writer.write(b"x")
+    async with asyncio.timeout(PATIENCE_S):
+        while not server.door.reached.figures():
+            await asyncio.sleep(0)
+    assert server.door.reached.figures() == {"messages lost": 1.0}
+    writer.close()
+    await server.close()
+
+
 class Members:
     """A hub that only keeps the names of its members."""
 

@@ -11,6 +11,8 @@ class ServedConnection:
     def __init__(self, serve: Serve, *, is_taking: bool = True) -> None:
         self.peer, self.local = "10.0.0.7", "10.0.0.1"
         self.is_taking, self.is_closed = is_taking, False
+        self.limit = ""
+        """The limit because of which the session has closed the connection."""
         self.arrived = bytearray()
         """Bytes that the client has."""
         self._waiting = bytearray()
@@ -43,6 +45,10 @@ class ServedConnection:
         self.is_closed = True
         self.arrived += self._waiting
         self._waiting.clear()
+
+    def cut(self, limit: str) -> None:
+        self.limit = limit
+        self.close()
 
     def listen(self, on_port: Callable[[int], None], on_connection: Serve) -> None:
         self.serve_extra = on_connection

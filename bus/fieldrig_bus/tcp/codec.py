@@ -10,6 +10,7 @@ from fieldrig.faults import note
 from fieldrig.faults.note import FaultNote
 from fieldrig_bus.tcp.message import (
     KINDS,
+    Close,
     Connect,
     Connected,
     Data,
@@ -40,6 +41,8 @@ def encode(message: OnTcp) -> bytes:
             return head + _NUMBER.pack(number)
         case Ended(is_lost=is_lost):
             return head + bytes((is_lost,))
+        case Close(limit=limit):
+            return head + limit.encode()
     return head
 
 
@@ -69,6 +72,8 @@ def _decoded(data: bytes) -> TcpMessage:
         return message
     if message_class is Ended:
         return Ended(connection, {b"\0": False, b"\1": True}[body])
+    if message_class is Close:
+        return Close(connection, body.decode())
     if body:
         raise IndexError(len(body))
     plain: TcpMessage = message_class(connection)
@@ -92,4 +97,6 @@ def show(message: OnTcp) -> str:
             return f"{place}: listening at port {port}"
         case Connect(port=port):
             return f"{place}: connect to port {port}"
+        case Close(limit=limit) if limit:
+            return f"{place}: close ({limit})"
     return f"{place}: {type(message).__name__.lower()}"

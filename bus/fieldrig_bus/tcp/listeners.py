@@ -134,7 +134,9 @@ class TcpPort(ServingPort):
                 client.put(data)
             case Taken(count=count):
                 client.handled(count)
-            case Close():
+            case Close(limit=limit):
+                if limit:
+                    client.server.door.reached.note(limit, f"a connection of {client.peer} is closed")
                 client.finish()
             case Listen():
                 self._extend(message.connection, self._listen(message.connection, client))

@@ -15,6 +15,8 @@ MOST_DATA: Final = 16 * 1024
 """Longest data of a message, in bytes."""
 WINDOW: Final = 4 * 1024
 """Bytes of a client that its device has not handled yet, from which on nothing is read from it."""
+LIMIT: Final = re.compile("[a-z][a-z ]{0,63}|")
+"""Names of limits."""
 SERVICE: Final = re.compile("[a-z][a-z0-9_-]{0,31}")
 """Names of services."""
 HIGHEST_NUMBER: Final = 0xFFFF_FFFF
@@ -68,6 +70,8 @@ class Close:
     """Close the connection when the client has taken everything, with its extra port."""
 
     connection: int
+    limit: str = ""
+    """The limit of the service that the client has reached, as a name for people; empty for any other reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +147,10 @@ def check_sent(message: Any) -> None:
                 raise TypeError(f"is_lost: expected bool, found {type(is_lost).__name__}")
         case Listening(port=port):
             _check_number("port", port, 0, 0xFFFF)
+        case Close(limit=limit):
+            _check_text("limit", limit)
+            if LIMIT.fullmatch(limit) is None:
+                raise ValueError(f"limit {limit!r}: expected a name of lower-case words")
         case Connect(port=port):
             _check_number("port", port, 1, 0xFFFF)
 

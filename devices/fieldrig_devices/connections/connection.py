@@ -5,7 +5,12 @@ room for more bytes.
 """
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Final, Protocol
+
+UNREAD: Final = "clients that did not read"
+"""The limit of a client that leaves too much of what it is sent unread."""
+TOO_LONG: Final = "messages over the limit"
+"""The limit of a client whose message is too long."""
 
 
 class Connection(Protocol):
@@ -34,6 +39,12 @@ class Connection(Protocol):
 
     def close(self) -> None:
         """Close the connection after everything written; the session hears nothing more."""
+
+    def cut(self, limit: str) -> None:
+        """Close the connection, because the client has reached this limit of the service, named in lower-case words.
+
+        It is counted and logged.  What the network has no room for is not sent.
+        """
 
     def listen(self, on_port: Callable[[int], None], on_connection: "Serve") -> None:
         """Open an extra port for this client, instead of an earlier one.

@@ -132,6 +132,10 @@ class _LinkConnection:
         if not self._waiting:
             self.close_at_once()
 
+    def cut(self, limit: str) -> None:
+        self.session = None
+        self.close_at_once(limit)
+
     def listen(self, on_port: Callable[[int], None], on_connection: Serve) -> None:
         self._on_port, self.on_connection = on_port, on_connection
         self._link.send(Listen(self._number))
@@ -175,10 +179,10 @@ class _LinkConnection:
             session.lost()
         self.close_at_once()
 
-    def close_at_once(self) -> None:
+    def close_at_once(self, limit: str = "") -> None:
         self._waiting.clear()
         self._is_closing = True
-        self._link.send(Close(self._number))
+        self._link.send(Close(self._number, limit))
         self._face.forget(self._number)
 
     def _feed(self) -> None:

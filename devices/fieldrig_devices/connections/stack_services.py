@@ -1,11 +1,14 @@
 """The services of a device at the end of an IP link of its own, such as a telephone line."""
 
+import logging
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final
 
 from fieldrig_devices.connections.connection import Serve, Session
 from fieldrig_devices.ip.kernel_end import Accepted, IpEnd
+
+log = logging.getLogger(__name__)
 
 EXTRA_PORTS: Final = range(50_000, 50_032)
 """Ports for the data of passive FTP; as many connections can have one at a time."""
@@ -130,6 +133,11 @@ class _StackConnection:
         self._is_closing = True
         self._services.stop_listening(self)
         self._feed()
+
+    def cut(self, limit: str) -> None:
+        log.warning("a connection of %s is closed (%s)", self.peer, limit)
+        self._waiting.clear()
+        self.close()
 
     def listen(self, on_port: Callable[[int], None], on_connection: Serve) -> None:
         on_port(self._services.listen(self, on_connection))

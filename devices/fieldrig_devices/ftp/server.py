@@ -16,7 +16,7 @@ from typing import Final
 
 from fieldrig.clock import Alarm, Clock, S
 from fieldrig_bus.browsers import is_request
-from fieldrig_devices.connections.connection import Connection, Serve
+from fieldrig_devices.connections.connection import TOO_LONG, UNREAD, Connection, Serve
 from fieldrig_devices.ftp.commands import Command, FileCommands
 from fieldrig_devices.ftp.files import Files
 from fieldrig_devices.ftp.listing import FACTS
@@ -35,6 +35,8 @@ FEATURES: Final = (
     "EPRT", "EPSV", "MDTM", "PASV", "REST STREAM", "SIZE", "TVFS", "UTF8",
 )  # fmt: skip
 HELP_COLUMNS: Final = 8
+TOO_MANY_LINES: Final = "clients with too many commands that wait"
+TOO_MANY_FAILURES: Final = "clients with too many failed logins"
 TELNET: Final = re.compile(rb"\xff(?:[\xf0-\xfa]|[\xfb-\xfe].)", re.DOTALL)
 """Commands of Telnet among those of FTP (RFC 959, 4.1.3: before ABOR): a signal, or an option that is offered."""
 REST_OF_SIGNAL: Final = re.compile(rb"^[\x80-\xff]+")
@@ -82,11 +84,11 @@ class FtpSession:
         *lines, self._partial = (self._partial + data).split(b"\n")
         self._lines += lines
         if len(self._partial) > LONGEST_LINE:
-            self._close(Reply.TOO_LONG)
+            self._close(Reply.TOO_LONG, TOO_LONG)
             return
         self._run()
         if len(self._lines) > MOST_LINES:
-            self._close(Reply.CLOSING)
+            self._close(Reply.CLOSING, TOO_MANY_LINES)
 
     def drained(self) -> None: ...
 
@@ -170,7 +172,7 @@ class FtpSession:
         elif self._failures < MOST_FAILURES:
             self._reply(Reply.LOGIN_REFUSED)
         else:
-            self._close(Reply.CLOSING)
+            self._close(Reply.CLOSING, TOO_MANY_FAILURES)
         self._run()
 
     def _quit(self, _argument: str) -> None:
@@ -213,7 +215,7 @@ class FtpSession:
             self._connection.write(f"{text}\r\n".encode("utf-8", "replace"))
             if self._connection.unsent > MOST_UNSENT:
                 self._end()
-                self._connection.close()
+                self._connection.cut(UNREAD)
 
     def _wait(self) -> None:
         self._idle.after(IDLE_NS, self._on_idle)
@@ -224,10 +226,15 @@ class FtpSession:
         else:
             self._close(Reply.CLOSING)
 
-    def _close(self, reply: str) -> None:
+    def _close(self, reply: str, limit: str = "") -> None:
+        """Send a reply and close the connection; `limit` names the limit that the client has reached."""
         self._reply(reply)
-        if not self._is_closed:
-            self._end()
+        if self._is_closed:
+            return
+        self._end()
+        if limit:
+            self._connection.cut(limit)
+        else:
             self._connection.close()
 
     def _end(self) -> None:

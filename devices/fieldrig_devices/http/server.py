@@ -14,7 +14,7 @@ from typing import Final
 import h11
 
 from fieldrig.clock import Alarm, Clock, S
-from fieldrig_devices.connections.connection import Connection, Serve
+from fieldrig_devices.connections.connection import TOO_LONG, UNREAD, Connection, Serve
 from fieldrig_devices.http.messages import Answer, Request, Response, authority_of, refusal
 from fieldrig_devices.http.own_names import is_host, is_own
 
@@ -27,6 +27,8 @@ MOST_HELD: Final = 64 * 1024
 MOST_CONTENT: Final = 64 * 1024
 """Content of a request that is skipped, in bytes (413 for more)."""
 IDLE_NS: Final = 30 * S
+LIMITS: Final = frozenset((HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, HTTPStatus.REQUEST_ENTITY_TOO_LARGE))
+"""Refusals of a request that is too long."""
 METHODS: Final = (b"GET", b"HEAD")
 NOT_ALLOWED: Final = (b"POST", b"PUT", b"DELETE", b"CONNECT", b"OPTIONS", b"TRACE", b"PATCH")
 """Methods that are known and not allowed (405); any other is not implemented (RFC 9110, 9.1)."""
@@ -75,6 +77,8 @@ class HttpSession:
         self._request: h11.Request | None = None
         self._is_closed = self._has_ended = False
         self._unsent = 0
+        self._limit = ""
+        """The limit that the client has reached."""
         self._timer = Alarm(self._clock)
         self._wait()
 
@@ -85,6 +89,7 @@ class HttpSession:
             return
         self._held += data
         if self._connection.unsent and len(self._held) > MOST_HELD:
+            self._limit = UNREAD
             self._close()
             return
         self._read()
@@ -190,6 +195,8 @@ class HttpSession:
 
     def _refuse(self, status: HTTPStatus) -> None:
         """Send a refusal, and close the connection, because what follows in it cannot be trusted."""
+        if status in LIMITS:
+            self._limit = TOO_LONG
         if self._http.our_state in (h11.IDLE, h11.SEND_RESPONSE):
             self._respond(refusal(status), ("Connection", "close"), ("Allow", "GET, HEAD"))
         self._close()
@@ -231,11 +238,17 @@ class HttpSession:
         """Close the connection, unless the client goes on taking its response."""
         if 0 < self._connection.unsent < self._unsent:
             self._wait()
-        else:
-            self._close()
+            return
+        if self._connection.unsent:
+            self._limit = UNREAD
+        self._close()
 
     def _close(self) -> None:
-        if not self._is_closed:
-            self._is_closed = True
-            self._timer.stop()
+        if self._is_closed:
+            return
+        self._is_closed = True
+        self._timer.stop()
+        if self._limit:
+            self._connection.cut(self._limit)
+        else:
             self._connection.close()

@@ -51,6 +51,7 @@ def test_other_bytes_are_refused_with_a_value_error(data: bytes) -> None:
     [
         (Data(1, b"GET"), "01 01 00 00 00 47 45 54"),
         (Close(258), "04 02 01 00 00"),
+        (Close(1, "a b"), "04 01 00 00 00 61 20 62"),
         (Listening(1, 50_000), "06 01 00 00 00 50 c3 00 00"),
         (Connected(1, "http", "::1", "::1"), "00 01 00 00 00 00 00 00 00 68 74 74 70 0a 3a 3a 31 0a 3a 3a 31"),
     ],

@@ -7,7 +7,7 @@ import struct
 from collections.abc import Callable
 from typing import Final
 
-from fieldrig_devices.connections.connection import Connection
+from fieldrig_devices.connections.connection import UNREAD, Connection
 
 VERSION: Final = 3
 _TPKT: Final = struct.Struct(">BBH")
@@ -22,6 +22,8 @@ DEFAULT_SIZE: Final = 10
 OWN_REFERENCE: Final = 1
 LONGEST: Final = 8192
 """Longest packet, and longest message in several packets, in bytes."""
+MOST_UNSENT: Final = 1 << 16
+"""Bytes of answers that a client may leave untaken."""
 
 
 class IsoSession:
@@ -47,6 +49,9 @@ class IsoSession:
             del self._received[:length]
             if not self._take(packet):
                 self._connection.close()
+                return
+            if self._connection.unsent > MOST_UNSENT:
+                self._connection.cut(UNREAD)
                 return
 
     def drained(self) -> None:

@@ -9,7 +9,7 @@ Requests are carried out in their order, and one that is malformed ends the conn
 import struct
 from typing import Final
 
-from fieldrig_devices.connections.connection import Connection, Serve
+from fieldrig_devices.connections.connection import UNREAD, Connection, Serve
 from fieldrig_devices.pam.ports.memory import WORDS, Memory
 
 READ, WRITE, COMPARE = b"R"[0], b"W"[0], b"C"[0]
@@ -40,7 +40,9 @@ class WordSession:
             del self._received[:size]
         if answers:
             self._connection.write(bytes(answers))
-        if self._is_malformed or self._connection.unsent > MOST_UNSENT:
+        if self._connection.unsent > MOST_UNSENT:
+            self._connection.cut(UNREAD)
+        elif self._is_malformed:
             self._connection.close()
 
     def drained(self) -> None:
