@@ -13,7 +13,7 @@ import tokenize
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from functools import partial
+from functools import cache, partial
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
@@ -101,9 +101,15 @@ def main(arguments: Sequence[str]) -> int:
 
 def state_of(path: Path) -> str:
     """Return a digest of the kind of file, of its content, and of all that decides what is found in it."""
-    versions = f"{path.suffix} {version('proselint')} {sys.version_info[:2]}".encode()
-    parts = (versions, Path(__file__).read_bytes(), WORDS.read_bytes(), path.read_bytes())
+    parts = (path.suffix.encode(), *deciding(), path.read_bytes())
     return sha256(b"".join(sha256(part).digest() for part in parts)).hexdigest()
+
+
+@cache
+def deciding() -> tuple[bytes, ...]:
+    """Return what decides on the findings in any file."""
+    versions = f"{version('proselint')} {sys.version_info[:2]}".encode()
+    return versions, Path(__file__).read_bytes(), WORDS.read_bytes()
 
 
 def known_as_clean() -> set[str]:
