@@ -12,7 +12,7 @@ import time
 from collections.abc import Mapping, MutableMapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from itertools import groupby
+from itertools import chain, groupby
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TextIO
@@ -25,6 +25,7 @@ from tests.driver.stages import BYTECODE, PLANS, REPORTS, STAGES, Stage
 COMMANDS = Commands()
 PYTEST_FAILED = 1  # pytest's exit code for tests that failed, as opposed to a run that broke off
 AGAIN_LIMIT = 5  # more than a busy host explains
+BEHIND = ("nice", "-n", "19")
 
 
 def main() -> int:
@@ -44,7 +45,7 @@ def main() -> int:
     outcomes = list[Outcome]()
     for is_apart, group in groupby(plan, key=lambda stage: stage.is_apart):
         stages = [*group]
-        outcomes += run_side_by_side(stages) if is_apart else [run_stage(stage) for stage in stages]
+        outcomes += run_side_by_side(stages) if is_apart and len(stages) > 1 else [run_stage(stage) for stage in stages]
     code = summary(outcomes, time.monotonic() - began, in_ci)
     return INTERRUPTED if COMMANDS.is_interrupted else code
 
@@ -66,26 +67,35 @@ def _install(plan: Sequence[Stage]) -> None:
 
 
 def run_side_by_side(stages: Sequence[Stage]) -> list[Outcome]:
-    """Run stages at the same time, and show what each has to say when it is done."""
+    """Run stages at the same time, and show what each has to say when it is done.
+
+    Those that are patient run behind the others, one after the other.
+    """
+    patient = [stage for stage in stages if stage.is_patient]
+    others = [stage for stage in stages if not stage.is_patient]
+    priority = BEHIND if others else ()
 
     def run(stage: Stage) -> tuple[Outcome, str]:
         with TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
-            outcome = run_stage(stage, output)
+            outcome = run_stage(stage, output, priority if stage.is_patient else ())
             output.seek(0)
             return outcome, output.read()
 
     say(f"side by side: {', '.join(stage.name for stage in stages)}")
     outcomes = []
-    with ThreadPoolExecutor(max(len(stages), 1)) as pool:
-        for outcome, text in pool.map(run, stages):
+    with ThreadPoolExecutor(max(len(others), 1)) as ahead, ThreadPoolExecutor(1) as behind:
+        for outcome, text in chain(ahead.map(run, others), behind.map(run, patient)):
             sys.stdout.write(text)
             sys.stdout.flush()
             outcomes.append(outcome)
     return outcomes
 
 
-def run_stage(stage: Stage, output: TextIO | None = None) -> Outcome:
-    """Run a stage; it writes to `output`, which is a file, or to where this program writes."""
+def run_stage(stage: Stage, output: TextIO | None = None, priority: Sequence[str] = ()) -> Outcome:
+    """Run a stage; it writes to `output`, which is a file, or to where this program writes.
+
+    `priority` is the command that gives it its priority, such as `nice`.
+    """
     missing = needs.missing(stage.needs)
     lacking = [f"{stage.name} needs {need.name}: {need.remedy}" for need in (*missing, *needs.missing(stage.wants))]
     if missing:
@@ -98,7 +108,7 @@ def run_stage(stage: Stage, output: TextIO | None = None) -> Outcome:
     began = time.monotonic()
     try:
         with stage.around() as environment:
-            outcome = _tried(stage, {**os.environ, **environment}, output)
+            outcome = _tried(stage, {**os.environ, **environment}, output, priority)
     except RuntimeError as fault:
         say(f"{stage.name}: {fault}", output)
         outcome = Outcome(stage.name, False)
@@ -108,9 +118,9 @@ def run_stage(stage: Stage, output: TextIO | None = None) -> Outcome:
     return outcome
 
 
-def _tried(stage: Stage, environment: Mapping[str, str], output: TextIO | None) -> Outcome:
+def _tried(stage: Stage, environment: Mapping[str, str], output: TextIO | None, priority: Sequence[str]) -> Outcome:
     """Run the stage, and what failed of a stage in real time once more, if it is little."""
-    code, cpu_s = COMMANDS.run(stage.command(), environment, output)
+    code, cpu_s = COMMANDS.run([*priority, *stage.command()], environment, output)
     tally = Tally.of(stage.report) if stage.report is not None else Tally()
     outcome = Outcome(stage.name, code == 0, cpu_s=cpu_s, tally=tally)
     if code != PYTEST_FAILED or stage.again is None or not 0 < tally.failed <= AGAIN_LIMIT:

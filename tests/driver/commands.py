@@ -19,6 +19,9 @@ INTERRUPTED: Final = 130
 ONE_INTERRUPTION_S = 1.0
 """Signals that come within this time are one: timeout(1) sends two, to its child and to the process group."""
 
+LOOK_S = 0.05
+"""How often a command is looked at.  Python handles no signal that comes right before a call that blocks."""
+
 
 class Ended(NamedTuple):
     code: int
@@ -48,7 +51,9 @@ class Commands:
                 return Ended(INTERRUPTED, 0.0)
             process = subprocess.Popen(command, env=environment, stdout=output, stderr=errors)
             self._running.add(process.pid)
-        _, status, used = os.wait4(process.pid, 0)
+        while (ended := os.wait4(process.pid, os.WNOHANG))[0] == 0:
+            time.sleep(LOOK_S)
+        _, status, used = ended
         self._running.discard(process.pid)
         process.returncode = os.waitstatus_to_exitcode(status)
         return Ended(process.returncode, used.ru_utime + used.ru_stime)

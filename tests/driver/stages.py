@@ -24,7 +24,8 @@ NODE = Path("tests") / "real" / "node"
 GUEST_LIMIT_S = 1200
 FOREIGN = "tests/real"
 BROWSER = "tests/page/browser"
-# A test that starts a whole rig can wait long for a busy host; its own limits say earlier what hangs.
+# A test that starts a whole rig, or runs behind others, can wait long for a busy host; its own limits say earlier
+# what hangs.
 PATIENT = ("--timeout=600",)
 COMPILING = Lock()
 """Guests begin at the same time, and the second waits for what the first compiles."""
@@ -45,6 +46,8 @@ class Stage:
     """The command that repeats only the tests that failed, for a stage whose tests share the host with real time."""
     is_apart: bool = False
     """It shares nothing with others that are apart, so that these can run at the same time."""
+    is_patient: bool = False
+    """Nothing in it waits for the host's clock: beside others, it runs with what they leave of the processors."""
 
 
 def module(*arguments: str) -> Callable[[], list[str]]:
@@ -89,6 +92,7 @@ def pytest_stage(
     around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({}),
     in_real_time: bool = False,
     is_apart: bool = False,
+    is_patient: bool = False,
     files: Callable[[], list[str]] = list,
 ) -> Stage:
     """A stage of the tests with these marks, in all files if `files` names none."""
@@ -103,6 +107,7 @@ def pytest_stage(
         report_of(name),
         again,
         is_apart,
+        is_patient,
     )
 
 
@@ -180,7 +185,15 @@ IN_MEMORY = "not system and not real and not docker"
 FORKED = ("-p", "tests.driver.forks", "--forks")
 # By default a signal ends a test that hangs, once: hypothesis then tries the same again, and hangs.
 ON_ALL_CORES = (*FORKED, "--timeout-method=thread")
-UNIT = pytest_stage("unit", "in memory and in virtual time", f"{IN_MEMORY} and not lean", *ON_ALL_CORES)
+UNIT = pytest_stage(
+    "unit",
+    "in memory and in virtual time",
+    f"{IN_MEMORY} and not lean",
+    *ON_ALL_CORES,
+    *PATIENT,
+    is_apart=True,
+    is_patient=True,
+)
 # In a process with the modules of all tests a branch takes 2 to 5 times as long, a block of `virtual_time` 1.5 times.
 LEAN = pytest_stage(
     "lean",
@@ -188,6 +201,8 @@ LEAN = pytest_stage(
     f"{IN_MEMORY} and lean",
     *ON_ALL_CORES,
     *PATIENT,
+    is_apart=True,
+    is_patient=True,
     files=lambda: marked("lean"),
 )
 FEW_EXAMPLES = "--hypothesis-profile=quick"
@@ -245,6 +260,8 @@ WHOLE = (
         in_real_time=True,
         is_apart=True,  # most of its time it waits for its peers
     ),
+    LEAN,
+    UNIT,
     pytest_stage(
         "system",
         "processes, sockets, ptys",
@@ -264,7 +281,7 @@ BENCH = Stage(
 PLANS: Mapping[str, tuple[Stage, ...]] = {
     "check": CHECKS,
     "fast": (*(stage for stage in CHECKS if stage not in ELSEWHERE), QUICK),
-    "test": (*CHECKS, *WHOLE, LEAN, UNIT),
+    "test": (*CHECKS, *WHOLE),
     "bench": (BENCH,),
 }
 STAGES: Mapping[str, Stage] = {stage.name: stage for stage in PLANS["test"]}

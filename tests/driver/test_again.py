@@ -1,5 +1,6 @@
 """A stage in real time repeats the few tests that failed, alone, and says so."""
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -64,6 +65,20 @@ def test_stages_run_side_by_side_and_each_has_its_outcome(capfd: pytest.CaptureF
         "\n--- types: about types\nall typed\n\n--- types: ok after TIMES\n"
         "\n--- prose: about prose\na finding\n\n--- prose: FAILED after TIMES\n"
     )
+
+
+def test_patient_stages_run_behind_the_others_one_after_the_other(capfd: pytest.CaptureFixture[str]) -> None:
+    code = "import os, time; print(os.nice(0), time.monotonic_ns()); time.sleep(0.01); print(time.monotonic_ns())"
+    stages = [
+        Stage(name, f"about {name}", lambda: python(code), is_patient=is_patient)
+        for name, is_patient in (("lean", True), ("unit", True), ("real", False))
+    ]
+    outcomes = driver.run_side_by_side(stages)
+    assert [(outcome.stage, outcome.is_ok) for outcome in outcomes] == [("real", True), ("lean", True), ("unit", True)]
+    said = re.findall(r"(?m)^(\d+) (\d+)\n(\d+)$", capfd.readouterr().out)
+    niceness, begins, ends = zip(*(map(int, each) for each in said), strict=True)
+    assert niceness == (os.nice(0), 19, 19)
+    assert ends[1] < begins[2]
 
 
 def test_byte_code_is_kept_where_the_user_wants_none_beside_the_sources() -> None:

@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands import app
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.lean, pytest.mark.long]
 
 TWICE = "FUNCTION Twice : INT\nVAR_INPUT a : INT; END_VAR\nTwice := 2 * a;\nEND_FUNCTION\n"
 BLOCK = "TEST 'twice' ASSERT_EQ(Twice(2), 4); END_TEST\n"
