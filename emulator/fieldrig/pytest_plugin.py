@@ -46,7 +46,9 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from sysconfig import get_paths
 from tempfile import TemporaryDirectory
+from types import FrameType
 from typing import TYPE_CHECKING, Any, cast
 
 import pytest
@@ -147,6 +149,8 @@ _REPORTS = (
     ("--fieldrig-coverage-html", "FOLDER", "as a page with the source"),
 )
 """The reports of coverage."""
+_PYTHON = {get_paths()[name] for name in ("stdlib", "platstdlib", "purelib", "platlib")}
+"""The folders with what Python and its packages have."""
 _COVERAGE = pytest.StashKey["_Covering"]()
 _PROGRAMS = pytest.StashKey[list["ProgramBench"]]()
 """The programs of a test, for its report."""
@@ -193,8 +197,10 @@ def _stamp(path: Path) -> tuple[str, tuple[int, ...]]:
 
 
 @pytest.hookimpl(hookwrapper=True)
-def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
-    """Add what happened in the programs of a failed test to its report."""
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
+    """Add what happened in the programs of a failed test to its report, which ends at the line of the test."""
+    if call.excinfo is not None and not item.config.getoption("fulltrace"):
+        _end_at_test(call.excinfo.value)
     outcome: Any = yield
     report = outcome.get_result()
     if report.failed:
@@ -202,6 +208,27 @@ def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
             told = bench.told()
             if told:
                 report.sections.append(("last changes of the program", told))
+
+
+def _end_at_test(raised: BaseException) -> None:
+    """Leave out of a traceback what fieldrig does to say what is wrong outside it: its message has all of that."""
+    from fieldrig.errors import RigError
+
+    last, frames = None, raised.__traceback__
+    while frames is not None:
+        if not _is_ours_or_python(frames.tb_frame):
+            last = frames
+        frames = frames.tb_next
+    if isinstance(raised, RigError) and last is not None:
+        last.tb_next = None
+        raised.__cause__ = None
+        raised.__suppress_context__ = True
+
+
+def _is_ours_or_python(frame: FrameType) -> bool:
+    name = str(frame.f_globals.get("__name__", ""))
+    file = Path(frame.f_code.co_filename)
+    return name.startswith("fieldrig") or any(file.is_relative_to(folder) for folder in _PYTHON)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 from fieldrig.errors import ArgumentError, RigError
 from fieldrig.programs import ProgramBench, checked_duration
 from fieldrig_devices.iec.bench.function import Function
-from fieldrig_devices.iec.bench.instance import Block
+from fieldrig_devices.iec.bench.instance import Block, told
 from fieldrig_devices.iec.bench.mocked import PythonMock
 from fieldrig_devices.iec.bench.python_values import cell_of, literal, read, write
 from fieldrig_devices.iec.bench.strategies import values_of
@@ -30,6 +30,8 @@ class IecBench(ProgramBench):
         self._used: dict[str, int] = {}
         """How many instances of each block this test has."""
         self._blocks: list[tuple[Wrapper | None, Block]] = []
+        self._read: dict[str, Symbol] = {}
+        """The variables that this test has read by their paths."""
 
     @property
     def now_ns(self) -> int:
@@ -75,7 +77,9 @@ class IecBench(ProgramBench):
     # ---- variables
 
     def get(self, path: str) -> Any:
-        return read(self._program.runtime, self._symbol(path))
+        symbol = self._symbol(path)
+        self._read[symbol.path] = symbol
+        return read(self._program.runtime, symbol)
 
     def set(self, path: str, value: Any) -> None:
         write(self._program.runtime, self._symbol(path), value)
@@ -182,4 +186,16 @@ class IecBench(ProgramBench):
 
     def told(self) -> str:
         lines = [line for _, block in self._blocks for line in block._told()]
-        return "\n".join([*lines, *self.events[-MOST_EVENTS:]])
+        return "\n".join([*self._told_of_tasks(), *lines, *self.events[-MOST_EVENTS:]])
+
+    def _told_of_tasks(self) -> list[str]:
+        """Return a line for each variable that the test has read while tasks ran."""
+        lines = []
+        for path in self._read:
+            symbol = self._program.runtime.symbols.find(path)
+            if symbol is None or not symbol.is_value or len(symbol.steps) > 1 or symbol.location is not None:
+                continue
+            changes = self._program.changes.of(symbol.steps[0])
+            if changes:
+                lines.append(told(path, symbol.type, changes, self._program.declared(path)))
+        return lines

@@ -1,12 +1,13 @@
 """An instance under test: its variables as attributes, its call, and its last changes for messages."""
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Final
 
 from fieldrig.errors import ArgumentError
 from fieldrig.text.nearest import closest
+from fieldrig_devices.iec.bench.changes import MOST_CHANGES, Change
 from fieldrig_devices.iec.bench.owner import Owner
 from fieldrig_devices.iec.bench.python_values import Placed, at, checker_of, read, write
 from fieldrig_devices.iec.layout import members, storage
@@ -19,8 +20,15 @@ from fieldrig_devices.iec.types import BlockType, PointerType, Type, Value
 
 MOST_CALLS: Final = 64
 """Calls of an instance whose values are kept."""
-MOST_CHANGES: Final = 4
-"""Values of a variable in a message, the last of them."""
+
+
+def told(path: str, kind: Type, changes: Sequence[Change], declared: Variable | None) -> str:
+    """Return a line with the value of a variable, those before it with their instants, and where it is declared."""
+    before = ", ".join(f"{value_text(kind, value)} at {instant(at_ns)}" for at_ns, value in changes[-MOST_CHANGES:-1])
+    at_ns, value = changes[-1]
+    where = f"  ({declared.file}:{declared.position.line})" if declared is not None else ""
+    since = f"since {instant(at_ns)}; before {before}" if before else "all the time"
+    return f"{path} = {value_text(kind, value)} {since}{where}"
 
 
 class Instance(Placed):
@@ -205,16 +213,11 @@ class Block(Instance):
                 continue
             changes = self._changes(one)
             if len(changes) > 1:
-                before = ", ".join(
-                    f"{value_text(one.type, value)} at {instant(at_ns)}" for at_ns, value in changes[-MOST_CHANGES:-1]
-                )
-                (at_ns, value), where = changes[-1], f"{one.file}:{one.position.line}"
-                now = value_text(one.type, value)
-                lines.append(f"{self._path}.{one.name} = {now} since {instant(at_ns)}; before {before}  ({where})")
+                lines.append(told(f"{self._path}.{one.name}", one.type, changes, one))
         return lines
 
-    def _changes(self, one: Variable) -> list[tuple[int, Value]]:
-        changes: list[tuple[int, Value]] = []
+    def _changes(self, one: Variable) -> list[Change]:
+        changes: list[Change] = []
         for at_ns, cells in self._history:
             value = cells[one.offset]
             if not changes or changes[-1][1] != value:

@@ -1,5 +1,6 @@
 """A program under test: compiled, loaded, and compiled again when a test wants a further instance or mock."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
@@ -7,12 +8,13 @@ from fieldrig.clock import MS, VirtualClock
 from fieldrig.errors import ArgumentError, ConfigError, Mistake, RigError
 from fieldrig.system.stopwatch import Stopwatch
 from fieldrig.text.nearest import closest
+from fieldrig_devices.iec.bench.changes import Changes
 from fieldrig_devices.iec.bench.mocked import PythonMock
 from fieldrig_devices.iec.bench.wrappers import BenchExtension, Calls, Wrapper
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.loaded import LoadedProgram
-from fieldrig_devices.iec.program import Pou
+from fieldrig_devices.iec.program import Pou, Variable
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.tasks.scheduler import Scheduler
@@ -47,6 +49,7 @@ class UnderTest:
         self._python: dict[str, PythonMock] = {}
         self._raised: BaseException | None = None
         self.events: list[str] = []
+        self.changes = Changes()
         self._load(self._compiled(None))
 
     def _load(self, compiled: Compiled) -> None:
@@ -78,6 +81,7 @@ class UnderTest:
 
     def start(self) -> None:
         self._have_tasks_run = True
+        self.changes.begin(self.now_ns, self.cells)
         self._program.scheduler.start()
 
     def reset(self) -> None:
@@ -131,6 +135,7 @@ class UnderTest:
             self.cells[base : base + len(started)] = started
         for path, value in forced.items():
             self.runtime.force(self.runtime.find(path), value)
+        self.changes.begin(self.now_ns, self.cells)  # variables may be at other places now
 
     def _cells_of(self, wrapper: Wrapper) -> list[Value]:
         pou, base = self.of_wrapper(wrapper)
@@ -161,6 +166,16 @@ class UnderTest:
             ]
             raise ArgumentError(f"the program has no block or function {name!r}", closest(str(name), known))
         return pou
+
+    def declared(self, path: str) -> Variable | None:
+        """Return the variable whose declaration has the beginning of a path; None for what is inside a library."""
+        first, _, others = path.partition(".")
+        key, program = self.dialect.key, self.compiled.program
+        found = program.globals.get(key(first))
+        pou = program.pous.get(key(first))
+        if pou is not None and pou.owner is None and others:
+            found = pou.variables.get(key(re.split(r"[.\[]", others)[0]))
+        return found
 
     def of_wrapper(self, wrapper: Wrapper) -> tuple[Pou, int]:
         """Return the block that calls, and the address of its instance."""
@@ -243,7 +258,7 @@ class UnderTest:
         """Nothing: there are no breakpoints."""
 
     def on_cycle(self, task: Task) -> None:
-        """Nothing: a test looks when it wants."""
+        self.changes.look(self.now_ns, self.cells)
 
 
 def _mistake(one: Any) -> Mistake:
