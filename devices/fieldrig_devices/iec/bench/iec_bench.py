@@ -12,6 +12,7 @@ from fieldrig_devices.iec.bench.python_values import cell_of, literal, read, wri
 from fieldrig_devices.iec.bench.strategies import values_of
 from fieldrig_devices.iec.bench.under_test import UnderTest
 from fieldrig_devices.iec.bench.wrappers import BLOCK, Wrapper
+from fieldrig_devices.iec.program import Pou
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.languages.source_file import SourceFile
@@ -125,7 +126,7 @@ class IecBench(ProgramBench):
     # ---- blocks and functions
 
     def block(self, name: str, **init: Any) -> Block:
-        pou = self._program.pou(name)
+        pou = self._plain(name)
         if pou.kind is PouKind.FUNCTION or pou.type is None:
             raise ArgumentError(f"{pou.name} is a function", f'expected function("{pou.name}")')
         if init and pou.instance is not None:
@@ -141,8 +142,16 @@ class IecBench(ProgramBench):
         self._blocks.append((wrapper, block))
         return block
 
-    def function(self, name: str) -> Callable[..., Any]:
+    def _plain(self, name: str) -> Pou:
+        """Return a unit that is no method."""
         pou = self._program.pou(name)
+        if pou.owner is not None:
+            block, _, method = pou.name.partition(".")
+            raise ArgumentError(f"{pou.name} is a method", f'expected block("{block}").{method}(...)')
+        return pou
+
+    def function(self, name: str) -> Callable[..., Any]:
+        pou = self._plain(name)
         if pou.kind is not PouKind.FUNCTION:
             raise ArgumentError(f"{pou.name} is no function", f'expected block("{pou.name}")')
         wrapper = Wrapper(pou.name, 1)

@@ -43,7 +43,7 @@ class PythonMock:
     def answer(self, mock: Mock, address: int) -> None:
         """Answer one call, with its variables at an address."""
         pou, runtime = mock.pou, self._bench.runtime
-        base = address if pou.kind is PouKind.FUNCTION else address - mock.is_on.offset
+        base = address - mock.first.offset
         inputs = {
             one.name: read(runtime, at(one.type, base + one.offset, one.name))
             for one in pou.variables.values()

@@ -22,7 +22,7 @@ from fieldrig_devices.iec.tasks.task import Task, WorkState
 from fieldrig_devices.iec.testing.beginning import begin_program
 from fieldrig_devices.iec.testing.compiled import NO_LIMITS
 from fieldrig_devices.iec.testing.judge import Judge
-from fieldrig_devices.iec.testing.mocks import Mock
+from fieldrig_devices.iec.testing.mocks import Mock, Mocks
 from fieldrig_devices.iec.thread import Fault, Thread
 from fieldrig_devices.iec.types import Value
 from fieldrig_devices.languages.mistakes import CompileError
@@ -157,10 +157,10 @@ class UnderTest:
     # ---- names
 
     def pou(self, name: str) -> Pou:
-        """Return a unit of the program.  ArgumentError, with the nearest name, for an unknown one."""
+        """Return a unit of the program, or a method such as "Drive.Move".  ArgumentError for an unknown one."""
         pous = self.compiled.program.pous
         pou = pous.get(self.dialect.key(name)) if isinstance(name, str) else None
-        if pou is None or pou.owner is not None:
+        if pou is None or (pou.owner is not None and not Mocks.may_be(pou)):
             known = [
                 one.name for one in pous.values() if one.owner is None and not one.is_native and " " not in one.name
             ]

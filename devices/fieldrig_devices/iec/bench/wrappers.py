@@ -15,7 +15,6 @@ BLOCK: Final = "tested"
 RESULT: Final = "result of function"
 _FILE: Final = "fieldrig.program"
 _IMPLICIT: Final = frozenset({"fb_init", "fb_exit", "fb_reinit"})
-_CLOSED: Final = frozenset({"PRIVATE", "PROTECTED"})
 _ARGUMENTS: Final = (tree.Section.INPUT, tree.Section.IN_OUT, tree.Section.OUTPUT)
 
 
@@ -173,7 +172,7 @@ class _Declared:
         statements, pointers = self._with_own_instances(call, inputs)
         self.calls = Calls(Call(self._wrapper.name, inputs, outputs, pointers=pointers))
         for method in (method for one in self._line for method in one.methods):
-            if method.name.casefold() not in _IMPLICIT and not _CLOSED & set(method.modifiers):
+            if method.name.casefold() not in _IMPLICIT:
                 self._method(method)
         return statements
 

@@ -104,10 +104,10 @@ class Assertions:
         return Load(mock[0].place(mock[0].calls, mock[1])) if mock is not None else None
 
     def mock(self, checker: Checker, node: tree.Expression) -> tuple[Mock, Place | None] | None:
-        """Return the mock of a function or an instance, with the instance; None after a message."""
+        """Return the mock of a function, a method or an instance, with the instance; None after a message."""
         named = checker.context.project.find(checker.context.key(text(node)))
         meaning = named if isinstance(named, Pou) and checker.context.find(text(node)) is named else None
-        pou, instance = meaning, None
+        pou, instance = self._method(checker, node) if meaning is None else (meaning, None)
         if pou is None:
             instance = checker.place(node)
             if instance is None:
@@ -116,13 +116,31 @@ class Assertions:
         elif pou.instance is not None:
             instance = cell(pou.instance)
         if pou is None or pou.is_native or not self._mocks.may_be(pou):
-            checker.context.say(node, f"{text(node)} cannot be mocked", "a function, or an instance of a block")
+            checker.context.say(
+                node, f"{text(node)} cannot be mocked", "a function, or an instance of a block or its method"
+            )
             return None
         if instance is None and pou.kind is not PouKind.FUNCTION:
             hint = f"an instance of it is a variable: x : {pou.name};"
             checker.context.say(node, f"{pou.name} is a type", "an instance of the block", hint)
             return None
         return self._mocks.of(pou), instance
+
+    @staticmethod
+    def _method(checker: Checker, node: tree.Expression) -> tuple[Pou | None, Place | None]:
+        """Return a method or a property of an instance, with the instance; None for anything else."""
+        if not isinstance(node, tree.Member):
+            return None, None
+        named = checker.context.find(node.of.text) if isinstance(node.of, tree.Name) else None
+        owner: Place | None
+        if isinstance(named, Pou):
+            owner = cell(named.instance) if named.instance is not None else None
+        else:
+            owner = checker.place(node.of)
+        if owner is None or not isinstance(owner.type, BlockType) or owner.type.pou is None:
+            return None, None
+        method = owner.type.pou.methods.get(checker.context.key(node.name))
+        return method, owner if method is not None else None
 
     def call(self, native: str, number: int, *places: Place | None) -> CallFunction:
         return call_of(self._natives[native], number, *places)

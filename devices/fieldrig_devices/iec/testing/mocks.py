@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.elementary import Elementary
@@ -24,10 +25,12 @@ from fieldrig_devices.iec.testing.natives import MOCKED, call_of, cell, native_p
 from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import Type
 
+_WITH_INSTANCES: Final = (PouKind.FUNCTION_BLOCK, PouKind.PROGRAM)
+
 
 @dataclass(slots=True)
 class Mock:
-    """A function or a block whose calls are counted.  The variables of a block are those of each instance."""
+    """A function, a method or a block whose calls are counted; each instance counts those of its block and methods."""
 
     pou: Pou
     is_on: Variable
@@ -37,6 +40,13 @@ class Mock:
     """The result of a function then."""
     number: int = -1
     """The number of the Python function that is called instead; -1 if there is none."""
+
+    @property
+    def first(self) -> Variable:
+        """The variable whose address tells Python where those of a call are."""
+        if self.pou.kind is not PouKind.FUNCTION:
+            return self.is_on
+        return self.pou.result or next(iter(self.pou.variables.values()), self.is_on)
 
     def place(self, variable: Variable, instance: Place | None) -> Place:
         return cell(variable) if instance is None else Component(instance, 0, variable.type, variable)
@@ -67,7 +77,9 @@ class Mocks:
 
     @staticmethod
     def may_be(pou: Pou) -> bool:
-        return pou.owner is None and pou.kind in (PouKind.FUNCTION, PouKind.FUNCTION_BLOCK, PouKind.PROGRAM)
+        """True for functions, methods and blocks, and false for actions."""
+        kinds = (PouKind.FUNCTION,) if pou.owner is not None else (PouKind.FUNCTION, *_WITH_INSTANCES)
+        return pou.kind in kinds
 
     def of(self, pou: Pou) -> Mock:
         """Return the mock of a function or block, made at its first use."""
@@ -81,6 +93,11 @@ class Mocks:
 
     def _variable(self, pou: Pou, what: str, kind: Type) -> Variable:
         """Make a variable of each instance; a function has it once."""
+        if pou.owner is not None:
+            name = f"${what} of {pou.name.lower()}"
+            made = Variable(name, kind, Space.INSTANCE, Section.LOCAL, file=pou.file)
+            pou.owner.variables[name] = made
+            return made
         if pou.kind is PouKind.FUNCTION:
             name = f"${what} of {pou.name.lower()}"
             made = Variable(name, kind, Space.GLOBAL, Section.GLOBAL, file=pou.file)
@@ -104,10 +121,7 @@ def _prologue(mock: Mock, native: Pou) -> list[AnyStatement]:
     instead: list[AnyStatement] = []
     by_python: list[AnyStatement] = []
     if mock.number >= 0:
-        first = mock.is_on
-        if pou.kind is PouKind.FUNCTION:
-            first = pou.result or next(iter(pou.variables.values()), mock.is_on)
-        by_python.append(If(call_of(native, mock.number, cell(first)), [Return(line=line)], line=line))
+        by_python.append(If(call_of(native, mock.number, cell(mock.first)), [Return(line=line)], line=line))
     if mock.value is not None and pou.result is not None:
         instead.append(Assign(cell(pou.result), Load(cell(mock.value)), line=line))
     return [

@@ -452,8 +452,7 @@ def test_methods_and_properties_are_those_of_the_instance(counter: Any) -> None:
     assert (counter.n, counter().n) == (50, 60)
     counter.Clear()
     assert counter.n == 100  # the method of the block that extends the other one
-    with pytest.raises(AttributeError):
-        counter.Secret()
+    assert counter.Secret() == 1  # a test sees all of a block
     with pytest.raises(ArgumentError, match="takes 1 arguments"):
         counter.Inc(1, 2)
 
