@@ -13,10 +13,10 @@ from fieldrig_devices.iec.check.properties import name_to_write
 from fieldrig_devices.iec.check.type_specs import TypeSpecs
 from fieldrig_devices.iec.program import Pou
 from fieldrig_devices.iec.tree import Section
-from fieldrig_devices.iec.types import Type
+from fieldrig_devices.iec.types import EnumType, Type
 
 _ARGUMENTS = (Section.INPUT, Section.OUTPUT, Section.IN_OUT)
-Form = tuple[Type | None, tuple[tuple[str, Section, Type], ...]]
+Form = tuple[Type | None, tuple[tuple[str, Section, Type | str | None], ...]]
 """The type of the result, and the arguments with their names and kinds."""
 
 
@@ -69,13 +69,18 @@ def form(project: Project, method: Pou) -> Form:
         if variable.section in _ARGUMENTS and not variable.name.startswith("$")
     ]
     result = method.result.type if method.result is not None else None
-    return result, tuple((project.key(variable.name), variable.section, variable.type) for variable in arguments)
+    return result, tuple((project.key(one.name), one.section, _declared(one.type)) for one in arguments)
+
+
+def _declared(kind: Type | None) -> Type | str | None:
+    """Return what tells a type: the name of an enumeration, which is another type as an input of a library's block."""
+    return kind.name.casefold() if isinstance(kind, EnumType) else kind
 
 
 def _wanted(project: Project, specs: TypeSpecs, method: tree.Method, context: Context) -> Form:
     result = specs.resolve(method.result, context) if method.result is not None else None
     arguments = [
-        (project.key(variable.name), block.section, open_arrays.argument(specs, variable, None, context)[0])
+        (project.key(variable.name), block.section, _declared(open_arrays.argument(specs, variable, None, context)[0]))
         for block in method.blocks
         if block.section in _ARGUMENTS
         for variable in block.variables

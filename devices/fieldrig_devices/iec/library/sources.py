@@ -15,16 +15,23 @@ from fieldrig_devices.iec import library
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.parser import parse
-from fieldrig_devices.iec.tree import Unit, Variables
+from fieldrig_devices.iec.tree import TypeDeclaration, Unit, Variables
 from fieldrig_devices.languages.mistakes import CompileError
 
 EDITION_3: Final = "edition-3"
 """Name of the dialect with the standard's own names."""
 CODESYS: Final = "codesys"
 """Name of the dialect with what programs of TwinCAT expect."""
-LISTS: Final = {"_TaskInfo": "TwinCAT_SystemInfoVarList"}
+LISTS: Final = {"_TaskInfo": "TwinCAT_SystemInfoVarList", "TcEvents_happened": "Tc3_EventLogger_List"}
 """The names of lists of global variables in our libraries, by their first variable."""
-_OF_CODESYS: Final = ("system.st", "twincat.st", "twincat_ads.st", "twincat_mc2.st", "twincat_tables.st")
+_OF_CODESYS: Final = (
+    "system.st",
+    "twincat.st",
+    "twincat_ads.st",
+    "twincat_events.st",
+    "twincat_mc2.st",
+    "twincat_tables.st",
+)
 LARGE: Final = (Elementary.DINT, Elementary.UDINT, Elementary.LINT, Elementary.ULINT)
 """The types that edition 3 has further counters for."""
 
@@ -45,6 +52,15 @@ def sources(dialect: str) -> tuple[tuple[str, str], ...]:
     kinds = (Elementary.TIME, Elementary.LTIME)
     timers = tuple((f"timers_{kind.name.lower()}.st", _timers(rf"\1_{kind.name}", kind)) for kind in kinds)
     return (*others, ("counters.st", counters), *large, *timers)
+
+
+@cache
+def types_of(dialect: Dialect) -> frozenset[str]:
+    """Return the names of the types in our libraries, in small letters."""
+    units = [parsed(text, name, dialect) for name, text in sources(dialect.name)]
+    return frozenset(
+        one.name.casefold() for unit in units for one in unit.declarations if isinstance(one, TypeDeclaration)
+    )
 
 
 @cache

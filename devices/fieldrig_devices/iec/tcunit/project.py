@@ -12,15 +12,20 @@ from typing import Final
 
 from fieldrig.errors import UsageError
 from fieldrig.text.source_text import decoded
-from fieldrig_devices.iec.imports import tsproj
+from fieldrig_devices.iec.dialect import CODESYS
+from fieldrig_devices.iec.imports import event_classes, tsproj
+from fieldrig_devices.iec.imports.event_classes import EventClass
 from fieldrig_devices.iec.imports.plcproj import SOURCES, SUFFIX, PlcProject, read_plcproj
 from fieldrig_devices.iec.imports.report import Report
+from fieldrig_devices.iec.library.sources import types_of
 from fieldrig_devices.languages.source_file import SourceFile
 
 LEVELS_UP: Final = 6
 """How far above a project its libraries are looked for."""
 MOST_FOLDERS: Final = 4_000
 """Folders that are looked into on each level, so that a large disk takes no time."""
+EVENTS: Final = "<events>"
+"""The name of the file with the events of the project, which TwinCAT makes too."""
 BUILT_IN: Final = frozenset({"tcunit"})
 """Libraries that are never taken from sources beside the project."""
 
@@ -59,22 +64,34 @@ def opened(path: Path) -> Sources:
     made = Sources(path, project.name, [_read(file) for file in project.files])
     made.absent += [f"the file {name}" for name in project.missing]
     made.library_files += _types_around(project)
-    _add_libraries(project, made)
+    classes = [*_events_around(project), *(one for library in _add_libraries(project, made) for one in library)]
+    if text := event_classes.declarations(classes):
+        made.library_files.append(SourceFile(EVENTS, text))
     return made
 
 
 def _types_around(project: PlcProject) -> list[SourceFile]:
-    """Return the types of the TwinCAT project that a PLC project belongs to, which is in the folder above it."""
-    folder, made, known = project.path.parent.parent, list[SourceFile](), set[str]()
+    """Return the types of the TwinCAT project that a PLC project belongs to, which is in the folder above it.
+
+    Those of our libraries, which belong to TwinCAT itself, are left out: other parts of the libraries need them.
+    """
+    folder, made, known = project.path.parent.parent, list[SourceFile](), set(types_of(CODESYS))
     for path in (path for suffix in tsproj.SUFFIXES for path in sorted(folder.glob(f"*{suffix}"))):
         text = tsproj.types_of(_read(path).text, Report(str(path)), known)
         made += [SourceFile(str(path), text)] if text else []
     return made
 
 
-def _add_libraries(project: PlcProject, made: Sources) -> None:
-    """Add the sources of the libraries that a project names, and of those that these name."""
-    waiting, known = [project], {*project.names}
+def _events_around(project: PlcProject) -> list[EventClass]:
+    """Return the classes of events of the same TwinCAT project."""
+    folder = project.path.parent.parent
+    paths = [path for suffix in tsproj.SUFFIXES for path in sorted(folder.glob(f"*{suffix}"))]
+    return [one for path in paths for one in event_classes.classes_of(_read(path).text, Report(str(path)))]
+
+
+def _add_libraries(project: PlcProject, made: Sources) -> list[list[EventClass]]:
+    """Add the sources of the libraries that a project names, and of those that these name; return their events."""
+    waiting, known, events = [project], {*project.names}, list[list[EventClass]]()
     finder = _Finder(project.path)
     while waiting:
         for name, reference in waiting.pop(0).references.items():
@@ -88,6 +105,8 @@ def _add_libraries(project: PlcProject, made: Sources) -> None:
                 waiting.append(found)
                 known |= found.names
                 made.library_files += [*(_read(file) for file in found.files), *_types_around(found)]
+                events.append(_events_around(found))
+    return events
 
 
 class _Finder:
