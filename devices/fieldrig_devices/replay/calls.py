@@ -19,8 +19,8 @@ from fieldrig_devices.replay.judge import NOTHING_EXPECTED, Judge
 from fieldrig_devices.replay.leave_out import LeftOut
 from fieldrig_devices.replay.log_lines import lines_of
 from fieldrig_devices.replay.log_names import LogNames
+from fieldrig_devices.replay.pace import Pace
 from fieldrig_devices.replay.pauses import shortened
-from fieldrig_devices.replay.player import Pace
 from fieldrig_devices.replay.replay_result import ReplayResult
 from fieldrig_devices.replay.selection import Selection, without
 from fieldrig_devices.replay.sides import Sides
@@ -87,9 +87,10 @@ def replay(
     `play` says what is played: the words of `fieldrig replay --play`, by default everything that no device of the rig
     sends.  Answers may be `time_tolerance_ns` faster or slower than in the log; `value_tolerances` are differences of
     values by object (`6064h`) or register, and `leave_out` has patterns of objects, registers and identifiers.  An
-    answer is awaited for `timeout_ns`.  The rig boots for `settle_ns` before the log begins; by default not at all if
-    the log shows how it boots, and else for a second.  `buses` are the buses of the rig by those of the log, where
-    names and families do not say it.
+    answer is awaited for `timeout_ns`.  The rig runs for `settle_ns` before the log begins; by default not at all if
+    the log shows how it boots, and else for a second.  Nodes that are on when the log begins are awaited until they
+    have booted, unless `settle_ns` is 0.  `buses` are the buses of the rig by those of the log, where names and
+    families do not say it.
 
     A `Rig` goes on from its present instant; a file or a configuration is started and closed.  With a `speed` a rig
     file is played in real time, that many times faster than recorded, to the rig that runs at its control endpoint, or
@@ -113,7 +114,7 @@ def replay(
     if isinstance(rig, Rig):
         if selection.devices:
             raise ArgumentError(f"the rig has {', '.join(sorted(selection.devices))}", "give its file, to leave it out")
-        _play(entries, rig, sides, judge, timeout_ns, settle_ns)
+        _play(entries, rig, sides, judge, timeout_ns, settle_ns, is_prepared=rig.now_ns > 0)
         _tell_unmet(sides, seen, judge)
         return result
     if speed is not None:
@@ -134,9 +135,16 @@ def replay(
 
 
 def _play(
-    entries: Iterable[TraceEntry], rig: Rig, sides: Sides, judge: Judge, timeout_ns: int, settle_ns: int | None
+    entries: Iterable[TraceEntry],
+    rig: Rig,
+    sides: Sides,
+    judge: Judge,
+    timeout_ns: int,
+    settle_ns: int | None,
+    *,
+    is_prepared: bool = False,
 ) -> None:
-    log, pace = _begun(entries, sides, judge, rig.now_ns, settle_ns, timeout_ns, 1.0)
+    log, pace = _begun(entries, sides, judge, rig.now_ns, settle_ns, timeout_ns, 1.0, is_prepared=is_prepared)
     play_virtual(log, rig, sides, judge, pace)
     _tell_absent(sides, judge, rig.config.name)
 
@@ -149,14 +157,19 @@ def _begun(
     settle_ns: int | None,
     timeout_ns: int,
     speed: float,
+    *,
+    is_prepared: bool = False,
 ) -> tuple[Iterable[TraceEntry], Pace]:
-    begin = begin_of(entries, sides, now_ns, settle_ns)
+    begin = begin_of(entries, sides, now_ns, settle_ns, is_prepared=is_prepared)
     judge.was_on, judge.log_ns = begin.heard_ns > 0, begin.log_ns
     judge.buses.update(begin.buses)
     if begin.started:
         nodes = ", ".join(map(str, begin.started))
         judge.result.note(f"the nodes {nodes} are operational when the log begins, so they are started before")
-    return begin.log, Pace(begin.begin_ns, begin.log_ns, speed, timeout_ns, begin.heard_ns)
+    pace = Pace(
+        begin.begin_ns, begin.log_ns, speed, timeout_ns, begin.heard_ns, begin.ready_ns, begin.awaited, settle_ns != 0
+    )
+    return begin.log, pace
 
 
 def _tell_unmet(sides: Sides, seen: Collection[str], judge: Judge) -> None:

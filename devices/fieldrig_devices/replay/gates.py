@@ -112,8 +112,10 @@ class ByteGate:
 class AnswerGate:
     """One answer, such as that of a Modbus exchange."""
 
-    def __init__(self, since_ns: int) -> None:
+    def __init__(self, since_ns: int, number: int = 0) -> None:
+        """`number` is that of the request of ours that is answered."""
         self._since_ns: int | None = since_ns
+        self.number = number
         self.came_ns = 0
 
     @property

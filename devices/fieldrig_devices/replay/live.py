@@ -19,7 +19,9 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.replay.families import OUTER
 from fieldrig_devices.replay.judge import Judge
-from fieldrig_devices.replay.player import Pace, Player
+from fieldrig_devices.replay.opening import Opening
+from fieldrig_devices.replay.pace import Pace
+from fieldrig_devices.replay.player import Player
 from fieldrig_devices.replay.schedule import schedule
 from fieldrig_devices.replay.sides import Sides
 
@@ -58,15 +60,19 @@ class _Performance:
         dues = schedule(log, self._sides, self._buses, self._judge.result, OUTER)
         own = {name: _OwnLink(link, self._buses[name], clock) for name, link in links.items()}
         served = self._sides.selection.units
-        player = Player(
-            dues, self._judge, pace, clock, clock.now_ns, lambda _, bus: own[bus], lambda: on_end(None), served
-        )
+
+        def player_of(pace: Pace) -> Player:
+            return Player(
+                dues, self._judge, pace, clock, clock.now_ns, lambda _, bus: own[bus], lambda: on_end(None), served
+            )
+
+        player = Opening(player_of, pace, self._sides, self._judge, clock, clock.now_ns, lambda _, bus: own[bus])
         for name, link in links.items():
             own[name].player = player
             self._listen(player, name, link, clock)
         player.start()
 
-    def _listen(self, player: Player, name: str, link: Link[Any], clock: Clock) -> None:
+    def _listen(self, player: Opening, name: str, link: Link[Any], clock: Clock) -> None:
         bus = self._buses[name]
 
         def hear(message: Any) -> None:
@@ -83,7 +89,7 @@ class _Performance:
 class _OwnLink:
     """An end that plays: what it sends has arrived, as far as this process knows."""
 
-    player: Player
+    player: Opening
 
     def __init__(self, link: Link[Any], bus: Bus[Any], clock: Clock) -> None:
         self._link, self._bus, self._clock = link, bus, clock

@@ -44,6 +44,12 @@ class ModbusAnswers:
         if len(self._open) > MOST_OPEN:
             self._end(next(iter(self._open)))
 
+    def asked_again(self, exchange: int, rig_ns: int) -> None:
+        """Take a request that was sent once more: its answer is awaited from now on."""
+        open_ = self._open.get(exchange)
+        if open_ is not None:
+            open_.rig_ns = rig_ns
+
     def expect(self, exchange: int, response: bytes, log_ns: int) -> None:
         """Take the answer of the log."""
         open_ = self._open.get(exchange)

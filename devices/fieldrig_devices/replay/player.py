@@ -9,7 +9,6 @@ makes up for that; where devices send by themselves, the instants of what they s
 import struct
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import count
 from typing import Any, Final
 
@@ -22,8 +21,10 @@ from fieldrig_bus.modbus.codec import is_response, unit_in
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.canopen.names import ERROR_CONTROL, LSS_MASTER, LSS_SLAVE, NODES
 from fieldrig_devices.dialogues import ModbusDialogues, ModbusExchange
+from fieldrig_devices.replay.first_requests import LONGEST_NS, FirstRequests
 from fieldrig_devices.replay.gates import AnswerGate, ByteGate, FrameGate, Gate
 from fieldrig_devices.replay.judge import Judge
+from fieldrig_devices.replay.pace import Pace
 from fieldrig_devices.replay.replay_result import ReplayResult
 from fieldrig_devices.replay.schedule import Due
 
@@ -41,22 +42,6 @@ MOST_EXCHANGES: Final = 4_096
 
 LinkOf = Callable[[str, str], Link[Any]]
 """Returns the end of a bus that plays a sender of the log, by sender and bus."""
-
-
-@dataclass(frozen=True)
-class Pace:
-    """When a log is played."""
-
-    begin_ns: int = 0
-    """The instant of the rig at which the log begins."""
-    log_ns: int = 0
-    """The instant of the log that this is."""
-    speed: float = 1.0
-    """Seconds of the log in a second of the rig."""
-    timeout_ns: int = S
-    """Longest wait for an answer that the log shows."""
-    heard_ns: int = 0
-    """The instant of the rig from which on it has to send what the log has, and nothing else."""
 
 
 class Player:
@@ -92,6 +77,7 @@ class Player:
         self._numbers = count(1)
         self._exchanges = ModbusDialogues()
         self._exchange_of: dict[int, int] = {}
+        self._first = FirstRequests(judge, pace.begin_ns + LONGEST_NS if pace.awaits_units else 0)
         self._asked: dict[tuple[str, int], deque[int]] = {}
         """The requests of the rig's clients that the log has to answer, by bus and unit."""
         self.is_ended = False
@@ -128,6 +114,7 @@ class Player:
         self._judge.modbus.heard(response.exchange, response.pdu, time_ns)
         gate = self._gates.get((bus, "modbus", response.exchange))
         if isinstance(gate, AnswerGate):
+            self._first.answered(response.exchange, 0 if gate.since_ns is None else time_ns - gate.since_ns)
             if gate.since_ns is not None and not self._has_streams:
                 self._shift_ns -= min(self._shift_ns, max(gate.since_ns - time_ns, 0))
             gate.heard(time_ns)
@@ -191,7 +178,8 @@ class Player:
                 self._waiting_since_ns = since_ns
                 self._at(until_ns)
                 return False
-            gate.give_up()
+            if not self._ask_again(gate, now_ns):
+                gate.give_up()
             gate = self._gate()
         if self._waiting_since_ns != NEVER_NS:
             self._judge.unasked.waited(self._waiting_since_ns, now_ns)
@@ -199,6 +187,17 @@ class Player:
             self._waiting_since_ns = NEVER_NS
         for key in [key for key, each in self._gates.items() if isinstance(each, AnswerGate)]:
             del self._gates[key]
+        return True
+
+    def _ask_again(self, gate: Gate, now_ns: int) -> bool:
+        """Send the first request to a unit again that has not booted; return False if the gate is of another one."""
+        number = gate.number if isinstance(gate, AnswerGate) else 0
+        asked = self._first.again(number, now_ns)
+        if asked is None:
+            return False
+        self._judge.modbus.asked_again(number, now_ns)
+        self._sent_ns = now_ns
+        self._link_of(asked.sender, asked.bus).send(asked.request)
         return True
 
     def _gate(self) -> Gate | None:
@@ -252,7 +251,7 @@ class Player:
             is_there = self._judge.modbus.is_answered(mine)
             self._judge.modbus.expect(mine, exchange.response, entry.time_ns)
             if not is_there:
-                self._gates[entry.bus, "modbus", mine] = AnswerGate(entry.time_ns)
+                self._gates[entry.bus, "modbus", mine] = AnswerGate(entry.time_ns, mine)
         self._judge.expect(entry, due.due_ns)
         unit = unit_in(entry.data)
         if not is_response(entry.data) and unit in self._served and not self._asked.get((entry.bus, unit)):
@@ -320,7 +319,9 @@ class Player:
             del self._exchange_of[next(iter(self._exchange_of))]
         self._exchanges.take(due.number, due.entry)
         self._judge.modbus.asked(number, due.entry.bus, request.unit, request.pdu, at_ns, at_ns)
-        return ModbusRequest(request.unit, request.pdu, number)
+        ours = ModbusRequest(request.unit, request.pdu, number)
+        self._first.sent(due.entry.sender, due.entry.bus, ours)
+        return ours
 
     def _begin_or_go_on(self, entry: TraceEntry) -> bool:
         """Return whether a frame is to be sent: one of a transfer that the rig has ended in another way is not."""

@@ -62,7 +62,8 @@ Settle = Annotated[
     typer.Option(
         "--settle",
         metavar="DURATION",
-        help="How long the rig runs before the log begins.  [default: 1s if the log does not show how its nodes boot]",
+        help="How long the rig runs before the log begins, at least; 0s plays at once.  [default: 1s if the log does"
+        " not show how its nodes boot; nodes that boot for longer are awaited]",
         show_default=False,
     ),
 ]

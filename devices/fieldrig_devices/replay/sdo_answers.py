@@ -142,7 +142,8 @@ class SdoAnswers:
             return
         if log.end_ns is None and rig.end_ns is None:
             return
-        if rig.end_ns is None:
+        is_given_up = rig.abort_by_client and log.abort is None
+        if rig.end_ns is None or (is_given_up and log.end_ns is not None and rig.form == log.form):
             why = f" ({rig.wrong})" if rig.form != log.form else ""
             words = f"{node} did not answer the {verb} of {name}{self._told(log)}{why}"
             self._add_difference(What.NO_ANSWER, log, node, name, words)
@@ -150,7 +151,7 @@ class SdoAnswers:
             if log.wrong != "the log ends before":
                 words = f"{node} answered the {verb} of {name} with {self._outcome(rig)}, the log has no answer"
                 self._add_difference(What.MORE, log, node, name, words)
-        elif rig.abort_by_client and log.abort is None:
+        elif is_given_up:
             words = f"{node} answered the {verb} of {name} {FORMS[rig.form]}, the log says {self._outcome(log)}"
             self._add_difference(What.OTHER, log, node, name, words)
         elif (log.abort, rig.abort) != (None, None):

@@ -117,16 +117,24 @@ class Sides:
             if name is not None:
                 self._taken.setdefault(name, entry.bus)
 
-    def running_node(self, entry: TraceEntry) -> int | None:
-        """Return the node of the rig that a message shows to be operational: by its heartbeat, or by a TPDO."""
+    def sending_node(self, entry: TraceEntry) -> int | None:
+        """Return the node of the rig that a frame comes from; None if it is no frame of a node."""
         known = self._of(entry)
         if known is None or entry.family != "can" or len(entry.data) < HEAD_OF_FRAME:
             return None
-        word = int.from_bytes(entry.data[:4], "little")
-        node = self._node(known, word)
-        if node is None or node not in known.nodes or node in known.mastered:
+        node = self._node(known, int.from_bytes(entry.data[:4], "little"))
+        return node if node in known.nodes else None
+
+    def is_mastered(self, bus: str, node: int) -> bool:
+        """Return whether the master of a node is a device of the rig."""
+        return any(known is not None and known.name == bus and node in known.mastered for known in self._known.values())
+
+    def running_node(self, entry: TraceEntry) -> int | None:
+        """Return the node of the rig that a message shows to be operational: by its heartbeat, or by a TPDO."""
+        node, bus = self.sending_node(entry), self.bus_of(entry)
+        if node is None or bus is None or self.is_mastered(bus, node):
             return None
-        base = word & 0x780
+        base = int.from_bytes(entry.data[:4], "little") & 0x780
         is_running = entry.data[HEAD_OF_FRAME:] == OPERATIONAL if base == ERROR_CONTROL else TPDO_1 <= base <= TPDO_4
         return node if is_running else None
 
@@ -164,7 +172,9 @@ class Sides:
         return known.namer.sender_of(CanFrame(word & STANDARD_MASK, is_remote=is_remote))
 
     def _modbus(self, known: _Bus, entry: TraceEntry) -> Side:
-        kind, unit = (entry.data[0], unit_in(entry.data)) if len(entry.data) > 1 else (0xFF, 0)
+        if len(entry.data) < 2:
+            return Side.OUTSIDE  # no message has a kind alone
+        kind, unit = entry.data[0], unit_in(entry.data)
         device = self._device(entry.sender)
         if is_response(entry.data):
             if unit in self.selection.units:

@@ -13,7 +13,9 @@ from fieldrig.virtual.rig import Rig
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.replay.families import COMPARED, INNER, MEDIA
 from fieldrig_devices.replay.judge import Judge
-from fieldrig_devices.replay.player import Pace, Player
+from fieldrig_devices.replay.opening import Opening
+from fieldrig_devices.replay.pace import Pace
+from fieldrig_devices.replay.player import Player
 from fieldrig_devices.replay.schedule import schedule
 from fieldrig_devices.replay.sides import Sides
 
@@ -69,7 +71,12 @@ def play(entries: Iterable[TraceEntry], rig: Rig, sides: Sides, judge: Judge, pa
             stage.serve(bus, sorted(sides.selection.units))
     served = sides.selection.units
     dues = schedule(entries, sides, rig.buses, judge.result)
-    player = Player(dues, judge, pace, stage.clock_node.clock, lambda: rig.now_ns, stage.link, lambda: None, served)
+    clock = stage.clock_node.clock
+
+    def player_of(pace: Pace) -> Player:
+        return Player(dues, judge, pace, clock, lambda: rig.now_ns, stage.link, lambda: None, served)
+
+    player = Opening(player_of, pace, sides, judge, clock, lambda: rig.now_ns, stage.link)
 
     def hear(bus: Bus[Any], delivery: Delivery[Any]) -> None:
         if bus.family not in COMPARED or (bus.family in INNER and bus.name not in judge.buses):

@@ -4,7 +4,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fieldrig import S, load
@@ -38,6 +38,7 @@ def test_any_two_logs_are_compared(left: list[TraceEntry], right: list[TraceEntr
 
 @pytest.mark.long
 @settings(max_examples=25, deadline=None)
+@example([TraceEntry(0, "mb_tcp", "modbus", "drive", b"\0")])
 @given(st.lists(ENTRIES, min_size=1, max_size=30))
 def test_any_log_is_played_or_refused(log: list[TraceEntry]) -> None:
     with suppress(UsageError):  # the log has nothing of the devices of the lab
