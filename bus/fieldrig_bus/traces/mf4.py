@@ -3,8 +3,9 @@
 Messages are in the groups CAN_DataFrame, CAN_RemoteFrame and CAN_ErrorFrame of ASAM's standard for bus logging, with
 the fields that python-can writes.  Python-can's own reader and writer are not used: they work only if asammdf was not
 imported before them, the writer counts times from the instant of the conversion, and takes a tenth of a millisecond for
-a frame.  Rows are written and read by the thousand here.  A time is a float of seconds from the first message, exact to
-a nanosecond for a hundred days.  An error frame has its class instead of an identifier, as python-can logs it.
+a frame.  Rows are written and read by the thousand here.  A time is a whole number of nanoseconds from the first
+message, with a factor that makes seconds of it; floats, as python-can writes, are exact for a hundred days.  An error
+frame has its class instead of an identifier, as python-can logs it.
 
 The channel of `can0` is 0, as python-can has it; the names of buses are in the comment of the file.
 """
@@ -14,6 +15,7 @@ import html
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from datetime import UTC, datetime, timedelta
+from decimal import Decimal
 from heapq import merge
 from itertools import chain
 from pathlib import Path
@@ -55,6 +57,10 @@ _FIELDS: Final = (
 )
 """The fields of a row, and the types of their numbers."""
 _COMPRESSED: Final = 1
+_FLOAT_STEP: Final = 256
+"""Steps of a float of nanoseconds of our days: asammdf has the start of a file as one, if it is told a time of day."""
+_LINEAR: Final = 1
+"""The type of a conversion by a factor and an offset."""
 
 
 def recognises(head: bytes) -> bool:
@@ -85,7 +91,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
 class _Writer:
     def __init__(self, library: Any, start_ns: int) -> None:
         import numpy
-        from asammdf.blocks.v4_blocks import SourceInformation
+        from asammdf.blocks.v4_blocks import ChannelConversion, SourceInformation
         from asammdf.blocks.v4_constants import BUS_TYPE_CAN, SOURCE_BUS
 
         self._numpy, self._start_ns = numpy, start_ns
@@ -93,10 +99,11 @@ class _Writer:
         self._mdf.header.start_time = datetime.fromtimestamp(start_ns // S, tz=UTC) + timedelta(
             milliseconds=start_ns % S // MS
         )
+        self._mdf.header.abs_time = start_ns  # which it has as a float
         self._channels = Channels()
         self._names: list[str] = []
         self._rows: dict[str, list[tuple[Any, ...]]] = {}
-        self._times: dict[str, list[float]] = {}
+        self._times: dict[str, list[int]] = {}
         self._types: dict[str, Any] = {}
         self.written = 0
         for name in (DATA, ERRORS, REMOTES):
@@ -104,7 +111,10 @@ class _Writer:
             self._rows[name], self._times[name] = [], []
             source = SourceInformation(source_type=SOURCE_BUS, bus_type=BUS_TYPE_CAN)
             empty = numpy.array([], dtype=self._types[name])
-            self._mdf.append(library.Signal(name=name, samples=empty, timestamps=numpy.array([]), source=source))
+            self._mdf.append(library.Signal(name=name, samples=empty, timestamps=self._instants([]), source=source))
+            group = len(self._types) - 1
+            master = self._mdf.groups[group].channels[self._mdf.masters_db[group]]
+            master.conversion = ChannelConversion(conversion_type=_LINEAR, a=1 / S, b=0.0)
 
     def add(self, time_ns: int, bus: str, fields: Fields) -> None:
         if self._channels.get(bus) is None:
@@ -125,7 +135,7 @@ class _Writer:
             is_switched,
         )
         self._rows[name].append(row)
-        self._times[name].append((time_ns - self._start_ns) / S)
+        self._times[name].append(time_ns - self._start_ns)
         self.written += 1
         if len(self._rows[name]) >= ROWS:
             self._extend(name)
@@ -140,9 +150,12 @@ class _Writer:
             column = self._numpy.frombuffer(b"".join(values), dtype="u1").reshape(-1, 64) if is_data else values
             table[f"{name}.{field}"] = column
         number = list(self._types).index(name)
-        self._mdf.extend(number, [(self._numpy.array(times), None), (table, None)])
+        self._mdf.extend(number, [(self._instants(times), None), (table, None)])
         rows.clear()
         times.clear()
+
+    def _instants(self, times_ns: list[int]) -> Any:
+        return self._numpy.array(times_ns, dtype="<i8")
 
     def save(self, file: BinaryIO) -> None:
         for name in self._rows:
@@ -210,9 +223,12 @@ def _entries(mdf: Any, odd: Oddities) -> Iterator[TraceEntry]:
 
 
 def _start_ns(mdf: Any) -> int:
-    """Return the start, which asammdf gives to a microsecond."""
+    """Return the start, which asammdf gives to a microsecond and the header to a nanosecond."""
     seconds: float = mdf.header.start_time.timestamp()
-    return round(seconds * 1_000_000) * US
+    us, exact_ns = round(seconds * 1_000_000), int(mdf.header.abs_time)
+    rest_ns = (exact_ns - us * US + S // 2) % S - S // 2  # the header may be in local time, whole seconds away
+    was_float = exact_ns % _FLOAT_STEP == 0 and abs(rest_ns) < _FLOAT_STEP
+    return us * US + (0 if was_float else rest_ns)
 
 
 def _group(mdf: Any, number: int, start_ns: int, names: BusNames, odd: Oddities) -> list[Iterator[TraceEntry]]:
@@ -234,7 +250,8 @@ def _rows(
         table = mdf.get(name, number, record_offset=offset, record_count=ROWS, raw=False)
         count = len(table.timestamps)
         columns = {field: _column(table.samples, f"{name}.{field}", count) for field, _ in _FIELDS}
-        for place, seconds in enumerate(table.timestamps.tolist()):
+        times_ns = _whole_times_ns(mdf, number, offset) or [round(each * S) for each in table.timestamps.tolist()]
+        for place, time_ns in enumerate(times_ns):
             odd.number += 1
             row = {field: values[place] for field, values in columns.items()}
             try:
@@ -243,7 +260,23 @@ def _rows(
                 odd.report("rows that cannot be read are left out", f": {wrong}")
                 continue
             bus = names[int(row["BusChannel"]) + 1]
-            yield TraceEntry(start_ns + round(seconds * S), bus, "can", "", message)
+            yield TraceEntry(start_ns + time_ns, bus, "can", "", message)
+
+
+def _whole_times_ns(mdf: Any, number: int, offset: int) -> list[int]:
+    """Return the instants of rows whose times are whole numbers of a unit, exactly; none if they are floats."""
+    place = mdf.masters_db.get(number)
+    conversion = None if place is None else mdf.groups[number].channels[place].conversion
+    if conversion is None or conversion.conversion_type != _LINEAR:
+        return []
+    raw, _ = mdf.get(group=number, index=place, record_offset=offset, record_count=ROWS, raw=True, samples_only=True)
+    if raw.dtype.kind not in "iu":
+        return []
+    unit, first = (Decimal(repr(float(each))) * S for each in (conversion.a, conversion.b))
+    if unit == int(unit) and first == int(first):
+        whole_unit, whole_first = int(unit), int(first)
+        return [each * whole_unit + whole_first for each in raw.tolist()]
+    return [round(each * unit + first) for each in raw.tolist()]
 
 
 def _column(samples: Any, name: str, count: int) -> list[Any]:

@@ -8,9 +8,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import can  # noqa: F401  before asammdf, or its reader of MF4 does not work
+import can  # before asammdf, or its reader of MF4 does not work
+import numpy
 import pytest
-from asammdf import MDF
+from asammdf import MDF, Signal
+from asammdf.blocks.v4_blocks import ChannelConversion, SourceInformation
+from asammdf.blocks.v4_constants import BUS_TYPE_CAN, SOURCE_BUS
 
 from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
@@ -47,6 +50,39 @@ def test_asammdf_finds_the_frames_as_bus_logging(recording: Path) -> None:
         assert found.samples["CAN_DataFrame.EDL"].tolist() == [0, 1]
         assert found.samples["CAN_DataFrame.DataBytes"][1][:12].tolist() == list(range(12))
         assert [int(channel) for channel in mdf.bus_logging_map["CAN"]] == [0, 1]
+
+
+@pytest.mark.parametrize("kind", ["<u8", "<i8"])
+def test_instants_that_are_whole_numbers_are_exact(tmp_path: Path, kind: str) -> None:
+    """Other tools have whole nanoseconds and a factor, and a start with nanoseconds: floats would round them."""
+    name, start_ns = "CAN_DataFrame", 1_700_000_000_123_456_789
+    fields = [
+        (f"{name}.{field}", form) for field, form in (("ID", "<u4"), ("DataLength", "u1"), ("DataBytes", "(8,)u1"))
+    ]
+    times_ns = [0, 1, 999_999_999, 10_000_000_000_000_001, 41_536_000_000_000_002]
+    source = SourceInformation(source_type=SOURCE_BUS, bus_type=BUS_TYPE_CAN)
+    with MDF(version="4.10") as mdf:
+        samples = numpy.zeros(len(times_ns), dtype=fields)
+        mdf.append(Signal(samples, numpy.array(times_ns, dtype=kind), name=name, source=source))
+        mdf.groups[0].channels[mdf.masters_db[0]].conversion = ChannelConversion(conversion_type=1, a=1e-9, b=0.0)
+        header: Any = mdf.header
+        header.abs_time, header.time_flags = start_ns, 0
+        mdf.save(tmp_path / "x.mf4")
+    assert [entry.time_ns - start_ns for entry in read(tmp_path / "x.mf4")] == times_ns
+
+
+def test_instants_that_are_decades_apart_are_written_exactly(tmp_path: Path) -> None:
+    times_ns = [1_000_000_001, T, T + 1, T + 456_789]
+    sent = [SENT[0]._replace(time_ns=time_ns) for time_ns in times_ns]
+    write(sent, tmp_path / "x.mf4")
+    assert list(read(tmp_path / "x.mf4")) == sent
+    with can.MF4Reader(tmp_path / "x.mf4") as reader:
+        assert [round(message.timestamp, 6) for message in reader] == [
+            1.0,
+            1_700_000_000.123,
+            1_700_000_000.123,
+            1_700_000_000.123457,
+        ]
 
 
 def test_a_long_file_needs_no_more_memory_than_a_short_one(tmp_path: Path) -> None:

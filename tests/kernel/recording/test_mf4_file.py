@@ -12,7 +12,7 @@ from asammdf import MDF
 from fieldrig.errors import UsageError
 from fieldrig.recording import mf4_file
 from fieldrig.recording.file_formats import format_of
-from fieldrig.recording.mf4_file import Mf4File
+from fieldrig.recording.mf4_file import EXACT, Mf4File
 from fieldrig.recording.reader import Rows
 from fieldrig.recording.signals import Column, Sort
 
@@ -48,6 +48,45 @@ def test_each_signal_is_a_channel_with_its_instants_unit_and_type(
     assert [str(value) for value in level.samples.tolist()] == ["0.5", "nan", "0.75"]
     assert (on.timestamps.tolist(), on.samples.tolist()) == ([0.0, 1.0], [0, 1])
     assert [text.decode() for text in state.samples.tolist()] == ["l\u00e4uft"]
+
+
+INT, UINT = 1 << 63, 1 << 64
+WHOLE = [
+    ([INT - 1, -INT, EXACT + 1, 0], "int64"),
+    ([UINT - 1, 0, EXACT + 1, 1 << 60], "uint64"),
+    ([UINT - 1, -1, 0, 0], "float64"),
+    ([EXACT + 1, 0.5, 0, 0], "float64"),
+    ([EXACT + 1, float("inf"), 0, 0], "float64"),
+    ([UINT, 0, 0, 1], "float64"),
+    ([EXACT, 1, -EXACT, 2], "float64"),
+]
+
+
+@pytest.mark.parametrize(("numbers", "kind"), WHOLE)
+def test_whole_numbers_of_64_bits_and_instants_are_exact(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, numbers: list[float], kind: str
+) -> None:
+    """As `Recording.whole` has them: beside the float that rounds them, if it does."""
+    monkeypatch.setattr(mf4_file, "ROWS", 3)
+    path, begin_ns = tmp_path / "x.mf4", 1_700_000_000_123_456_789
+    times_ns = [begin_ns + 1 + number * 10_000_000_000_000_001 for number in range(5)]
+    values = [*numbers, float("nan")]
+    whole = {(0, row): each for row, each in enumerate(values) if isinstance(each, int) and float(each) != each}
+    with path.open("wb") as file:
+        writer = Mf4File(file, [Column("plc/count", Sort.NUMBER, "", [], is_held=True)], begin_ns)
+        writer.take(Rows("p", (0,), 0, 0, array("q", times_ns), [array("d", values)], whole))
+        writer.close()
+    with MDF(path) as mdf:
+        found: Any = mdf.get("plc/count")
+        raw: Any = mdf.get(group=0, index=mdf.masters_db[0], raw=True)
+    assert found.samples.dtype.name == kind
+    assert raw.samples.tolist() == [each - begin_ns for each in times_ns]
+    if kind == "float64":
+        assert found.samples.tolist()[:4] == [float(each) for each in numbers]
+        assert found.samples.tolist()[4] != found.samples.tolist()[4]
+    else:
+        assert found.samples.tolist() == numbers
+        assert len(found.timestamps) == 4  # where it has no value it is invalid
 
 
 def test_the_extra_is_named_where_it_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
