@@ -58,7 +58,7 @@ _FIELDS: Final = (
 """The fields of a row, and the types of their numbers."""
 _COMPRESSED: Final = 1
 _FLOAT_STEP: Final = 256
-"""Steps of a float of nanoseconds of our days: asammdf has the start of a file as one, if it is told a time of day."""
+"""Steps of a float of nanoseconds of our days: asammdf has the start of a file as one, if it is given a time of day."""
 _LINEAR: Final = 1
 """The type of a conversion by a factor and an offset."""
 

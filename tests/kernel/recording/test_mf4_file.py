@@ -66,7 +66,7 @@ WHOLE = [
 def test_whole_numbers_of_64_bits_and_instants_are_exact(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, numbers: list[float], kind: str
 ) -> None:
-    """As `Recording.whole` has them: beside the float that rounds them, if it does."""
+    """The exact number is beside the float that rounds it, if it does, as in `Recording.whole`."""
     monkeypatch.setattr(mf4_file, "ROWS", 3)
     path, begin_ns = tmp_path / "x.mf4", 1_700_000_000_123_456_789
     times_ns = [begin_ns + 1 + number * 10_000_000_000_000_001 for number in range(5)]
