@@ -1,6 +1,7 @@
 """Runs the suites of a project in virtual time."""
 
 import sys
+from collections.abc import Iterator
 from math import inf
 from pathlib import Path
 from typing import Final
@@ -11,6 +12,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.layout import MOST_STACKS, STACK_SIZE
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.standalone import StandaloneHost
+from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.tcunit import library, paths, program
 from fieldrig_devices.iec.tcunit.files import Files
@@ -59,6 +61,7 @@ class Bench:
             self.runtime.contents.cells[address] = path
         self._tell("_AppInfo.ProjectName", given.name)
         self.session.parameters = self._parameters()
+        self._links = list(self._linked(given))
         self._threads = [self.runtime.thread(pou) for task in compiled.program.tasks for pou in task.programs]
         self.interval_ns = round(self.program.interval_ms * MS)
         self._cycles = 0
@@ -83,6 +86,8 @@ class Bench:
     def cycle(self, limit_s: float = inf) -> None:
         """Run one cycle of the programs.  A fault ends the suite that is running, and the others go on."""
         self._count_cycle()
+        for output, into in self._links:
+            self.runtime.write(into, self.runtime.read(output))
         began_s = self._watch.busy_seconds
         for thread in self._threads:
             thread.start()
@@ -95,6 +100,13 @@ class Bench:
                     break
             if thread.state is WorkState.FAULTED:
                 self._give_up(thread, _told(thread.fault))
+
+    def _linked(self, given: Sources) -> Iterator[tuple[Symbol, Symbol]]:
+        """Yield the outputs of the program with the inputs that get their values, as far as they are compiled."""
+        for ends in given.links:
+            output, into = (self.runtime.symbols.find(path) for path in ends)
+            if output is not None and into is not None and output.is_value and output.type == into.type:
+                yield output, into
 
     def _count_cycle(self) -> None:
         """Tell the program the number of the cycle, which TwinCAT has in `_TaskInfo`."""

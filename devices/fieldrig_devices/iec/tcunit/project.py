@@ -13,7 +13,7 @@ from typing import Final
 from fieldrig.errors import UsageError
 from fieldrig.text.source_text import decoded
 from fieldrig_devices.iec.dialect import CODESYS
-from fieldrig_devices.iec.imports import event_classes, tsproj
+from fieldrig_devices.iec.imports import event_classes, io_links, tsproj
 from fieldrig_devices.iec.imports.event_classes import EventClass
 from fieldrig_devices.iec.imports.plcproj import SOURCES, SUFFIX, PlcProject, read_plcproj
 from fieldrig_devices.iec.imports.report import Report
@@ -40,6 +40,8 @@ class Sources:
     library_files: list[SourceFile] = field(default_factory=list)
     parameters: dict[tuple[str, str], str] = field(default_factory=dict)
     """Constants of libraries by the list of global variables and the name, both in small letters."""
+    links: list[io_links.Link] = field(default_factory=list)
+    """The outputs that the TwinCAT project links with inputs of the program."""
     absent: list[str] = field(default_factory=list)
     """Files and libraries that are not there."""
 
@@ -64,6 +66,7 @@ def opened(path: Path) -> Sources:
     made = Sources(path, project.name, [_read(file) for file in project.files])
     made.absent += [f"the file {name}" for name in project.missing]
     made.library_files += _types_around(project)
+    made.links = [link for file in _around(project) for link in io_links.links_of(file.text, Report(file.name))]
     classes = [*_events_around(project), *(one for library in _add_libraries(project, made) for one in library)]
     if text := event_classes.declarations(classes):
         made.library_files.append(SourceFile(EVENTS, text))
@@ -75,18 +78,23 @@ def _types_around(project: PlcProject) -> list[SourceFile]:
 
     Those of our libraries, which belong to TwinCAT itself, are left out: other parts of the libraries need them.
     """
-    folder, made, known = project.path.parent.parent, list[SourceFile](), set(types_of(CODESYS))
-    for path in (path for suffix in tsproj.SUFFIXES for path in sorted(folder.glob(f"*{suffix}"))):
-        text = tsproj.types_of(_read(path).text, Report(str(path)), known)
-        made += [SourceFile(str(path), text)] if text else []
+    made, known = list[SourceFile](), set(types_of(CODESYS))
+    for file in _around(project):
+        text = tsproj.types_of(file.text, Report(file.name), known)
+        made += [SourceFile(file.name, text)] if text else []
     return made
+
+
+def _around(project: PlcProject) -> Iterator[SourceFile]:
+    """Yield the files of the TwinCAT project that a PLC project belongs to."""
+    folder = project.path.parent.parent
+    for suffix in tsproj.SUFFIXES:
+        yield from map(_read, sorted(folder.glob(f"*{suffix}")))
 
 
 def _events_around(project: PlcProject) -> list[EventClass]:
     """Return the classes of events of the same TwinCAT project."""
-    folder = project.path.parent.parent
-    paths = [path for suffix in tsproj.SUFFIXES for path in sorted(folder.glob(f"*{suffix}"))]
-    return [one for path in paths for one in event_classes.classes_of(_read(path).text, Report(str(path)))]
+    return [one for file in _around(project) for one in event_classes.classes_of(file.text, Report(file.name))]
 
 
 def _add_libraries(project: PlcProject, made: Sources) -> list[list[EventClass]]:
