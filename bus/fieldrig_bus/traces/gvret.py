@@ -35,7 +35,7 @@ REMEDY: Final = "expected the CSV of SavvyCAN or GVRET"
 _BEGINS: Final = re.compile(rb"(?:\xef\xbb\xbf)?Time Stamp,ID,Extended,(?:Dir,)?Bus,LEN,D1\b", re.IGNORECASE)
 _TIME: Final = re.compile(r"(\d{1,18}),", re.ASCII)
 _LINE: Final = re.compile(
-    r"(-?\d{1,18}),([0-9A-F]{1,8}),(true|false|0|1),(?:(?:Rx|Tx|R|T),)?(\d{1,3}),(\d{1,2}),?((?:[0-9A-F]{1,2},?)*)\s*",
+    r"(-?\d{1,18}),([0-9A-F]{1,8}),(true|false|0|1),(?:(?:Rx|Tx|R|T),)?(\d{1,3}),(\d{1,2}),?([0-9A-F,]*)\s*",
     re.IGNORECASE | re.ASCII,
 )
 
@@ -97,7 +97,7 @@ def _entry(line: str, names: BusNames) -> TraceEntry:
         raise ValueError("expected time, identifier, true or false, bus, length and data")
     time_us, identifier, extended, bus, length, text = match.groups()
     word, size = int(identifier, 16), int(length)
-    data = bytes(int(digits, 16) for digits in text.split(",") if digits)[:size]
+    data = bytes(int(digits, 16) for digits in text.split(",")[:size] if digits)
     if len(data) < size:
         raise ValueError(f"{len(data)} bytes of data, and {size} are announced")
     if extended.lower() in ("true", "1") or word > STANDARD_MASK:

@@ -143,11 +143,20 @@ def _status(kind: str, words: list[str], columns: Mapping[str, int]) -> bytes | 
 
 
 def _error(kind: str, words: list[str], columns: Mapping[str, int]) -> bytes:
-    """An error frame: its type instead of an identifier; direction (0: sending), place, REC and TEC as its data."""
-    digits = "".join(words[columns["D"] :]).upper().removeprefix("ERROR").replace(" ", "")
-    data = bytes.fromhex(digits[: len(digits) // 2 * 2]).ljust(4, b"\0")
-    place, number = place_of(data[1]), words[columns["I"]]
-    error = _KINDS.get(int(number, 16) if number != "-" else 1)
+    """An error frame: its type, then direction (0: sending), place, REC and TEC.
+
+    Up to version 1.3 the type is instead of an identifier; from 2.0 on it is the first byte, and columns are empty.
+    """
+    if kind == "ER":
+        digits = [word for word in " ".join(words).split() if _BYTE.fullmatch(word)][-5:]
+        number, *rest = bytes.fromhex("".join(digits)).ljust(5, b"\0") if len(digits) == 5 else bytes(5)
+        data = bytes(rest)
+    else:
+        text = "".join(words[columns["D"] :]).upper().removeprefix("ERROR").replace(" ", "")
+        data = bytes.fromhex(text[: len(text) // 2 * 2]).ljust(4, b"\0")
+        number = int(words[columns["I"]], 16)
+    place = place_of(data[1])
+    error = _KINDS.get(number)
     if error is None:
         error = ErrorKind.ACK if data[1] == place_of(0x19) else ErrorKind.CRC
     return encode(CanError(error, place, 0, 0, data[0] == 0, False, data[3], data[2]))

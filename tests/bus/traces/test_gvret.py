@@ -42,6 +42,15 @@ def test_lines_of_both_versions_are_frames(text: str, message: object, tmp_path:
     assert len(list(read(path))) == 1
 
 
+def test_a_line_that_goes_on_without_commas_is_refused_at_once() -> None:
+    """Ways to divide its digits are as many as 2 to the power of their number, and they were tried one by one."""
+    odd = Oddities()
+    assert messages(f"{FIRST}1,000005EB,false,0,1,E8\n2,000005EB,false,0,8,{'AB' * 1000}!\n", odd) == [
+        (1, "can0", CanFrame(0x5EB, b"\xe8"))
+    ]
+    assert [each.place for each in odd] == ["line 3"]
+
+
 def test_a_log_is_written_as_savvycan_writes_it(tmp_path: Path) -> None:
     odd, path = Oddities(), tmp_path / "x.gvret"
     frames = [CanFrame(0x5EB, b"\xe8\x45"), CanFrame(0x1, b"\x07", is_extended=True), CanFrame(0x1, is_remote=True)]

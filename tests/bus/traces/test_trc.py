@@ -27,6 +27,9 @@ TRC_LINES = [
     (";$FILEVERSION=1.3\n", "     1)     17535.400 1  Tx    00000100 -  2    01 02\n", CanFrame(0x100, b"\x01\x02", True)),
     (";$FILEVERSION=2.0\n;$COLUMNS=N,O,T,I,d,l,D\n", "      1     17535.400 FB     0704 Rx 12 " + "01 " * 12 + "\n", CanFrame(0x704, b"\x01" * 12, is_fd=True, is_bit_rate_switched=True)),
     (";$FILEVERSION=2.0\n;$COLUMNS=N,O,T,I,d,l,D\n", "      2     17540.300 ST          Rx    00 00 00 08\n", BusState(CanState.PASSIVE, 0, 0)),
+    (";$FILEVERSION=2.0\n;$COLUMNS=N,O,T,I,d,l,D\n", "      6     17535.400 ER          Rx    04 00 02 00 00 \n", CanError(ErrorKind.STUFF, Place.ID_28_21, 0, 0, True, False, 0, 0)),
+    (";$FILEVERSION=2.1\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n", "      6     17535.400 ER 1         - Rx -  5    04 01 02 08 05 \n", CanError(ErrorKind.STUFF, Place.ID_28_21, 0, 0, False, False, 5, 8)),
+    (";$FILEVERSION=2.1\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n", "      9     17535.400 ST 1         - Rx -  4    00 00 00 08 \n", BusState(CanState.PASSIVE, 0, 0)),
     (";$FILEVERSION=2.1\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n", "      1     17535.400 FD 1      0704 Rx -  9    " + "01 " * 12 + "\n", CanFrame(0x704, b"\x01" * 12, is_fd=True)),
     (";$FILEVERSION=2.1\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n", "     12     48937.600 RR 1      0704 Rx -  1\n", CanFrame(0x704, is_remote=True, remote_length=1)),
 ]  # fmt: skip
