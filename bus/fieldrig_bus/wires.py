@@ -7,13 +7,13 @@ as a `PulseTrain` or a `Pwm` (`fieldrig_bus.signals`).
 """
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Final
 
 from pydantic import Field
 
 from fieldrig.bus import Bus, BusModel, Delivery, ModelBus, Reading, Time, words_of
-from fieldrig.settings import Settings
+from fieldrig.settings import WIRE, Settings
 from fieldrig_bus.net import HubSettings
 from fieldrig_bus.signals import traced
 from fieldrig_bus.signals.codec import LONGEST_NAME, check_sent, check_text
@@ -151,6 +151,12 @@ def raised(alarms: Mapping[str, Alarm], signals: Mapping[str, Signal], now_ns: i
     }
 
 
+def alarms_of(alarms: Mapping[str, Alarm]) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
+    """Yield the wires that alarms name (`Settings.offers`)."""
+    for name in alarms:
+        yield ("alarms", name), WIRE, name
+
+
 FAULTS: Final = "faults from the start"
 
 
@@ -158,10 +164,16 @@ class WiresSettings(Settings):
     faults: list[WireFault] = Field(default_factory=list, description=FAULTS)
     alarms: dict[str, Alarm] = Field(default_factory=dict, description=ALARMS)
 
+    def offers(self) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
+        yield from alarms_of(self.alarms)
+
 
 class WiresHubSettings(HubSettings):
     faults: list[WireFault] = Field(default_factory=list, description=FAULTS)
     alarms: dict[str, Alarm] = Field(default_factory=dict, description=ALARMS)
+
+    def offers(self) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
+        yield from alarms_of(self.alarms)
 
 
 class WiresFamily(Bus[Signal]):

@@ -8,7 +8,7 @@ Left out: the value of a wire whose driver's process is gone.
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 from urllib.parse import quote
 
@@ -22,7 +22,7 @@ from fieldrig.faults.note import FaultNote
 from fieldrig.settings import Settings
 from fieldrig_bus.signals.codec import decode, encode
 from fieldrig_bus.signals.faults import MODELS, Swapped, WireEffects, WireFault
-from fieldrig_bus.wires import ALARMS, FAULTS, MOST_WIRES, Alarm, Signal, WiresFamily, WiresModel
+from fieldrig_bus.wires import ALARMS, FAULTS, MOST_WIRES, Alarm, Signal, WiresFamily, WiresModel, alarms_of
 
 log = logging.getLogger(__name__)
 
@@ -160,6 +160,9 @@ class WiresEnd:
 class WiresZenohSettings(Settings):
     faults: list[WireFault] = Field(default_factory=list, description=FAULTS)
     alarms: dict[str, Alarm] = Field(default_factory=dict, description=ALARMS)
+
+    def offers(self) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
+        yield from alarms_of(self.alarms)
 
 
 class WiresZenoh(WiresFamily, DirectBus[Signal]):

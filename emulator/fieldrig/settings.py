@@ -70,6 +70,17 @@ class Settings(BaseModel):
         """Return whether something outside the rig may have on this bus what a device needs there."""
         return True
 
+    def serves(self) -> Iterator[Claim]:
+        """Yield what the device answers to on its buses, which others may have too, such as services by TCP."""
+        yield from ()
+
+    def offers(self) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
+        """Yield what a bus has for a device, or says about it: its key, and kind and value of what a device has.
+
+        A value that no device has is no mistake, but one that is nearly that of a device is a doubt.
+        """
+        yield from ()
+
     def cycle_ns(self) -> int | None:
         """Return the cycle of the buses of which the device is the master; None without one."""
         return None
@@ -95,6 +106,8 @@ class Settings(BaseModel):
         yield from ()
 
 
+WIRE = "wire"
+"""The `what` of a claim to drive a wire."""
 MASTER = "master"
 """The `what` of a claim to be the master of a bus; its value is the same for all."""
 MEMBER = "member"

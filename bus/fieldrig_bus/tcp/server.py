@@ -8,7 +8,7 @@ Left out: TLS, urgent data.
 """
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
@@ -55,6 +55,10 @@ class TcpSettings(HubSettings):
             if not 1 <= first <= last <= 0xFFFF:
                 raise ValueError(f"extra_ports: expected two ports from 1 to 65535 in order, got {first} and {last}")
         return self
+
+    def offers(self) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
+        for service in self.listen:
+            yield ("listen", service), "service", service
 
 
 class TcpServerBus(ModelBus[TcpMessage]):

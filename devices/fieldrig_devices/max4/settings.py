@@ -203,6 +203,10 @@ class Max4Settings(Settings):
         sources = [SourceFile(path.name, decoded(path.read_bytes())) for path in self.program]
         yield NamedUnit(self.modbus.unit_id, MarkerNames(markers_in(sources, DIALECTS[self.dialect])))
 
+    def serves(self) -> Iterator[Claim]:
+        for service in ("http", "ftp"):
+            yield Claim("tcp", "service", service, ())
+
     def claims(self, device: str) -> Iterator[Claim]:
         """The names and addresses that the controller occupies; a CANopen node answers only one master."""
         yield Claim("ring", MASTER, "of the ring", ())

@@ -119,6 +119,10 @@ class PamSettings(Settings):
         match = _BASIC_CYCLE.search(decoded(self.application.read_bytes()[:LONGEST]))
         return (int(match[1]) if match else DEFAULT_CYCLE) * MS // 3
 
+    def serves(self) -> Iterator[Claim]:
+        for service in ("dualport", "s7"):
+            yield Claim("tcp", "service", service, ())
+
     def claims(self, device: str) -> Iterator[Claim]:
         yield Claim("ring", MASTER, "of the ring", ())
         yield Claim("modbus", "unit", self.access.unit_id, ("access", "unit_id"))

@@ -59,13 +59,16 @@ def check(
 def look_at(file: Path, overrides: Sequence[str]) -> "tuple[RigConfig | None, list[Mistake], list[Mistake]]":
     """Return the rig of a file, or None if it is wrong; its mistakes and those of its programs; and its doubts."""
     from fieldrig.config.build import try_devices
+    from fieldrig.config.near_names import near_names
     from fieldrig.config.rig_file import look_through
     from fieldrig.config.source import gather
     from fieldrig.faults.milestones import wrong_conditions
 
     config, right, mistakes = look_through(file, overrides)
     mistakes = [*mistakes, *try_devices(right), *wrong_conditions(gather(file, overrides), right)]
-    doubts = (_placed(doubt, device) for device in right for doubt in device.settings.doubts())
+    doubts = [_placed(doubt, device) for device in right for doubt in device.settings.doubts()]
+    if config is not None:
+        doubts += near_names(gather(file, overrides), config.buses, config.devices)
     return config, mistakes, list(dict.fromkeys(doubts))
 
 

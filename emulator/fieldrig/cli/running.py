@@ -12,7 +12,9 @@ from typing import Any, Protocol
 from fieldrig.cli.coverage import QUESTION
 from fieldrig.cli.display import Display
 from fieldrig.cli.reach import help_of
+from fieldrig.config.near_names import near_names
 from fieldrig.config.rig_file import RigConfig
+from fieldrig.config.source import gather
 from fieldrig.control import endpoint
 from fieldrig.control.messages import Control
 from fieldrig.coverage import collecting
@@ -66,6 +68,8 @@ def run_rig(config: RigConfig, options: UpOptions, prelude: Prelude | None = Non
     """Run the rig to its end; a `prelude` is for one in virtual time.  RigError if it cannot start."""
     token()  # one that is wrong is found before anything starts
     display = Display(config, time.monotonic() - age_s(), options.is_quiet)
+    for doubt in near_names(gather(config.path, options.overrides), config.buses, config.devices):
+        display.warn(str(doubt))
     if options.is_attended or config.time == "virtual":
         endpoint.check_free(config.control)
         with _page(config, options, None) as page, _keeper(config, options) as keeper:

@@ -1,6 +1,6 @@
 """Build devices from their entries in a configuration; a device gets what its constructor names, and nothing else."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from random import Random
 from typing import Any
 
@@ -72,8 +72,13 @@ def try_devices(devices: Iterable[DeviceEntry], seed: int = 0) -> list[Mistake]:
 
 def build_alone(entry: DeviceEntry, seed: int = 0) -> Device:
     """Return the device on unconnected links and with an empty memory.  ConfigError as from `build_device`."""
+    return build_with(entry, lambda _: UnconnectedLink(), seed)
+
+
+def build_with(entry: DeviceEntry, end_of: Callable[[str], Link[Any]], seed: int = 0) -> Device:
+    """Return the device with an empty memory, and with `end_of` each bus.  ConfigError as from `build_device`."""
     links: dict[str, Link[Any] | list[Link[Any]]] = {
-        name: [UnconnectedLink() for _ in buses] if name in entry.many else UnconnectedLink()
+        name: [end_of(bus) for bus in buses] if name in entry.many else end_of(buses[0])
         for name, buses in entry.links.items()
     }
     return build_device(

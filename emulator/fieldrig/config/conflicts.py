@@ -2,7 +2,7 @@
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -40,11 +40,11 @@ def conflicts(
     yield from _ports_of_chance(texts)
     yield from _same_ports(texts)
     yield from _same_paths(texts)
-    claims = list(_claims(buses, devices, written))
+    claims = list(claims_of(buses, devices, written))
     yield from _claimed_twice(claims)
     yield from _needed_in_vain(buses, devices, written, claims)
     yield from _wrong_members(buses, claims)
-    yield from named_in_vain(buses, _owners(claims), _unsure(devices, written), is_real=is_real)
+    yield from named_in_vain(buses, _owners(claims), unsure_buses(devices, written), is_real=is_real)
 
 
 def _ports_of_chance(texts: list[Text]) -> Iterator[WrongKey]:
@@ -90,7 +90,7 @@ def _texts(value: Any, path: KeyPath) -> list[Text]:
     return []
 
 
-class _Claimed(NamedTuple):
+class Claimed(NamedTuple):
     """A claim of one device on one bus."""
 
     bus: str
@@ -106,9 +106,11 @@ class _Claimed(NamedTuple):
         return ("devices", self.device, *self.claim.path)
 
 
-def _claims(
-    buses: Mapping[str, BusEntry], devices: Mapping[str, DeviceEntry], written: Mapping[Any, Any]
-) -> Iterator[_Claimed]:
+def claims_of(
+    buses: Mapping[str, BusEntry],
+    devices: Mapping[str, DeviceEntry],
+    written: Mapping[Any, Any] = MappingProxyType({}),
+) -> Iterator[Claimed]:
     """Yield everything that devices claim on their buses.
 
     Only the key `node_id` counts for an entry that is wrong in itself, or whose class states no claims.
@@ -116,12 +118,18 @@ def _claims(
     for name in {**written, **devices}:
         device = devices.get(name)
         if device is not None and says_claims(device.settings):
-            yield from _on_buses(name, device, device.settings.claims)
+            yield from _on_buses(name, device, device.settings.claims(name))
             continue
         node_id, linked = _node_of(device) if device is not None else _written_node_of(written[name])
         for bus in sorted(bus for bus in linked & buses.keys() if buses[bus].bus.family == "can"):
             if type(node_id) is int:
-                yield _Claimed(bus, name, Claim("", "node-ID", node_id, ("node_id",)))
+                yield Claimed(bus, name, Claim("", "node-ID", node_id, ("node_id",)))
+
+
+def served(devices: Mapping[str, DeviceEntry]) -> Iterator[Claimed]:
+    """Yield what devices answer to on their buses, which several may have."""
+    for name, device in devices.items():
+        yield from _on_buses(name, device, device.settings.serves())
 
 
 def says_claims(settings: Settings) -> bool:
@@ -129,16 +137,16 @@ def says_claims(settings: Settings) -> bool:
     return type(settings).claims is not Settings.claims
 
 
-def _on_buses(name: str, device: DeviceEntry, stated: Callable[[str], Iterator[Claim]]) -> Iterator[_Claimed]:
-    for claim in stated(name):
+def _on_buses(name: str, device: DeviceEntry, stated: Iterator[Claim]) -> Iterator[Claimed]:
+    for claim in stated:
         buses = device.links.get(claim.link, ())
         for bus in buses if claim.place is None else buses[claim.place : claim.place + 1]:
-            yield _Claimed(bus, name, claim)
+            yield Claimed(bus, name, claim)
 
 
-def _claimed_twice(claims: list[_Claimed]) -> Iterator[WrongKey]:
+def _claimed_twice(claims: list[Claimed]) -> Iterator[WrongKey]:
     """Yield node-IDs, addresses and drivers of a wire that are claimed twice."""
-    taken: dict[tuple[str, str, Hashable], _Claimed] = {}
+    taken: dict[tuple[str, str, Hashable], Claimed] = {}
     for claimed in claims:
         other = taken.setdefault(claimed.key, claimed)
         if other is not claimed:
@@ -154,15 +162,15 @@ def _needed_in_vain(
     buses: Mapping[str, BusEntry],
     devices: Mapping[str, DeviceEntry],
     written: Mapping[Any, Any],
-    claims: list[_Claimed],
+    claims: list[Claimed],
 ) -> Iterator[WrongKey]:
     """Yield needs of a device that no other device on the bus and no outside client can meet.
 
     A bus with a device whose claims are not known is left out.
     """
-    unsure, there = _unsure(devices, written), _owners(claims)
+    unsure, there = unsure_buses(devices, written), _owners(claims)
     for name, device in devices.items():
-        for need in _on_buses(name, device, device.settings.needs):
+        for need in _on_buses(name, device, device.settings.needs(name)):
             entry = buses.get(need.bus)
             if entry is None or need.bus in unsure or there[need.key] - {name}:
                 continue
@@ -177,7 +185,7 @@ def _needed_in_vain(
                 )
 
 
-def _wrong_members(buses: Mapping[str, BusEntry], claims: list[_Claimed]) -> Iterator[WrongKey]:
+def _wrong_members(buses: Mapping[str, BusEntry], claims: list[Claimed]) -> Iterator[WrongKey]:
     """Yield what the settings of buses say about devices that are not linked to them."""
     for name, entry in buses.items():
         masters = [claimed.device for claimed in claims if claimed.bus == name and claimed.claim.what == MASTER]
@@ -185,7 +193,7 @@ def _wrong_members(buses: Mapping[str, BusEntry], claims: list[_Claimed]) -> Ite
             yield WrongKey(("buses", name, *wrong.path), wrong.what, wrong.remedy)
 
 
-def _unsure(devices: Mapping[str, DeviceEntry], written: Mapping[Any, Any]) -> set[Any]:
+def unsure_buses(devices: Mapping[str, DeviceEntry], written: Mapping[Any, Any] = MappingProxyType({})) -> set[Any]:
     """Return the buses with a device whose claims are not known."""
     silent = {name for name, device in devices.items() if not says_claims(device.settings)}
     unsure = {bus for name in silent for bus in _node_of(devices[name])[1]}
@@ -194,7 +202,7 @@ def _unsure(devices: Mapping[str, DeviceEntry], written: Mapping[Any, Any]) -> s
     }
 
 
-def _owners(claims: list[_Claimed]) -> dict[tuple[str, str, Hashable], set[str]]:
+def _owners(claims: list[Claimed]) -> dict[tuple[str, str, Hashable], set[str]]:
     """Return the devices by what they claim."""
     there: dict[tuple[str, str, Hashable], set[str]] = defaultdict(set)
     for claimed in claims:
