@@ -27,6 +27,7 @@ from fieldrig_devices.iec.check import (
 )
 from fieldrig_devices.iec.check.checker import Checker, Meaning
 from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.literal_only import takes_its_type_from_outside
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer, real
@@ -241,7 +242,8 @@ def _unary(checker: Checker, node: tree.Unary, wanted: Type | None) -> Expressio
         return None
     if node.operator == "+":
         return operators.positive(checker.context, operand, node)
-    return operators.unary(checker.context, Operator.NEG if node.operator == "-" else Operator.NOT, operand, node)
+    sign = Operator.NEG if node.operator == "-" else Operator.NOT
+    return operators.unary(checker.context, sign, operand, node, wanted)
 
 
 _OPERATORS: Final = {operator.value: operator for operator in Operator}
@@ -269,9 +271,21 @@ def _with_right_side(
         return None
     if node.operator == "**":
         return standard.of_values(checker, "EXPT", [left, right], node, wanted)
+    if left.type is not right.type and not isinstance(node.left, tree.Binary):
+        if takes_its_type_from_outside(node.left) and not takes_its_type_from_outside(node.right):
+            left = _of_type(checker, node.left, left, right)
+        elif takes_its_type_from_outside(node.right) and not takes_its_type_from_outside(node.left):
+            right = _of_type(checker, node.right, right, left)
     if isinstance(left, Constant) and isinstance(node.left, tree.Name) and isinstance(right.type, EnumType):
         left = _named(checker, node.left, right.type) or left  # now that it is known what is compared
     return operators.binary(checker.context, _OPERATORS[node.operator], left, right, node)
+
+
+def _of_type(checker: Checker, node: tree.Expression, value: Expression, other: Expression) -> Expression:
+    """Return an operand made of literals alone, such as `SHL(1, n)`, in the type of the other operand (6.4.2)."""
+    if type(value) is Untyped or type(other) is Untyped or not isinstance(other.type, Elementary):
+        return value
+    return checker.expression(node, other.type) or value
 
 
 def _call(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression | None:

@@ -21,7 +21,7 @@ from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, bit_string, integer, real
 from fieldrig_devices.iec.elementary import SHORT_TIMES, Elementary, Family
 from fieldrig_devices.iec.library.arguments import common as common_type
-from fieldrig_devices.iec.library.arguments import widens
+from fieldrig_devices.iec.library.arguments import fits, widens
 from fieldrig_devices.iec.program import COMPARISONS, Binary, Constant, Expression, Operator
 from fieldrig_devices.iec.types import EnumType, PointerType, StringType, SubrangeType, Type
 
@@ -280,9 +280,12 @@ def _literals(context: Context, operator: Operator, left: Untyped, right: Untype
 # ---- one operand
 
 
-def unary(context: Context, operator: Operator, operand: Expression, at: tree.Node) -> Expression | None:
+def unary(
+    context: Context, operator: Operator, operand: Expression, at: tree.Node, wanted: Type | None = None
+) -> Expression | None:
+    """`wanted` is the type that the surroundings give a literal."""
     if type(operand) is Untyped:
-        return _unary_literal(context, operator, operand, at)
+        return _unary_literal(context, operator, operand, at, wanted)
     operand = plain(operand)
     kind = operand.type
     if not isinstance(kind, Elementary):
@@ -323,13 +326,17 @@ def positive(context: Context, operand: Expression, at: tree.Node) -> Expression
     return None
 
 
-def _unary_literal(context: Context, operator: Operator, operand: Untyped, at: tree.Node) -> Expression | None:
-    """NOT of a literal is as wide as the smallest bit string that the literal fits in (PD-L29)."""
+def _unary_literal(
+    context: Context, operator: Operator, operand: Untyped, at: tree.Node, wanted: Type | None
+) -> Expression | None:
+    """NOT of a literal is as wide as what is wanted, or the smallest bit string that the literal fits in (PD-L29)."""
     value = operand.value
     assert not isinstance(value, str)
     if operator is Operator.NEG:
         return real(-value) if isinstance(value, float) else integer(-value)
     kind = bit_string(value) if isinstance(value, int) else None
+    if isinstance(wanted, Elementary) and wanted.is_integer and isinstance(value, int) and fits(value, wanted):
+        kind = wanted if wanted.family is Family.BITS or context.mixes_integers else kind
     if kind is None:
         return _no_operand(context, operator, operand.type, at)
     return constants.unary(operator, Constant(value, kind), kind)

@@ -73,3 +73,15 @@ def test_a_result_is_not_cut_for_a_consumer_by_the_type_of_another_one(dialect: 
     bench["r"] = 300.5
     bench.cycle()
     assert bench["shown"] == "300"
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_shift_of_a_literal_is_as_wide_as_what_it_is_compared_with(dialect: str) -> None:
+    """One bit at place 20 is lost in the eight bits that the literal would have by itself."""
+    body = source("o", "1") + source("n", "n") + block("f", "SHL", {"IN": "o", "N": "n"}) + sink("s1", "x", "f.OUT")
+    body += source("c", "c") + block("g", "EQ", {"IN1": "f.OUT", "IN2": "c"}) + sink("s2", "isEqual", "g.OUT")
+    variables = {"n": "INT", "c": "DWORD", "x": "DWORD", "isEqual": "BOOL"}
+    bench = IecBench(tc6(pou(f"<FBD>{body}</FBD>", variables=variables)), DIALECTS[dialect], main="P")
+    bench["n"], bench["c"] = 20, 1 << 20
+    bench.cycle()
+    assert (bench["x"], bench["isEqual"]) == (1 << 20, True)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.literal_only import takes_its_type_from_outside
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.imports.networks import functions
 from fieldrig_devices.iec.imports.networks.declarations import BOOL
@@ -268,7 +269,7 @@ class Blocks(Foreseeing):
             if wire.pin.casefold() == "eno":
                 continue
             wanted = self.wanted_by(other, pin)
-            if wanted is None and type(self.kinds.value(call)) is Untyped:
+            if wanted is None and (type(self.kinds.value(call)) is Untyped or takes_its_type_from_outside(call)):
                 wanted = self.beside(other, pin, item)
             of = self._kept_for(item, wanted, call)
             if of is None or of == kept:
