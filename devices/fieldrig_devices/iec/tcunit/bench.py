@@ -1,7 +1,7 @@
 """Runs the suites of a project in virtual time."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import inf
 from pathlib import Path
 from typing import Final
@@ -23,6 +23,7 @@ from fieldrig_devices.iec.tcunit.session import Parameters, Session
 from fieldrig_devices.iec.thread import Fault, Thread
 from fieldrig_devices.iec.types import Value
 from fieldrig_devices.languages import faults
+from fieldrig_devices.languages.resumable import Activation
 from fieldrig_devices.languages.writer import Build
 
 LONGEST_NS: Final = 600 * S
@@ -61,6 +62,8 @@ class Bench:
             self.runtime.contents.cells[address] = path
         self._tell("_AppInfo.ProjectName", given.name)
         self.session.parameters = self._parameters()
+        self.operands: Callable[[str, int, Activation], str] = lambda file, line, at: ""
+        """Return the operands of a condition in a line that has failed, for the report."""
         self._links = list(self._linked(given))
         self._threads = [self.runtime.thread(pou) for task in compiled.program.tasks for pou in task.programs]
         self.interval_ns = round(self.program.interval_ms * MS)
@@ -135,15 +138,19 @@ class Bench:
         block = next((name for known, name in self.instances.values() if known == path), "")
         return Path(next((item.file for item in self.program.items if item.name == block.casefold()), ""))
 
-    def _place(self) -> tuple[str, int]:
-        """Return the file and the line of the assert that is running."""
+    def _place(self) -> tuple[str, int, str]:
+        """Return the file and the line of the assert that is running, and the operands of its condition."""
         code, lowered = self.runtime.code, self.program.compiled.code
         # A native function is called by generated code, whose frames of Python have the places.
-        for call in reversed(faults.running(code, Build.FAST, sys._getframe())):
-            name = code.names_of_routines[call.routine]
-            if lowered.files[name] != library.FILE:
-                return lowered.files[name], code.line(call.routine, call.pc)
-        return "", 0
+        calls = faults.running(code, Build.FAST, sys._getframe())
+        for number, call in reversed(list(enumerate(calls))):
+            file = lowered.files[code.names_of_routines[call.routine]]
+            if file != library.FILE:
+                line = code.line(call.routine, call.pc)
+                # The frame of a routine that is inlined in its caller is not known.
+                is_inlined = number > 0 and calls[number - 1].frame == call.frame
+                return file, line, "" if is_inlined else self.operands(file, line, call)
+        return "", 0, ""
 
     def _parameters(self) -> Parameters:
         return Parameters(

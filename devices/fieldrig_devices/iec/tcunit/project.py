@@ -24,8 +24,6 @@ LEVELS_UP: Final = 6
 """How far above a project its libraries are looked for."""
 MOST_FOLDERS: Final = 4_000
 """Folders that are looked into on each level, so that a large disk takes no time."""
-EVENTS: Final = "<events>"
-"""The name of the file with the events of the project, which TwinCAT makes too."""
 BUILT_IN: Final = frozenset({"tcunit"})
 """Libraries that are never taken from sources beside the project."""
 
@@ -69,7 +67,7 @@ def opened(path: Path) -> Sources:
     made.links = [link for file in _around(project) for link in io_links.links_of(file.text, Report(file.name))]
     classes = [*_events_around(project), *(one for library in _add_libraries(project, made) for one in library)]
     if text := event_classes.declarations(classes):
-        made.library_files.append(SourceFile(EVENTS, text))
+        made.library_files.append(SourceFile(str(path), text))  # TwinCAT makes them too, so no file has them
     return made
 
 

@@ -30,6 +30,8 @@ class Failed(NamedTuple):
     at_ns: int
     file: str
     source_line: int
+    operands: str = ""
+    """The variables of a condition with their values, as a continuation of what there was."""
 
 
 @dataclass(slots=True, eq=False)
@@ -138,7 +140,7 @@ class Session:
         self,
         now_ns: Callable[[], int],
         path_of: Callable[[int], str],
-        place: Callable[[], tuple[str, int]] = lambda: ("", 0),
+        place: Callable[[], tuple[str, int, str]] = lambda: ("", 0, ""),
         on_line: Callable[[str], None] = lambda line: None,
         busy_s: Callable[[], float] = lambda: 0.0,
     ) -> None:

@@ -42,6 +42,9 @@ from fieldrig_devices.iec.testing.words import MESSAGE, WORDS, Word
 from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.iec.types import ArrayType, BlockType, EnumType, StringType, StructType, Type
 
+_OWN: Final = ("THIS", "SUPER")
+DEEPEST: Final = 30
+"""Conditions within conditions that are taken apart."""
 TEXT: Final = StringType(255)
 BOOL: Final = Elementary.BOOL
 Given = Mapping[str, tree.Expression]
@@ -68,7 +71,7 @@ class Assertion:
     names: tuple[str, ...] = ()
     """The paths of variables in the statement, for the signals around a failure."""
     operands: tuple[tuple[str, Type], ...] = ()
-    """The texts and types of both sides of a comparison that is a condition; no text for a constant."""
+    """The texts and types of what a condition is made of; no text for a constant."""
     reads: frozenset[str] | None = None
     """The variables on which a condition over time depends, in small letters; None if it may be anything."""
 
@@ -91,7 +94,7 @@ class Assertions:
         if given is None:
             return []
         shown = [text(given[part]) for part in word.parameters if part in given]
-        names = tuple(dict.fromkeys(path for part in given.values() for path in _paths(part)))
+        names = tuple(dict.fromkeys(path for part in given.values() for path in paths(part)))
         made = Assertion(name, word, checker.context.file, line, ", ".join(shown), names=names)
         one = _One(self, checker, made, len(self.all), given)
         self.all.append(made)
@@ -205,28 +208,52 @@ class _One:
         value = self._checker.expression_as(self._given["condition"], BOOL)
         if value is None:
             return []
-        value, *sides = self._apart(value)
+        parts: list[tuple[Place, tuple[str, Type]]] = []
+        value = self._apart(value, self._given["condition"], parts)
         judged, message = self._kept(value, BOOL), self._text(MESSAGE)
-        return self._call(natives.JUDGE, judged, *(sides or (None, None)), message)
+        self._made.operands = tuple(operand for _, operand in parts)
+        places = [place for place, _ in parts]
+        for first in range(0, len(places), natives.MOST_ADDRESSES):
+            some = places[first : first + natives.MOST_ADDRESSES]
+            self._before.append(Evaluate(self._whole.call(natives.NOTE, self._number, *some), line=self._made.line))
+        return self._call(natives.JUDGE, judged, None, None, message)
 
-    def _apart(self, value: Expression) -> tuple[Expression, *tuple[Place | None, ...]]:
-        """Compute both sides of a comparison into variables first, to be shown; return it with them, in that order."""
-        node = self._given["condition"]
-        while isinstance(node, tree.Unary):
-            node = node.operand
-        inner = value.operand if isinstance(value, Unary) else value
-        is_comparison = isinstance(inner, Binary) and inner.operator in COMPARISONS and isinstance(node, tree.Binary)
-        if not is_comparison or not isinstance(inner, Binary) or not isinstance(node, tree.Binary):
-            return (value,)
-        sides = inner.left, inner.right
-        if not all(isinstance(side.type, Elementary | StringType | EnumType) for side in sides):
-            return (value,)
-        self._made.operands = tuple(map(_operand, sides, (node.left, node.right)))
-        left, right = (self._kept(side, side.type) for side in sides)
-        assert left is not None
-        assert right is not None
-        compared: Expression = Binary(inner.operator, Load(left), Load(right), inner.type)
-        return (Unary(value.operator, compared, value.type) if isinstance(value, Unary) else compared), left, right
+    def _apart(
+        self, value: Expression, node: tree.Expression, parts: list[tuple[Place, tuple[str, Type]]], depth: int = 0
+    ) -> Expression:
+        """Return a condition over hidden variables, into which its operands are computed first, to be shown.
+
+        All of them are always computed, apart from those behind AND_THEN and OR_ELSE, which stay as they are.
+        """
+        if depth > DEEPEST:
+            return value
+        if isinstance(value, Unary) and isinstance(node, tree.Unary):
+            inner = self._apart(value.operand, node.operand, parts, depth + 1)
+            return Unary(value.operator, inner, value.type)
+        if not isinstance(value, Binary) or not isinstance(node, tree.Binary):
+            return self._shown(value, node, parts) if depth and value.type == BOOL else value
+        left, right = value.left, value.right
+        if value.operator in COMPARISONS:
+            if not all(isinstance(side.type, Elementary | StringType | EnumType) for side in (left, right)):
+                return value
+        elif value.type == BOOL:
+            left = self._apart(left, node.left, parts, depth + 1)
+            if value.operator in (Operator.AND_THEN, Operator.OR_ELSE):
+                return Binary(value.operator, left, right, value.type)
+            return Binary(value.operator, left, self._apart(right, node.right, parts, depth + 1), value.type)
+        left = self._shown(left, node.left, parts)
+        return Binary(value.operator, left, self._shown(right, node.right, parts), value.type)
+
+    def _shown(
+        self, value: Expression, node: tree.Expression, parts: list[tuple[Place, tuple[str, Type]]]
+    ) -> Expression:
+        """Compute an operand into a hidden variable, and return what reads it; a constant stays as it is."""
+        if isinstance(value, Constant):
+            return value
+        place = self._kept(value, value.type)
+        assert place is not None
+        parts.append((place, _operand(value, node)))
+        return Load(place)
 
     def compared(self) -> list[AnyStatement]:
         """ASSERT_EQ and all that compare two values of one type."""
@@ -355,7 +382,7 @@ def _plain(value: Expression) -> Expression:
     return Constant(value.value, value.type) if isinstance(value, Untyped) else value
 
 
-def _paths(node: tree.Expression) -> list[str]:
+def paths(node: tree.Expression) -> list[str]:
     """Return the paths of the variables in an expression.  No recursion: expressions may be long."""
     waiting: list[tuple[tree.Expression, str]] = [(node, "")]
     found: list[str] = []
@@ -363,6 +390,8 @@ def _paths(node: tree.Expression) -> list[str]:
         part, behind = waiting.pop()
         match part:
             case tree.Name(text=name):
+                found.append(f"{name}{behind}")
+            case tree.Member(of=tree.Dereference(of=tree.Name(text=word)), name=name) if word.upper() in _OWN:
                 found.append(f"{name}{behind}")
             case tree.Member(of=of, name=name):
                 waiting.append((of, f".{name}{behind}"))

@@ -72,6 +72,8 @@ class Judge:
         self._assertions: Sequence[Assertion] = ()
         self._cells: Sequence[Value] = ()
         self._deadlines: dict[int, int] = {}
+        self._noted: list[int] = []
+        """The addresses of the operands of the condition that is judged next."""
         self.on_look: Callable[[Assertion], None] | None = None
         """Called at each statement of the test, for the signals around a failure."""
         self.asserts = 0
@@ -85,6 +87,7 @@ class Judge:
     def library(self) -> Library:
         rules: dict[str, Callable[..., Results | Pending]] = {
             natives.JUDGE: self._judge,
+            natives.NOTE: self._note,
             natives.ACT: self._act,
             natives.BEGIN: self._begin,
             natives.AGAIN: self._again,
@@ -100,6 +103,7 @@ class Judge:
     def begin_part(self) -> None:
         """Begin the test itself, or its teardown."""
         self.failure = self.wish = None
+        self._noted.clear()
 
     def begin_test(self, world: World) -> None:
         self._world = world
@@ -108,6 +112,10 @@ class Judge:
 
     # ---- what generated code calls
 
+    def _note(self, number: int, *addresses: int) -> Results:
+        self._noted += [address for address in addresses if address]
+        return _GOES_ON
+
     def _judge(self, number: int, actual: int, expected: int, tolerance: int, message: int) -> Results:
         assertion = self._assertions[number]
         self.asserts += 1
@@ -115,6 +123,7 @@ class Judge:
             self.on_look(assertion)
         if not self._holds(assertion, actual, expected, tolerance):
             self._fail(assertion, *self._shown(assertion, actual, expected, tolerance), message)
+        self._noted.clear()
         return _GOES_ON
 
     def _holds(self, assertion: Assertion, actual: int, expected: int, tolerance: int) -> bool:
@@ -146,13 +155,13 @@ class Judge:
             case "ASSERT_FAIL":
                 return "", ""
             case "ASSERT_FALSE":
-                return "FALSE", f"TRUE{self._operands(assertion, expected, tolerance)}"
+                return "FALSE", f"TRUE{self._operands(assertion)}"
             case "MOCK_VERIFY_CALLED":
                 return "a call", "none"
             case "MOCK_VERIFY_CALL_COUNT":
                 return f"{cells[expected]} calls", f"{cells[actual]}"
         if assertion.kind.operator is None:
-            return "TRUE", f"FALSE{self._operands(assertion, expected, tolerance)}"
+            return "TRUE", f"FALSE{self._operands(assertion)}"
         shown, wanted, path = both_texts(kind, cells, actual, expected)
         wanted = f"{_WORDS[assertion.kind.operator]}{wanted}"
         if tolerance:
@@ -160,13 +169,10 @@ class Judge:
         where = f"{path[path[:1] == '.' :]} = " if path else ""
         return f"{where}{wanted}", f"{where}{shown}"
 
-    def _operands(self, assertion: Assertion, *addresses: int) -> str:
-        """Return the values of both sides of a comparison that is a condition, apart from constants."""
-        shown = [
-            f"{side} = {cells_text(kind, self._cells, address)}"
-            for (side, kind), address in zip(assertion.operands, addresses, strict=False)
-            if side
-        ]
+    def _operands(self, assertion: Assertion) -> str:
+        """Return the values of what a condition is made of, each once, apart from constants."""
+        pairs = zip(assertion.operands, self._noted, strict=False)
+        shown = dict.fromkeys(f"{of} = {cells_text(kind, self._cells, at)}" for (of, kind), at in pairs if of)
         return f", where {' and '.join(shown)}" if shown else ""
 
     def _fail(self, assertion: Assertion, expected: str, actual: str, message: int) -> None:

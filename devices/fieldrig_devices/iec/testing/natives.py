@@ -18,6 +18,8 @@ from fieldrig_devices.iec.tree import PouKind, Section
 
 JUDGE: Final = "fieldrig_judge"
 """An assertion, with the addresses of what it compares."""
+NOTE: Final = "fieldrig_note"
+"""Operands of the condition that is judged next, with their addresses."""
 ACT: Final = "fieldrig_act"
 """A statement that does something at once."""
 BEGIN: Final = "fieldrig_begin"
@@ -28,7 +30,7 @@ WAIT: Final = "fieldrig_wait"
 """A duration that passes."""
 MOCKED: Final = "fieldrig_mocked"
 """A call of what Python takes the place of, with the address of its variables."""
-NAMES: Final = (JUDGE, ACT, BEGIN, AGAIN, WAIT, MOCKED)
+NAMES: Final = (JUDGE, NOTE, ACT, BEGIN, AGAIN, WAIT, MOCKED)
 SLOW: Final = (AGAIN, WAIT)
 MOST_ADDRESSES: Final = 4
 

@@ -20,6 +20,7 @@ from fieldrig_devices.iec.tcunit.project import opened, projects_in
 from fieldrig_devices.iec.tcunit.reach import Item
 from fieldrig_devices.iec.tcunit.session import Failed, Suite, Test
 from fieldrig_devices.iec.testing.case import MISTAKE, Case, Failure, Limits, Outcome, Verdict
+from fieldrig_devices.iec.testing.operands import Operands
 from fieldrig_devices.languages.mistakes import CompileError, Mistake
 
 COMPILES: Final = "the suite compiles"
@@ -98,7 +99,9 @@ class SuiteSource:
                 yield Outcome(case, Verdict.SKIPPED, reason=f"{one.reason.what}, and no suite has needed it")
 
     def _loaded(self) -> Bench:
-        return Bench(opened(self._project))
+        bench = Bench(opened(self._project))
+        bench.operands = Operands(bench.runtime, bench.program.items).text
+        return bench
 
 
 # ---- the tests of a program, from its text
@@ -210,7 +213,8 @@ def _outcome(case: Case, suite: Suite, test: Test | None, wall_s: float, output:
 
 def _failure(failed: Failed, case: Case) -> Failure:
     file = Path(failed.file) if failed.file else case.file
-    return Failure(failed.kind, failed.expected, failed.actual, failed.message, file, failed.source_line, failed.at_ns)
+    actual = f"{failed.actual}{failed.operands}"
+    return Failure(failed.kind, failed.expected, actual, failed.message, file, failed.source_line, failed.at_ns)
 
 
 def _is_shown(one: LeftOut) -> bool:

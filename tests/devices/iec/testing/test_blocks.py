@@ -190,6 +190,34 @@ def test_a_value_of_an_enumeration_is_shown_by_its_name(tmp_path: Path) -> None:
     assert said(tmp_path, "VAR c : Colour; END_VAR ASSERT_EQ(c, green);", colours)[:2] == ("green", "red")
 
 
+@pytest.mark.parametrize(
+    ("condition", "shown"),
+    [
+        ("Step(3) > 20 OR Step(1) = 4", "Step(3) = 3 and Step(1) = 1"),
+        ("on AND n > 2", "on = FALSE and n = 3"),
+        ("1 < n AND n < 3", "n = 3"),
+        ("NOT (on OR n > 2) AND w.0", "on = FALSE and n = 3 and w.0 = TRUE"),
+        ("(n > 2 XOR NOT on) AND s = 'a'", "n = 3 and on = FALSE and s = 'b'"),
+        ("on = (n > 2)", "on = FALSE and n > 2 = TRUE"),
+    ],
+)
+def test_a_condition_that_fails_has_its_operands(tmp_path: Path, condition: str, shown: str) -> None:
+    variables = "VAR on : BOOL; n : INT := 3; w : WORD := 1; s : STRING := 'b'; END_VAR"
+    assert said(tmp_path, f"{variables} ASSERT_TRUE({condition});")[1] == f"FALSE, where {shown}"
+    assert said(tmp_path, f"{variables} ASSERT_FALSE(NOT ({condition}));")[1] == f"TRUE, where {shown}"
+
+
+def test_operands_are_those_of_the_assertion_that_fails_and_are_computed_once(tmp_path: Path) -> None:
+    body = "VAR n : INT := 3; END_VAR ASSERT_TRUE(n > 1 AND Step(1) = 1);"
+    body += "ASSERT_EQ(MOCK_CALLS(Step), 1); ASSERT_TRUE(n > 5);"
+    assert said(tmp_path, body)[1] == "FALSE, where n = 3"
+
+
+def test_what_is_behind_and_then_is_not_computed(tmp_path: Path) -> None:
+    body = "VAR on : BOOL; zero : INT; END_VAR ASSERT_TRUE(on AND_THEN 1 / zero = 1);"
+    assert said(tmp_path, body)[1] == "FALSE, where on = FALSE"
+
+
 # ---- mocks
 
 

@@ -85,3 +85,17 @@ def test_a_method_is_called_on_an_instance(plc: Any) -> None:
         plc.function("Drive.Move")
     with pytest.raises(ArgumentError, match=r"no block or function 'Drive\.Mve'"):
         plc.mock("Drive.Mve", returns=True)
+
+
+def test_a_method_hides_a_function_of_the_project_and_of_a_library(tmp_path: Path) -> None:
+    blocks = """
+FUNCTION_BLOCK Counter
+VAR n : INT; END_VAR
+METHOD Step : INT VAR_INPUT size : INT; END_VAR Step := 20 * size; END_METHOD
+METHOD Abs : INT VAR_INPUT size : INT; END_VAR Abs := 7; END_METHOD
+METHOD Both n := Step(1) + Abs(-1); END_METHOD
+Step(1);
+END_FUNCTION_BLOCK
+"""
+    body = "VAR c : Counter; END_VAR c.Both(); ASSERT_EQ(c.n, 27); ASSERT_EQ(Step(1), 1); ASSERT_EQ(ABS(-3), 3);"
+    assert one(tmp_path, body, blocks, dialect="codesys").verdict is Verdict.PASSED
