@@ -8,9 +8,10 @@ from fieldrig.programs import ProgramBench, checked_duration
 from fieldrig_devices.iec.bench.function import Function
 from fieldrig_devices.iec.bench.instance import Block, told
 from fieldrig_devices.iec.bench.mocked import PythonMock
-from fieldrig_devices.iec.bench.python_values import cell_of, literal, read, write
+from fieldrig_devices.iec.bench.python_values import cell_of, literal, write
 from fieldrig_devices.iec.bench.strategies import values_of
 from fieldrig_devices.iec.bench.under_test import UnderTest
+from fieldrig_devices.iec.bench.views import view
 from fieldrig_devices.iec.bench.wrappers import BLOCK, Wrapper
 from fieldrig_devices.iec.program import Pou
 from fieldrig_devices.iec.symbols import Symbol
@@ -80,7 +81,7 @@ class IecBench(ProgramBench):
     def get(self, path: str) -> Any:
         symbol = self._symbol(path)
         self._read[symbol.path] = symbol
-        return read(self._program.runtime, symbol)
+        return view(self._program.runtime, symbol)
 
     def set(self, path: str, value: Any) -> None:
         write(self._program.runtime, self._symbol(path), value)

@@ -9,7 +9,8 @@ from fieldrig.errors import ArgumentError
 from fieldrig.text.nearest import closest
 from fieldrig_devices.iec.bench.changes import MOST_CHANGES, Change
 from fieldrig_devices.iec.bench.owner import Owner
-from fieldrig_devices.iec.bench.python_values import Placed, at, checker_of, read, write
+from fieldrig_devices.iec.bench.python_values import Placed, at, checker_of, write
+from fieldrig_devices.iec.bench.views import view
 from fieldrig_devices.iec.layout import members, storage
 from fieldrig_devices.iec.program import Variable
 from fieldrig_devices.iec.symbols import Symbol
@@ -55,7 +56,7 @@ class Instance(Placed):
         symbol = self._symbol(name)
         if isinstance(symbol.type, BlockType):
             return Instance(self._bench, symbol.path, symbol.type, symbol.steps[0])
-        return read(self._bench.runtime, symbol)
+        return view(self._bench.runtime, symbol)
 
     def __setattr__(self, name: str, value: Any) -> None:
         write(self._bench.runtime, self._symbol(name), value)
