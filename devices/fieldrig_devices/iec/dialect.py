@@ -5,7 +5,7 @@ for edition 3.  All of them have POINTER TO, ADR and ^, which the tools keep alt
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from typing import Any, Final, Self
 
@@ -225,6 +225,8 @@ class Dialect:
 
 EPAS_4: Final = Dialect.of("epas-4", Origin.ANY_CODESYS)
 EDITION_3: Final = Dialect.of("edition-3", Origin.TODAY, Origin.STANDARD)
-CODESYS: Final = Dialect.of("codesys", Origin.TODAY, Origin.ANY_CODESYS, Origin.TOOLS)
+CODESYS: Final = replace(
+    Dialect.of("codesys", Origin.TODAY, Origin.ANY_CODESYS, Origin.TOOLS), longest_string=1_000_000
+)
 """Programs and libraries of CoDeSys V2.3, CODESYS V3 and TwinCAT, which compute with bit strings."""
 DIALECTS: Final[Mapping[str, Dialect]] = {dialect.name: dialect for dialect in (EPAS_4, EDITION_3, CODESYS)}

@@ -43,8 +43,8 @@ UNTOUCHED: Final = 8
 """Variables of a size that keep their contents after they are deleted; the one before them is used again."""
 ROOM_TO_GROW: Final = 65_536
 """Bytes between the variables of a program and what __NEW gives."""
-_LONGEST_VALUE: Final = 65_536
-"""Bytes of the largest value, a WSTRING(32767)."""
+_LONGEST_VALUE: Final = 2_000_002
+"""Bytes of the largest value, a WSTRING(1000000)."""
 
 
 _TEXTS: Final = {STRING_KIND: 1, WIDE_STRING_KIND: 2}

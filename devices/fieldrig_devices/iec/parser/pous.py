@@ -10,6 +10,7 @@ from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.parser.cursor import UnexpectedError
 from fieldrig_devices.iec.parser.declarations import SECTIONS
+from fieldrig_devices.iec.parser.statements import OTHER_DIALECTS
 from fieldrig_devices.iec.parser.tests import Tests
 
 POUS: Final = {kind.value: kind for kind in tree.PouKind}
@@ -155,6 +156,7 @@ class Units(Tests):
             hint = "Namespaces need the dialect edition-3. Here a library's name in front of a name does no harm."
         elif word in _OOP:
             hint = f"{word} is not supported. Use a FUNCTION or a FUNCTION_BLOCK."
+            hint += f" {OTHER_DIALECTS}" if not self.dialect.has_methods else ""
         elif kind in (token.NAME, "IF", "CASE", "FOR", "WHILE", "REPEAT"):
             hint = "Statements belong into a POU, such as PROGRAM name ... END_PROGRAM."
         raise self.unexpected("PROGRAM, FUNCTION_BLOCK, FUNCTION, TYPE, VAR_GLOBAL or CONFIGURATION", hint)
@@ -281,6 +283,7 @@ class Units(Tests):
                 hint = "Blocks cannot be derived. Declare an instance of the other block in it."
                 if self.is_word("IMPLEMENTS"):
                     hint = "There are no interfaces. Remove IMPLEMENTS."
+                hint += f" {OTHER_DIALECTS}" if not self.dialect.has_methods else ""
                 raise self.unexpected("VAR_INPUT or another declaration", hint)
             result = None
             if self.kinds[self.i] == ":":

@@ -19,6 +19,8 @@ _OBJECT_ORIENTED: Final = frozenset({"METHOD", "PROPERTY"})
 
 
 _TYPES: Final = frozenset({*map(str, Elementary), *ALIASES})
+OTHER_DIALECTS: Final = "The dialects codesys and edition-3 have it: --dialect codesys"
+"""The hint for what programs of other systems have."""
 _WORDS: Final = {
     "GOTO": "Structured Text has loops, IF and CASE instead of jumps.",
     "LET": "An assignment is x := 5; without a word in front.",
@@ -234,7 +236,7 @@ class Statements(Blocks):
     def _skip_object_oriented(self, at: int) -> None:
         """Report a method or property, and read on behind it."""
         word = self.texts[at].upper()
-        hint = "Turn it into an ACTION or into a FUNCTION_BLOCK of its own."
+        hint = f"Turn it into an ACTION or into a FUNCTION_BLOCK of its own. {OTHER_DIALECTS}"
         self.say(at, f"a {word} is not supported", "a statement", hint)
         while self.kinds[self.i] not in (token.END, "END_FUNCTION_BLOCK", "END_PROGRAM"):
             self.i += 1

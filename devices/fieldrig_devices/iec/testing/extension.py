@@ -11,6 +11,7 @@ from fieldrig_devices.iec.program import AnyStatement, Expression, Pou, Program
 from fieldrig_devices.iec.testing.assertions import Assertion, Assertions
 from fieldrig_devices.iec.testing.mocks import Mocks
 from fieldrig_devices.iec.testing.words import CALLS, WORDS
+from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.languages.mistakes import Mistake
 
 TEARDOWN: Final = "TEARDOWN"
@@ -129,7 +130,9 @@ class CaseExtension:
     def statement(self, checker: Checker, node: tree.Call, line: int) -> list[AnyStatement] | None:
         name = node.called.text.upper() if isinstance(node.called, tree.Name) else ""
         word = WORDS.get(name)
-        if word is None or checker.context.find(name) is not None:
+        named = checker.context.find(name)
+        is_type = isinstance(named, Pou) and named.kind is PouKind.FUNCTION_BLOCK  # which nothing calls
+        if word is None or (named is not None and not is_type):
             return None
         return self._assertions.statement(checker, name, word, node, line)
 

@@ -460,3 +460,14 @@ def test_the_sides_of_a_comparison_are_computed_once(tmp_path: Path) -> None:
     counter = "VAR_GLOBAL n : INT; END_VAR\nFUNCTION Next : INT n := n + 1; Next := n; END_FUNCTION\n"
     body = "ASSERT_TRUE(Next() = 1); ASSERT_TRUE(Next() = 2); ASSERT_TRUE(Next() = 9);"
     assert said(tmp_path, body, counter)[1] == "FALSE, where Next() = 3"
+
+
+def test_a_block_with_the_name_of_a_word_of_tests_takes_nothing_from_them(tmp_path: Path) -> None:
+    blocks = "FUNCTION_BLOCK Print VAR_INPUT x : INT; END_VAR END_FUNCTION_BLOCK"
+    outcome = one(tmp_path, "VAR p : Print; END_VAR p(x := 1); PRINT('still a word'); ASSERT_EQ(p.x, 1);", blocks)
+    assert (outcome.verdict, outcome.output) == (Verdict.PASSED, ("still a word",))
+
+
+def test_a_string_of_codesys_is_as_long_as_a_document(tmp_path: Path) -> None:
+    body = "VAR a, b : STRING(100000); END_VAR a := 'document'; b := a; ASSERT_EQ(b, 'document');"
+    assert one(tmp_path, body, dialect="codesys").verdict is Verdict.PASSED
