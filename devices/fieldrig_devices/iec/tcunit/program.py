@@ -218,10 +218,11 @@ class _Builder:
         """Leave out the units with mistakes; return whether there was one that can be left out."""
         wrong: dict[Item, Mistake] = {}
         is_new = False
-        for mistake in mistakes:
-            item = reach.place_of(items, mistake) if not mistake.is_note else None
+        for said in mistakes:
+            item = reach.place_of(items, said) if not said.is_note else None
             if item is None:
                 continue
+            mistake = reach.about_list(self._units, item, said)
             if self._leave_out_part(item, mistake, roots):
                 is_new = True
             else:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
+from fieldrig.text.nearest import closest
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import CODESYS
 from fieldrig_devices.iec.imports import read_source
@@ -53,6 +54,8 @@ class Units:
     """The mistakes in each file that was read."""
     by_name: dict[str, list[Item]] = field(default_factory=dict)
     tasks: list[tree.Configuration] = field(default_factory=list)
+    lists: dict[str, list[str]] = field(default_factory=dict)
+    """The variables of the lists of global variables, by the names of these in small letters."""
     _later: dict[str, list[tuple[SourceFile, bool]]] = field(default_factory=dict)
     """The files with one POU or interface that have not been read, by its name."""
     _words: dict[str, frozenset[str]] = field(default_factory=dict)
@@ -94,6 +97,8 @@ class Units:
             if isinstance(declaration, tree.Configuration):
                 self.tasks += [declaration] if is_ours else []
                 continue
+            if isinstance(declaration, tree.Variables) and declaration.name:
+                self.lists.setdefault(declaration.name.casefold(), []).append(declaration.variables[0].name)
             words = self._words_in(file) if len(parts) == 1 else frozenset(words_of(declaration))
             line = declaration.position.line
             item = Item(name, file.name, line, declaration, is_ours, words, _values(declaration))
@@ -176,6 +181,24 @@ def _runs(declaration: tree.Pou) -> Iterator[str]:
             is_of_library = owner is None or (isinstance(owner, tree.Name) and owner.text.casefold() == "tcunit")
             if name.casefold() in RUN and is_of_library:
                 yield name.casefold()
+
+
+def about_list(units: Units, item: Item, mistake: Mistake) -> Mistake:
+    """Return a mistake about a list that has none of the variables that are reached as one about its variable."""
+    name = mistake.what.removesuffix(" is not declared")
+    variables = units.lists.get(name.casefold())
+    if variables is None or name == mistake.what:
+        return mistake
+    lacking = [
+        part.name
+        for part in tree.walk(item.declaration)
+        if isinstance(part, tree.Member) and isinstance(part.of, tree.Name) and part.position.line == mistake.line
+        if part.of.text.casefold() == name.casefold() and part.name.casefold() not in map(str.casefold, variables)
+    ]
+    if not lacking:
+        return mistake
+    what = f"the list {name} has no variable {lacking[0]}"
+    return replace(mistake, what=what, expected="", hint=closest(lacking[0], variables))
 
 
 def place_of(items: Sequence[Item], mistake: Mistake) -> Item | None:
