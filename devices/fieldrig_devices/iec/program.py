@@ -546,6 +546,8 @@ class Task:
     line: int = 0
     is_default: bool = False
     """True for the task that is made because there is no task configuration."""
+    instances: "dict[str, Pou]" = field(default_factory=dict)
+    """The programs by the names of their instances, as keys of the tables."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -45,6 +45,9 @@ class Symbols:
         """`files` are those of the project; variables of libraries are found by their names only."""
         self._key = program.dialect.key
         self._known = {name: _of_variable(variable) for name, variable in program.globals.items()}
+        for name, pou in (pair for task in program.tasks for pair in task.instances.items()):
+            if pou.instance is not None:
+                self._known.setdefault(name, self._known[self._key(pou.instance.name)])
         self._static = {name: symbol for name, symbol in self._known.items() if "." in name}
         """The variables of VAR_STAT, whose names begin with that of their unit."""
         self._roots = [self._known[name] for name, variable in program.globals.items() if variable.file in files]

@@ -76,7 +76,7 @@ HOLDS = [
     ),
     (
         "h.Subscribe(0, 0); m.CreateEx(TC_EVENTS.Oven.TooHot, 0); FOR n := 1 TO 70 DO m.Send(0); END_FOR; h.Execute();"
-        "ASSERT_EQ(h.sent, 64, 'the oldest are lost');"
+        "ASSERT_EQ(h.sent, 32, 'the oldest are lost');"
     ),
 ]
 

@@ -155,6 +155,7 @@ class Tasks:
             return
         if isinstance(pou, Pou) and pou.kind is PouKind.PROGRAM:
             task.programs.append(pou)
+            task.instances.setdefault(context.key(node.name), pou)
         else:
             task.programs.append(NO_PROGRAM)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from fieldrig import ArgumentError, RigError, program
+from fieldrig import MS, ArgumentError, RigError, program
 
 TEXT = """
 TYPE Pair : STRUCT a : INT; b : ARRAY[1..2] OF REAL; END_STRUCT; END_TYPE
@@ -120,3 +120,14 @@ def test_copies_are_plain(plc: Any) -> None:
         one["c"] = 1
     copy.deepcopy(plant.list).append(5)
     assert plant.pair == {"a": 0, "b": [0.0, 0.0]}
+
+
+def test_a_program_has_the_name_of_its_instance_as_well(tmp_path: Path) -> None:
+    cell = "CONFIGURATION Cell RESOURCE R ON PLC TASK Fast(INTERVAL := T#10ms, PRIORITY := 1);"
+    cell += " PROGRAM Line1 WITH Fast : Main;"
+    (tmp_path / "plant.st").write_text(f"{TEXT}\n{cell} END_RESOURCE END_CONFIGURATION")
+    plc = program(tmp_path / "plant.st")
+    plc["Line1.plant.list[0]"] = 4
+    plc.start()
+    plc.advance(20 * MS)
+    assert (plc["line1.plant.sum"], plc["Main.plant.sum"]) == (4, 4)
