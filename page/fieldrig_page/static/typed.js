@@ -2,10 +2,18 @@
 import { html } from 'htm/preact';
 import { useState } from 'preact/hooks';
 
-// `onGiven(text)` is called by Enter, or when the field is left after a change.  Escape takes the text back.
+// `onGiven(text)` is called by Enter, or when the field is left, if the text is another one.  Escape takes it back.
 export function Typed({ value, onGiven, ...rest }) {
-  const [text, setText] = useState(null);
-  const onKeyDown = (event) => { if (event.key === 'Escape') setText(null); };
-  return html`<input ...${rest} value=${text ?? value} onInput=${(event) => setText(event.currentTarget.value)} onBlur=${() => setText(null)}
-    onKeyDown=${onKeyDown} onChange=${(event) => { setText(null); onGiven(event.currentTarget.value); }} />`;
+  const [typed, setTyped] = useState(null);
+  const give = () => {
+    if (typed === null) return;
+    setTyped(null);
+    if (typed !== String(value)) onGiven(typed);
+  };
+  const onKeyDown = (event) => {
+    if (event.key === 'Enter') give();
+    if (event.key === 'Escape') setTyped(null);
+  };
+  return html`<input ...${rest} value=${typed ?? value} onInput=${(event) => setTyped(event.currentTarget.value)}
+    onBlur=${give} onKeyDown=${onKeyDown} />`;
 }

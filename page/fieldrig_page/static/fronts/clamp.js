@@ -1,6 +1,6 @@
 // A terminal: a screw with its name and the level below it; what a person sets is a button, or a field for a number.
 import { html } from 'htm/preact';
-import { Typed } from './field.js';
+import { PartInput } from './field.js';
 import { number } from './words.js';
 
 export function Clamp({ part, values, units, mayOperate, onOperate }) {
@@ -9,7 +9,7 @@ export function Clamp({ part, values, units, mayOperate, onOperate }) {
   const isLevel = typeof value === 'boolean';
   const words = isLevel ? (value ? 'on' : 'off') : `${number(value)} ${units[part.point] ?? ''}`.trim();
   const isTyped = part.operated && !isLevel && whole !== undefined;
-  const level = isTyped ? html`<${Typed} part=${part} value=${value} mayOperate=${mayOperate} onOperate=${onOperate} />` : words;
+  const level = isTyped ? html`<${PartInput} part=${part} value=${value} mayOperate=${mayOperate} onOperate=${onOperate} />` : words;
   const body = html`<span class="screw" aria-hidden="true"></span><span class="name">${part.label}</span><span class="level">${level}</span>`;
   const look = `clamp ${part.side} ${value === true ? 'on' : ''}`;
   if (!part.operated || isTyped) return html`<span class=${look} title=${part.about}>${body}</span>`;

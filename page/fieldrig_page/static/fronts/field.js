@@ -1,29 +1,21 @@
-// A number or a text that a person sets: by Enter, or when the field is left after a change.
+// A number or a text of a part that a person sets.
 import { html } from 'htm/preact';
-import { useState } from 'preact/hooks';
+import { Typed } from '../typed.js';
 import { isWholeText, number, shown } from './words.js';
 
 export function Field({ part, values, units, mayOperate, onOperate }) {
   return html`<div class="fact" title=${part.about}><dt>${part.label}</dt><dd class="field">
-    <${Typed} part=${part} value=${values[part.point]} mayOperate=${mayOperate} onOperate=${onOperate} />
+    <${PartInput} part=${part} value=${values[part.point]} mayOperate=${mayOperate} onOperate=${onOperate} />
     <span class="unit">${units[part.point]}</span></dd></div>`;
 }
 
-export function Typed({ part, value, mayOperate, onOperate }) {
-  const [typed, setTyped] = useState(null);
+export function PartInput({ part, value, mayOperate, onOperate }) {
   const isNumber = part.sort !== 'entry';
   const now = isNumber ? number(value, part.decimals).replace('−', '-') : shown(value);
-  const set = () => {
-    if (typed === null) return;
-    const given = isNumber ? Number(typed.replace(',', '.')) : typed;
-    setTyped(null);
-    const isGiven = !isNumber || (typed.trim() !== '' && Number.isFinite(given)); // an empty field is no zero
-    if (isGiven && typed !== now) onOperate(part, isNumber && isWholeText(typed.trim()) ? typed.trim() : given);
+  const onGiven = (typed) => {
+    const text = typed.trim(), given = isNumber ? Number(text.replace(',', '.')) : typed;
+    const isGiven = !isNumber || (text !== '' && Number.isFinite(given)); // an empty field is no zero
+    if (isGiven) onOperate(part, isNumber && isWholeText(text) ? text : given);
   };
-  const onKeyDown = (event) => {
-    if (event.key === 'Enter') set();
-    if (event.key === 'Escape') setTyped(null);
-  };
-  return html`<input aria-label=${part.label} inputmode=${isNumber ? 'decimal' : 'text'} disabled=${!mayOperate} value=${typed ?? now}
-    onInput=${(event) => setTyped(event.target.value)} onBlur=${set} onKeyDown=${onKeyDown} />`;
+  return html`<${Typed} aria-label=${part.label} inputmode=${isNumber ? 'decimal' : 'text'} disabled=${!mayOperate} value=${now} onGiven=${onGiven} />`;
 }
