@@ -136,7 +136,7 @@ function Field({ name, schema, offers, isNeeded }) {
     <label for=${id}>${TITLES[name] ?? name.replaceAll('_', ' ')}${isNeeded && html` <span class="quiet">(needed)</span>`}</label>
     ${choices
       ? html`<select id=${id} name=${name} required=${isNeeded} aria-describedby=${described}>${!isNeeded && html`<option value="">${hint || 'left out'}</option>`}${choices.map((choice) => html`<option>${choice}</option>`)}</select>`
-      : html`<input id=${id} name=${name} required=${isNeeded} placeholder=${hint} aria-describedby=${described} list=${list} spellcheck="false" autocomplete="off" />`}
+      : html`<input id=${id} name=${name} required=${isNeeded} placeholder=${hint} aria-describedby=${described} list=${list} spellcheck=${false} autocomplete="off" />`}
     ${list && html`<datalist id=${list}>${offers.map((name) => html`<option value=${name}></option>`)}</datalist>`}
     ${described && html`<small id=${described} class="quiet">${withCode(property.description)}</small>`}
   </div>`;

@@ -154,8 +154,8 @@ function Forcing({ forced, role, act }) {
   return html`<section aria-labelledby="forced-title">
     <h2 id="forced-title">Forced variables</h2>
     ${role === 'operate' && html`<form ref=${form} class="bar" onSubmit=${send}>
-      <label class="grow">variable <input name="name" required placeholder="Main.Count" spellcheck="false" autocomplete="off" /></label>
-      <label>value <input name="value" required size="8" spellcheck="false" autocomplete="off" /></label>
+      <label class="grow">variable <input name="name" required placeholder="Main.Count" spellcheck=${false} autocomplete="off" /></label>
+      <label>value <input name="value" required size="8" spellcheck=${false} autocomplete="off" /></label>
       <button class="main" value="force">Force</button><button value="write">Write once</button>
     </form>`}
     ${forced.length === 0 ? html`<p class="quiet">none</p>` : html`<table>

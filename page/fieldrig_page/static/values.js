@@ -170,7 +170,7 @@ function Edit({ device, point, value, onWritten, onClose }) {
 function fieldOf(point, value, field) {
   if (point.states) return html`<select ref=${field}>${point.states.map((state) => html`<option selected=${state === value}>${state}</option>`)}</select>`;
   if (typeof value === 'boolean') return html`<select ref=${field}><option selected=${value}>true</option><option selected=${!value}>false</option></select>`;
-  return html`<input ref=${field} type="text" inputmode=${typeof value === 'number' ? 'decimal' : 'text'} defaultValue=${shown(value)} spellcheck="false" />`;
+  return html`<input ref=${field} type="text" inputmode=${typeof value === 'number' ? 'decimal' : 'text'} defaultValue=${shown(value)} spellcheck=${false} />`;
 }
 
 // What is in the field, in the type of the present value; a text that is no number goes as it is, and the rig says why not.

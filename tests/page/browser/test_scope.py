@@ -148,6 +148,26 @@ def test_the_trigger_is_chosen_by_hand_and_counts_on(browser: Browser, pulses: S
         expect(page.locator(".scope .pill").first).to_contain_text("2 triggers")
 
 
+def test_a_window_is_typed_and_caught_where_the_signal_enters_it(browser: Browser, pulses: ServedRig) -> None:
+    """A sine of 1 m and 1 Hz enters the window above 0.9 m once in a second."""
+    with opened(browser, pulses, path="/scope") as page:
+        remember(page, {"signals": ["source/level"], "window_ns": 200 * MS})
+        chosen(page, "Trigger").select_option("window of a signal")
+        for label, text in (("From", "0.9"), ("To", "2")):
+            page.get_by_label(label, exact=True).fill(text)
+            page.get_by_label(label, exact=True).press("Enter")
+        expect(page.locator(".scope .pill").first).to_contain_text("2 triggers")
+        chosen(page, "Mode").select_option("single")
+        until_caught(page)
+        with page.expect_download() as csv:
+            page.get_by_role("link", name="CSV").click()
+        rows = [line.split(",") for line in csv.value.path().read_text().splitlines()[1:]]
+        values = [float(value) for _, value in rows if value]
+        entered = next(place for place, value in enumerate(values) if value >= 0.9)
+        assert 0.4 < entered / len(values) < 0.6  # half of the picture is before the trigger
+        assert max(values[:entered]) < 0.9
+
+
 def test_an_address_has_its_signals(browser: Browser, pulses: ServedRig) -> None:
     with opened(browser, pulses, path="/scope") as page:
         remember(page, {"signals": ["source/pulse"]})
