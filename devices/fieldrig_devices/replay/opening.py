@@ -147,7 +147,7 @@ class Opening:
     def _tell(self, late_ns: int) -> None:
         missing = self._unheard | self._unanswered
         booted = [self._judge.node(*each) for each in self._late if each not in missing]
-        if booted:
+        if booted and late_ns >= MS:  # the time of a boot-up message on the bus is not worth a word
             words = f"the log was held back for {time_words(late_ns)}, until {', '.join(booted)} had booted"
             self._judge.result.note(words)
         for bus, node in missing:

@@ -70,7 +70,8 @@ def begin_of(
         begin_ns, before_ns = now_ns + settle_ns - first_ns + log_ns, settle_ns
     awaited = tuple(_on_before(look, sides)) if awaits else ()
     heard_ns = begin_ns + first_ns - log_ns
-    if before_ns < 2 * BEFORE_NS:  # the log begins with the rig
+    if before_ns < 2 * BEFORE_NS:  # the log begins with the rig, so there is no time for questions
+        awaited = tuple(each._replace(answers=False) for each in awaited)
         return Beginning(log, begin_ns, log_ns, begin_ns, begin_ns + before_ns // 2, awaited, (), buses)
     ready_ns = heard_ns - 2 * BEFORE_NS
     running = _running(head, sides) if sides.selection.is_master else {}

@@ -15,8 +15,9 @@ from fieldrig_devices.replay import ReplayResult, replay
 pytestmark = pytest.mark.long
 
 CONFIGS = Path(__file__).parents[3] / "configs"
-DRIVE, METER = CONFIGS / "drive.yaml", CONFIGS / "energy-meter.yaml"
+DRIVE, METER, LAB = (CONFIGS / name for name in ("drive.yaml", "energy-meter.yaml", "lab.yaml"))
 BOOTED_NS = 9 * S
+SLOW = ("time=virtual", "buses.can0.bitrate=10000")
 TODAY_NS = 1_700_000_000 * S
 
 
@@ -92,6 +93,15 @@ def test_a_node_that_boots_in_the_log_is_not_waited_for() -> None:
         result = played(each, name)
         assert result.differences == []
         assert not any("held back" in note for note in result.notes)
+
+
+def test_a_log_in_which_other_nodes_boot_waits_for_no_longer_than_a_boot_up() -> None:
+    """The rig begins with the log, as its values count from there; a question would take the time of an answer."""
+    log = [frame(at, 0x705, "05") for at in range(0, 5000, 1000)] + [frame(20, 0x706, "00")]
+    log += [frame(700, 0x605, "40 00 10 00 00 00 00 00"), frame(700.5, 0x585, "43 00 10 00 91 01 0F 00")]
+    result = replay(moved(sorted(log), TODAY_NS), load(LAB, ("time=virtual",)))
+    assert not any("held back" in note for note in result.notes)
+    assert "held back" in str(replay(moved(sorted(log), TODAY_NS), load(LAB, SLOW)).notes)
 
 
 def test_a_node_that_never_comes_is_told_and_missed() -> None:
