@@ -375,7 +375,7 @@ class IecDebuggee:
 
 def _unknown(runtime: Runtime, path: str) -> ValueError:
     meant = runtime.symbols.closest(path)
-    return ValueError(f"{path} is not a variable of the program" + (f": expected {meant}, perhaps" if meant else ""))
+    return ValueError(f"{path} is not a variable of the program" + (f"; did you mean {meant}?" if meant else ""))
 
 
 def _text(kind: Type, value: Value) -> str:

@@ -187,7 +187,7 @@ END_PROGRAM
 def test_run_proposes_the_variable_that_a_wrong_name_may_mean(tank: Path, option: tuple[str, str], meant: str) -> None:
     done = iec("run", tank, "--for", "1s", *option)
     name = option[1].partition("=")[0]
-    expected = f": expected {meant}, perhaps" if meant else ""
+    expected = f"; did you mean {meant}?" if meant else ""
     assert done.exit_code == 2
     assert f"{name} is not a variable of the program{expected}\n" in done.stderr
 
