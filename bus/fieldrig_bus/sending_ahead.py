@@ -33,6 +33,11 @@ class SendingAhead(ABC):
         return len(self._waiting)
 
     @property
+    def is_sending(self) -> bool:
+        """True until the line has transmitted everything, which takes longer than expected if the host is late."""
+        return bool(self._waiting) or self._free_ns > self._clock.now_ns()
+
+    @property
     def sent_ns(self) -> int:
         """The instant at which the line has transmitted everything, provided that the other end does not hold it."""
         waiting_ns = self._duration_ns(len(self._waiting)) if self._is_paced else 0

@@ -126,7 +126,7 @@ class PtyPort(Port):
 
     def _drop(self) -> None:
         assert self._end is not None
-        if self._end.waiting:  # the line is late
+        if self._end.is_sending:  # the host was late, so the line is as well
             self._drop_when_sent()
             return
         self._stay_off(OFF_STEPS)  # first, so that what the lines cause finds them going off

@@ -16,7 +16,7 @@ import uvloop
 from patience import PATIENCE_S
 from pydantic import ValidationError
 
-from fieldrig.clock import MS
+from fieldrig.clock import MS, Timer
 from fieldrig.errors import BusError
 from fieldrig.hub.hub import LocalHub
 from fieldrig.loop.real_clock import RealClock
@@ -32,12 +32,22 @@ OFF = ControlLines(dtr=False, rts=False)
 ON = ControlLines()
 
 
+class LateClock(RealClock):
+    """The clock of a host with much to do."""
+
+    late_ns_each = 0
+    """How late each timer is."""
+
+    def call_at(self, when_ns: int, action: Callable[[], None]) -> Timer:
+        return super().call_at(when_ns + self.late_ns_each, action)
+
+
 class Bench:
     """A device that receives everything on one line, which a hub runs."""
 
     def __init__(self, run: Path) -> None:
         self.run = run
-        self.clock = RealClock(asyncio.get_running_loop())
+        self.clock = LateClock(asyncio.get_running_loop())
         self.heard: list[SerialMessage] = []
         self._hubs: list[LocalHub] = []
 
@@ -263,6 +273,18 @@ async def test_lines_go_off_after_the_last_byte_of_a_program(bench: Bench, free_
     await bench.until(lambda: bench.heard[-1] == OFF and len(bench.heard) > 1)
     assert bench.heard[:2] == [OFF, ON]
     assert bench.data() == b"A" * 200
+
+
+@ON_LINUX
+@on_both_loops
+async def test_lines_go_off_after_the_last_byte_on_a_late_host_too(bench: Bench, free_port: int) -> None:
+    bench.clock.late_ns_each = 15 * MS  # the line is idle for 5 ms each time
+    await bench.open(SerialPty("com1", SerialPtySettings(baud=19200)))
+    client = os.open(bench.run / "serial/com1", os.O_RDWR | os.O_NOCTTY)
+    os.write(client, b"A" * 190)  # 99 ms, in five portions: the last is on the line when its time is over
+    os.close(client)
+    await bench.until(lambda: bench.heard[-1] == OFF and len(bench.heard) > 1)
+    assert bench.data() == b"A" * 190
 
 
 @ON_LINUX
