@@ -64,6 +64,8 @@ class Cursor:
     def unexpected(self, expected: str, hint: str = "", at: int = -1) -> UnexpectedError:
         """Report that the present token is not what was expected.  The caller raises what this returns."""
         where = self.i if at < 0 else at
+        if not hint and where > 0 and self.kinds[where] == self.kinds[where - 1] == token.STRING:
+            hint = "A quote within a text is $'."
         self.say(where, f"got {self.shown(where)}", expected, hint)
         return UnexpectedError()
 

@@ -62,6 +62,14 @@ def test_junit_counts_and_escapes_everything(folder: Path, tmp_path: Path) -> No
     assert [node.get("message") for node in root.iter("skipped")] == ["not <yet>"]
 
 
+def test_a_mistake_has_the_same_words_in_junit(tmp_path: Path) -> None:
+    written(tmp_path, a_test="TEST 'a' ASSERT_TRUE(5); END_TEST")
+    report = tmp_path / "report.xml"
+    assert iec_test(tmp_path, "--junit", report).exit_code == 2
+    (error,) = ET.parse(report).getroot().iter("error")
+    assert error.get("message") == "the number 5 is no BOOL; expected BOOL; write TRUE or FALSE, or compare: x <> 0"
+
+
 def test_control_characters_do_not_break_the_report(tmp_path: Path) -> None:
     written(tmp_path, a_test="TEST 'a' PRINT('$01$0B'); ASSERT_EQ('$00x', '$1F'); END_TEST")
     report = tmp_path / "report.xml"

@@ -22,6 +22,7 @@ MISTAKES = [
     ("TEST 'a' ASSERT_EQ(1, 2, 'm', 4); END_TEST", 1, "one argument too many for ASSERT_EQ"),
     ("TEST 'a' ASSERT_EQ(got := 1, expected := 2); END_TEST", 1, "ASSERT_EQ has no argument got"),
     ("TEST 'a' ASSERT_TRUE(5); END_TEST", 1, "5 is"),
+    ("TEST 'it''s a' END_TEST", 1, "A quote within a text is $'."),
     ("TEST 'a' ASSERT_TRUE a.b; END_TEST", 1, "Write ASSERT_TRUE(a...);"),
     ("TEST 'a' ASSERT_EQ(TRUE, 'x'); END_TEST", 1, "="),
     ("TEST 'a'\nASSERT_EQ(nowhere, 1);\nEND_TEST", 2, "nowhere is not declared"),

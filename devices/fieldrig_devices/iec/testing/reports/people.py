@@ -73,6 +73,10 @@ def _of_failure(failure: Failure, outcome: Outcome) -> Iterator[str]:
 
 def said(failure: Failure) -> str:
     """Return what is wrong in one line: both values, and the message of the test."""
+    if failure.kind == MISTAKE:
+        return "; ".join(
+            filter(None, (failure.actual, failure.expected and f"expected {failure.expected}", failure.message))
+        )
     text = f"expected {failure.expected}, got {failure.actual}" if failure.expected else failure.actual
     if failure.message:
         text = f"{failure.message}: {text}" if text else failure.message
