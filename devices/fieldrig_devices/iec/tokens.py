@@ -160,6 +160,8 @@ _OPERAND_ENDS: Final = frozenset({NAME, INTEGER, REAL, ")", "]", "^"})
 """The kinds of tokens that end an operand."""
 _BEFORE_WORD: Final = re.compile(r"(\d+)(?:THEN|DO|OF|TO|BY|AND|OR|XOR|MOD|END_\w+)", re.IGNORECASE)
 """A number with the next word right behind it, `IF n > 0THEN`."""
+_NAMED_IN_TESTS: Final = frozenset({"TEST", "SKIP", "RIG", "USES"})
+"""The words of test files with a text behind them."""
 _OPERATORS: Final = frozenset({"__ISVALIDREF", "__POUNAME", "__QUERYINTERFACE"})
 """Names of functions of today's tools that begin with two underscores."""
 _NOT_NESTED: Final = re.compile(r"\(\*\s*@NESTEDCOMMENTS\s*:=\s*'No'")
@@ -406,7 +408,9 @@ class _Scanner:
     # ---- what is wrong
 
     def _wide_string(self, text: str, offset: int) -> None:
-        if self._dialect.has_wide_strings:
+        texts = self._tokens.texts
+        is_name = bool(texts) and texts[-1].upper() in _NAMED_IN_TESTS  # it may be in either quotes
+        if self._dialect.has_wide_strings or is_name:
             self._add(WIDE_STRING, text, offset)
         else:
             self._open_string(text, offset)

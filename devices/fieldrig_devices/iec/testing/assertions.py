@@ -13,6 +13,7 @@ from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.elementary import Elementary, Family
+from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.printer import expression_text
 from fieldrig_devices.iec.program import (
     COMPARISONS,
@@ -111,6 +112,11 @@ class Assertions:
         named = checker.context.project.find(checker.context.key(text(node)))
         meaning = named if isinstance(named, Pou) and checker.context.find(text(node)) is named else None
         pou, instance = self._method(checker, node) if meaning is None else (meaning, None)
+        is_standard = isinstance(node, tree.Name) and intrinsics.is_standard(node.text)
+        if pou is None and is_standard and checker.context.find(text(node)) is None:
+            what = f"{text(node)} is a standard function, which cannot be mocked"
+            checker.context.say(node, what, "a function of the program")
+            return None
         if pou is None:
             instance = checker.place(node)
             if instance is None:

@@ -471,3 +471,19 @@ def test_a_block_with_the_name_of_a_word_of_tests_takes_nothing_from_them(tmp_pa
 def test_a_string_of_codesys_is_as_long_as_a_document(tmp_path: Path) -> None:
     body = "VAR a, b : STRING(100000); END_VAR a := 'document'; b := a; ASSERT_EQ(b, 'document');"
     assert one(tmp_path, body, dialect="codesys").verdict is Verdict.PASSED
+
+
+@pytest.mark.parametrize("dialect", ["epas-4", "edition-3", "codesys"])
+def test_names_of_tests_are_in_either_quotes(tmp_path: Path, dialect: str) -> None:
+    text = """USES "motor.st";
+TEST "it's so" VAR m : Motor; END_VAR m(start := TRUE); ASSERT_TRUE(m.run); END_TEST
+TEST 'say "so"' END_TEST
+TEST "later" SKIP "not now" END_TEST
+"""
+    written(tmp_path, motor=MOTOR, checks=text)
+    found = outcomes(tmp_path / "checks.st", dialect)
+    assert {name: one.verdict.value for name, one in found.items()} == {
+        "it's so": "passed",
+        'say "so"': "passed",
+        "later": "skipped",
+    }

@@ -30,6 +30,7 @@ MISTAKES = [
     ("TEST 'a' MOCK Nothing; END_TEST", 1, "Nothing is not declared"),
     ("TEST 'a' VAR n : INT; END_VAR MOCK n; END_TEST", 1, "n cannot be mocked"),
     ("TEST 'a' MOCK Motor; END_TEST", 1, "Motor is a type"),
+    ("TEST 'a' MOCK_FUNCTION LIMIT RETURNS 5; END_TEST", 1, "LIMIT is a standard function, which cannot be mocked"),
     ("TEST 'a' MOCK_FUNCTION Step RETURNS 'x'; END_TEST", 1, "'x' is"),
     ("TEST 'a' VAR m : Motor; END_VAR ASSERT_EQ(m, m); END_TEST", 1, "m is an instance of Motor"),
     ("TEST 'a' VAR x, y : ARRAY[1..2] OF INT; END_VAR ASSERT_GT(x, y); END_TEST", 1, "x is an ARRAY"),
