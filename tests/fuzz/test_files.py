@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from canopen_bench import IO32, LEVEL_SENSOR, CanopenBench
 from pydantic import ValidationError
-from spoiling import spoilt, spoilt_file, spoilt_json
+from spoiling import spoilt, spoilt_file, spoilt_json, spoilt_lines
 from storing_devices import KINDS, Storing
 
 from fieldrig.config import rig_file as config
@@ -24,9 +24,12 @@ from fieldrig.outside.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, token
 from fieldrig.outside.untrusted import MalformedError, read_json
 from fieldrig.storage import store_format
 from fieldrig.storage.store import RAM, FileStore, MemoryStore
+from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import read as read_trace
 from fieldrig.traces.trace_files import write as write_trace
+from fieldrig_bus.can.codec import encode as can
+from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus import codec as modbus
 from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
 from fieldrig_devices.canopen.eds import reader as eds
@@ -159,6 +162,26 @@ def test_a_trace_is_read_or_refused(suffix: str, tmp_path: Path, inputs_a_target
             list(read_trace(path))
 
     _fuzz(random.Random(f"{SEED}/{suffix}"), spoilt, [path.read_bytes()], inputs_a_target, look)
+
+
+@pytest.mark.parametrize("suffix", [".jsonl", ".log", ".asc", ".trc", ".csv", ".gvret"])
+def test_a_log_of_text_with_other_fields_is_read_or_refused(suffix: str, tmp_path: Path, inputs_a_target: int) -> None:
+    path, seeds = tmp_path / f"trace{suffix}", list[bytes]()
+    for begin_ns in (0, 1_700_000_000_123_456_000):
+        frames = (CanFrame(0x181, b"\1\2"), CanFrame(0x1ABCDEF0, bytes(8), is_extended=True), CanFrame(0x705, b"\5"))
+        write_trace(
+            [TraceEntry(begin_ns + n * 1_234_000, "can1", "can", "", can(f)) for n, f in enumerate(frames)], path
+        )
+        seeds.append(path.read_bytes())
+
+    def look(data: bytes) -> None:
+        path.write_bytes(data)
+        with suppress(UsageError):
+            odd = Oddities()
+            list(read_trace(path, odd=odd))
+            assert all(map(str, odd))
+
+    _fuzz(random.Random(f"{SEED}/fields/{suffix}"), spoilt_lines, seeds, inputs_a_target, look)
 
 
 def test_a_capture_with_tcp_streams_is_read_or_refused(tmp_path: Path, inputs_a_target: int) -> None:

@@ -3,6 +3,7 @@
 import copy
 import json
 import random
+import re
 from typing import Any, Final
 
 PIECES: Final = [
@@ -116,6 +117,38 @@ def spoilt_file(chance: random.Random, seeds: list[bytes]) -> bytes:
             case _:
                 pass
     return "\n".join(lines).encode()
+
+
+FIELD: Final = re.compile(rb"[0-9A-Fa-f.]+|[A-Za-z]+|.", re.DOTALL)
+NUMBERS: Final = [
+    b"0", b"-1", b"65", b"256", b"9" * 19, b"9" * 40, b"1e999", b"nan", b"FFFFFFFFF", b"80000000", b"A", b"0" * 70, b"",
+    b"2099-12-31", b"1969-12-31", b"0000-00-00", b"12/31/9999", b"25:61:61.000", b"\xb9", b"AB" * 40,
+]  # fmt: skip
+
+
+def spoilt_lines(chance: random.Random, seeds: list[bytes]) -> bytes:
+    """Return a damaged log of text: other fields, half, repeated and missing lines."""
+    if chance.random() < 0.15:
+        return spoilt(chance, seeds)
+    lines = chance.choice(seeds).split(b"\n")
+    for _ in range(chance.choice((1, 1, 2, 3, 6))):
+        place = chance.randrange(len(lines))
+        line = lines[place]
+        fields = FIELD.findall(line) or [b""]
+        match chance.randrange(8):
+            case 0:
+                lines[place] = line[: chance.randrange(len(line) + 1)]
+            case 1:
+                lines[place] = line * chance.choice((2, 50))
+            case 2:
+                del fields[chance.randrange(len(fields))]
+                lines[place] = b"".join(fields)
+            case 3:
+                lines.insert(place, chance.choice(lines))
+            case _:
+                fields[chance.randrange(len(fields))] = chance.choice((*NUMBERS, *fields))
+                lines[place] = b"".join(fields)
+    return b"\n".join(lines)
 
 
 def _with_another_value(chance: random.Random, line: str) -> str:
