@@ -15,7 +15,7 @@ from fieldrig_devices.replay import replay
 
 pytestmark = [pytest.mark.system, pytest.mark.long]
 
-LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
+LAB, DRIVE = (Path(__file__).parents[2] / "configs" / name for name in ("lab.yaml", "drive.yaml"))
 PATIENT: dict[str, Any] = {
     "time_tolerance_ns": 20 * S,
     "timeout_ns": 20 * S,
@@ -64,3 +64,22 @@ def test_the_rig_that_runs_is_taken(log: list[TraceEntry], tmp_path: Path) -> No
         result = replay(log, config, speed=4.0, **PATIENT)
     words = [each.words for each in result.differences]
     assert "unit 1 (drive) answered level with 0.6 m, the log says 0.5 m (in 5 messages, by at most 0.1)" in words
+
+
+def test_a_drive_that_boots_in_the_rig_that_is_started_is_waited_for() -> None:
+    """The log begins in the middle of operation; the drive answers 1.5 s after its power came."""
+
+    def poll(rig: Rig) -> None:
+        can = rig.attach("plc").link("can0")
+        rig.run_for(2 * S)
+        for _ in range(4):
+            can.send(CanFrame(0x603, bytes.fromhex("40 41 60 00 00 00 00 00")))
+            rig.run_for(100 * MS)
+
+    log = [entry._replace(sender="") for entry in recorded(DRIVE, poll) if entry.data[:2] in (b"\x03\x06", b"\x83\x05")]
+    own = [f"control=tcp/127.0.0.1:{free_port()}", f"buses.can0.socketcand=127.0.0.1:{free_port()}"]
+    slow = load(DRIVE, [*own, "devices.axis.behaviour={boot_up_ms: 1500}"])
+    result = replay(log, slow, speed=1.0, **PATIENT)
+    assert (result.differences, result.played) == ([], 4)
+    [held] = [note for note in result.notes if "held back" in note]
+    assert held.endswith("until node 3 (axis) had booted")

@@ -14,11 +14,8 @@ from fieldrig.clock import US, S
 from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
-from fieldrig_bus.can.acceptance import EXTENDED
-from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
-from fieldrig_bus.traces.can_fields import plain_message
 from fieldrig_bus.traces.named_file import path_to_read, path_to_write
-from fieldrig_bus.traces.plain_heads import HEAD_BYTES, PlainHeads
+from fieldrig_bus.traces.plain_heads import HEAD_BYTES, HeadsOfNumbers, PlainHeads
 from fieldrig_bus.traces.rows import BUS, Columns, Row, message_of_row, row_of
 
 SUFFIXES = (".db", ".sqlite")
@@ -77,12 +74,19 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         try:
             with closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)) as database:
                 _check(database)
-                most = path.stat().st_size // _LEAST_ROW
+                most, heads = path.stat().st_size // _LEAST_ROW, HeadsOfNumbers()
                 for values in database.execute(_SELECT):
                     if odd.number >= most:  # pages that lead to each other have rows without end
                         raise sqlite3.DatabaseError("there are more rows than a file of this size can hold")
                     odd.number += 1
                     try:
+                        seconds, identifier, extended, remote, error, _, data = values
+                        if type(seconds) is float and type(data) is bytes and len(data) <= 8 and not (remote or error):
+                            sized = heads[identifier, extended]  # nearly all rows are such frames
+                            if sized:
+                                time_ns = round(seconds * 1_000_000) * US
+                                yield _new(TraceEntry, (time_ns, BUS, "can", "", sized[len(data)] + data))
+                                continue
                         yield _entry(values)
                     except (ValueError, TypeError, OverflowError) as wrong:
                         odd.report("rows that cannot be read are left out", f": {wrong}")
@@ -106,9 +110,5 @@ def _entry(values: tuple[Any, ...]) -> TraceEntry:
         raise ValueError("the time is no number")
     time_ns = round(seconds * 1_000_000) * US
     data = bytes(data or b"")
-    highest = EXTENDED_MASK if extended else STANDARD_MASK
-    if not (remote or error) and 0 <= identifier <= highest and len(data) <= 8:
-        word = identifier | EXTENDED if extended else identifier
-        return _new(TraceEntry, (time_ns, BUS, "can", "", plain_message(word, data)))
     row = Row(int(identifier), bool(extended), bool(remote), bool(error), int(length), data)
     return TraceEntry(time_ns, BUS, "can", "", message_of_row(row))

@@ -38,6 +38,25 @@ class PlainHeads(dict[bytes, T | None]):
         return found
 
 
+def heads_of(word: int, is_extended: bool) -> tuple[bytes, ...]:
+    """Return the heads of plain data frames of 0 to 8 bytes; none for a number that is no identifier."""
+    if not 0 <= word <= (EXTENDED_MASK if is_extended else STANDARD_MASK):
+        return ()
+    flagged = word | EXTENDED if is_extended else word
+    return tuple(plain_message(flagged, bytes(size))[:HEAD_BYTES] for size in range(9))
+
+
+class HeadsOfNumbers(dict[tuple[int, int], tuple[bytes, ...]]):
+    """The same heads by the number of an identifier, and 1 for an extended one.  TypeError for what is no number."""
+
+    def __missing__(self, key: tuple[int, int]) -> tuple[bytes, ...]:
+        word, is_extended = key
+        heads = heads_of(word, bool(is_extended))
+        if len(self) < MOST:
+            self[key] = heads
+        return heads
+
+
 class HeadsOfTexts(dict[str, tuple[bytes, ...]]):
     """The heads of plain data frames of 0 to 8 bytes, by the hexadecimal text of their identifier.
 
@@ -48,14 +67,10 @@ class HeadsOfTexts(dict[str, tuple[bytes, ...]]):
         self._is_extended = is_extended
 
     def __missing__(self, text: str) -> tuple[bytes, ...]:
-        heads: tuple[bytes, ...] = ()
         try:
-            word, is_extended = int(text, 16), self._is_extended(text)
+            heads = heads_of(int(text, 16), self._is_extended(text))
         except ValueError:
-            word, is_extended = -1, False
-        if 0 <= word <= (EXTENDED_MASK if is_extended else STANDARD_MASK):
-            flagged = word | EXTENDED if is_extended else word
-            heads = tuple(plain_message(flagged, bytes(size))[:HEAD_BYTES] for size in range(9))
+            heads = ()
         if len(self) < MOST:
             self[text] = heads
         return heads
