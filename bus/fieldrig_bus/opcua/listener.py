@@ -51,7 +51,9 @@ class LimitedServer(Server):  # type: ignore[misc]
 
     def listener(self, address: str) -> TcpServer:
         """Return a listener for the clients of this server."""
-        return TcpServer(address, lambda server: Client(server, self.iserver, self._processor), LIMITS, "OPC UA")
+        server = TcpServer(address, lambda server: Client(server, self.iserver, self._processor), LIMITS, "OPC UA")
+        self.iserver.reached = server.door.reached
+        return server
 
     def _processor(self, transport: asyncio.Transport) -> UaProcessor:
         processor = Processor(self.iserver, transport, self.limits)

@@ -15,6 +15,7 @@ from asyncua.crypto.permission_rules import User, UserRole
 from asyncua.server.internal_server import InternalServer
 from asyncua.server.internal_session import InternalSession, SessionState
 
+from fieldrig.outside.limits import Reached
 from fieldrig_bus.opcua import calls
 from fieldrig_bus.opcua.address_space import AddressSpace
 from fieldrig_bus.opcua.browsing import Continuations, check_view, with_fields
@@ -48,9 +49,12 @@ class Backend(InternalServer):  # type: ignore[misc]
         self.fastest_ms, self.users = fastest_ms, users
         self._sessions: Counter[Hashable] = Counter()
         self._closing: set[asyncio.Task[None]] = set()
+        self.reached: Reached | None = None
+        """The limits of the service that were reached; None before it listens."""
         super().__init__(user_manager=users)
         # The server's own session, which passes events on, has the library's service as well.
         own = Subscriptions(self.aspace, self)
+        own.note_limit = self.note_limit
         own.standard_events = self.isession.subscription_service.standard_events
         self.subscription_service: Subscriptions = own
         self.isession.subscription_service = own
@@ -63,9 +67,15 @@ class Backend(InternalServer):  # type: ignore[misc]
     ) -> InternalSession:
         if external:
             if self._sessions[name] >= MOST_SESSIONS:
+                self.note_limit("sessions over the limit", f"{MOST_SESSIONS} sessions of a connection are open")
                 raise ServiceError(ua.StatusCodes.BadTooManySessions)
             self._sessions[name] += 1
         return Session(self, self.aspace, self.subscription_service, name, user=user, external=external)
+
+    def note_limit(self, limit: str, what: str) -> None:
+        """Count and log that a client has reached a limit, and that its request is refused."""
+        if self.reached is not None:
+            self.reached.note(limit, f"{what}; another one is refused")
 
     def forget(self, name: Hashable) -> None:
         """Count the sessions of a connection no longer, because it is closed."""

@@ -15,6 +15,8 @@ from opcua_bench import ServerBench, server_bench
 from fieldrig.errors import BusError
 from fieldrig_bus.opcua.sampler import revised_ms
 from fieldrig_bus.opcua.server import OpcUaSettings
+from fieldrig_bus.opcua.session import MOST_SESSIONS
+from fieldrig_bus.opcua.subscriptions import MOST_SUBSCRIPTIONS
 
 pytestmark = pytest.mark.system
 
@@ -338,3 +340,16 @@ async def test_a_secured_server_needs_a_token(tmp_path: Path, monkeypatch: pytes
 )
 def test_a_server_beyond_loopback_is_secured(listen: str, is_secure: bool) -> None:
     assert OpcUaSettings(listen=listen).is_secure is is_secure
+
+
+@in_loop
+async def test_subscriptions_and_sessions_over_the_limit_are_refused_and_counted(tmp_path: Path) -> None:
+    async with server_bench(tmp_path) as bench, Client(bench.url) as client:
+        for _ in range(MOST_SUBSCRIPTIONS):
+            await client.create_subscription(1000, Heard())
+        assert await code_of(client.create_subscription(1000, Heard())) == "BadTooManySubscriptions"
+        for _ in range(MOST_SESSIONS - 1):
+            await client.create_session()
+        assert await code_of(client.create_session()) == "BadTooManySessions"
+        figures = bench.hub.statistics()
+        assert (figures["subscriptions over the limit"], figures["sessions over the limit"]) == (1.0, 1.0)
