@@ -5,7 +5,7 @@ for edition 3.  All of them have POINTER TO, ADR and ^, which the tools keep alt
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Any, Final, Self
 
@@ -171,6 +171,8 @@ class Dialect:
     """PD-361."""
     longest_string: int = _rule(Origin.TODAY, 32_767, otherwise=255)
     """The most characters of a STRING.  The functions for strings take and return at most 255 in any dialect."""
+    has_documents: bool = _rule(Origin.TOOLS)
+    """A STRING may have a million characters, such as a document of JSON in a program of TwinCAT."""
     has_typed_enumerations: bool = _rule(Origin.TODAY)
     """`(red, green) UINT` and `UINT (red, green)`: an enumeration may have another integer type than INT."""
     repeats_enumeration_values: bool = _rule(Origin.TODAY)
@@ -225,8 +227,6 @@ class Dialect:
 
 EPAS_4: Final = Dialect.of("epas-4", Origin.ANY_CODESYS)
 EDITION_3: Final = Dialect.of("edition-3", Origin.TODAY, Origin.STANDARD)
-CODESYS: Final = replace(
-    Dialect.of("codesys", Origin.TODAY, Origin.ANY_CODESYS, Origin.TOOLS), longest_string=1_000_000
-)
+CODESYS: Final = Dialect.of("codesys", Origin.TODAY, Origin.ANY_CODESYS, Origin.TOOLS)
 """Programs and libraries of CoDeSys V2.3, CODESYS V3 and TwinCAT, which compute with bit strings."""
 DIALECTS: Final[Mapping[str, Dialect]] = {dialect.name: dialect for dialect in (EPAS_4, EDITION_3, CODESYS)}

@@ -27,6 +27,8 @@ from fieldrig_devices.languages.mistakes import Code
 
 BIT: Final = "bit"
 """The name of a BOOL that has one bit of a byte in a structure."""
+LONGEST_DOCUMENT: Final = 1_000_000
+"""Characters of a STRING that has a document."""
 DEEPEST: Final = 40
 """Levels of declared types of which each is needed for the one before."""
 
@@ -194,7 +196,8 @@ class TypeSpecs:
         length = Expressions(context).constant_integer(spec.length)
         if length is None:
             return UNKNOWN
-        most = context.project.dialect.longest_string
+        dialect = context.project.dialect
+        most = LONGEST_DOCUMENT if dialect.has_documents else dialect.longest_string
         if not 1 <= length <= most:
             name = StringType(is_wide=spec.is_wide).name
             context.say(spec.length, f"a {name} of {length} characters", f"1 to {most} characters")

@@ -156,7 +156,7 @@ class Units(Tests):
             hint = "Namespaces need the dialect edition-3. Here a library's name in front of a name does no harm."
         elif word in _OOP:
             hint = f"{word} is not supported. Use a FUNCTION or a FUNCTION_BLOCK."
-            hint += f" {OTHER_DIALECTS}" if not self.dialect.has_methods else ""
+            hint += f" {OTHER_DIALECTS}" if word not in ("CLASS", "NAMESPACE") else ""
         elif kind in (token.NAME, "IF", "CASE", "FOR", "WHILE", "REPEAT"):
             hint = "Statements belong into a POU, such as PROGRAM name ... END_PROGRAM."
         raise self.unexpected("PROGRAM, FUNCTION_BLOCK, FUNCTION, TYPE, VAR_GLOBAL or CONFIGURATION", hint)

@@ -15,6 +15,8 @@ from fieldrig_devices.iec.parser.methods import Methods
 
 _WORDS: Final = {word.value: word for word in tree.TestWord}
 _NAMED: Final = frozenset({"TEST", "RIG", "USES"})
+_OF_TRUST: Final = frozenset({"TEST_PROGRAM", "TEST_FUNCTION_BLOCK"})
+"""Words of truST, with the name of the test behind them."""
 
 
 class Tests(Methods):
@@ -29,6 +31,8 @@ class Tests(Methods):
     def is_part_of_tests(self) -> bool:
         """True if a part of a test file begins here."""
         word = self.texts[self.i].upper()
+        if word in _OF_TRUST:
+            return self.kinds[self.i + 1] == token.NAME and self._end_of_block(word) is not None
         if self.kinds[self.i] != token.NAME or word not in _NAMED | _WORDS.keys():
             return False
         following = self.kinds[self.i + 1]
@@ -44,6 +48,8 @@ class Tests(Methods):
                 self.uses.append(self._use_of_tests(front))
             elif word == "RIG":
                 self.rig = self._rig_of_tests(front)
+            elif word in _OF_TRUST:
+                self._block_of_tests(tree.TestWord.TEST, front, word)
             else:
                 self._block_of_tests(_WORDS[word], front)
         finally:
@@ -84,15 +90,20 @@ class Tests(Methods):
         self.gather_from(at + 1)
         part.comments, part.remark = front + self.taken(), self.remark()
 
-    def _block_of_tests(self, word: tree.TestWord, front: tuple[str, ...]) -> None:
+    def _block_of_tests(self, word: tree.TestWord, front: tuple[str, ...], spelled: str = "") -> None:
         opening = self.i
-        end = self._end_of_block(word.value)
+        end = self._end_of_block(spelled or word.value)
         if end is not None:
             self.kinds[end] = f"END_{word.value}"
         self.i += 1
         test = tree.Test(word, "", (), tree.StBody(()), position=self.positions[opening], comments=front)
+        test.spelled = spelled
         self.tests.append(test)
-        if word is tree.TestWord.TEST:
+        if spelled:
+            test.name = self.texts[self.i]
+            self.i += 1
+            self.accept(";")
+        elif word is tree.TestWord.TEST:
             test.name = self.quoted("the name of the test")
             self.accept(";")
             self._options_of_test(test)
@@ -110,7 +121,8 @@ class Tests(Methods):
         test.after = self.taken()
         if end is None or self.kinds[self.i] != f"END_{word.value}":
             line = self.positions[opening].line
-            self.say(self.i, f"got {self.shown(self.i)}", f"END_{word.value} for the {word.value} in line {line}")
+            opened = spelled or word.value
+            self.say(self.i, f"got {self.shown(self.i)}", f"END_{opened} for the {opened} in line {line}")
             raise UnexpectedError
         self.i += 1
         self.accept(";")

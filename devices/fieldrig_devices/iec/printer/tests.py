@@ -33,7 +33,10 @@ def _rig(lines: Lines, use: tree.RigUse) -> None:
 
 def _test(lines: Lines, test: tree.Test) -> None:
     lines.front(test)
-    lines.add(" ".join([test.word.value, *([quoted(test.name)] if test.word is tree.TestWord.TEST else [])]))
+    if test.spelled:
+        lines.add(f"{test.spelled} {test.name}")
+    else:
+        lines.add(" ".join([test.word.value, *([quoted(test.name)] if test.word is tree.TestWord.TEST else [])]))
     if test.rig is not None:
         _rig(lines, test.rig)
     if test.skip is not None:
@@ -45,6 +48,6 @@ def _test(lines: Lines, test: tree.Test) -> None:
         lines.add("")
     body(lines, test.body)
     lines.comments(test.after)
-    lines.add(f"END_{test.word.value}")
+    lines.add(f"END_{test.spelled or test.word.value}")
     if test.remark:
         lines.append(f" {test.remark}")

@@ -20,9 +20,11 @@ from fieldrig_devices.iec.source_texts import SUFFIXES, files_in, read_text
 from fieldrig_devices.languages.mistakes import Mistake
 from fieldrig_devices.languages.source_file import SourceFile
 
-_HAS_TESTS: Final = re.compile(r"(?:^|[\s;)])TEST\s*['\"]", re.IGNORECASE)
+_BEGIN: Final = r"TEST(?:\s*['\"]|_(?:PROGRAM|FUNCTION_BLOCK)\s+[A-Za-z_])"
+"""The words with which a test begins, also those of truST."""
+_HAS_TESTS: Final = re.compile(rf"(?:^|[\s;)]){_BEGIN}", re.IGNORECASE)
 _PART: Final = re.compile(
-    r"\(\*.*?\*\)|//[^\n]*|(?P<test>(?<!\w)TEST\s*['\"])|'(?:\$.|[^$'\n])*'|\"(?:\$.|[^$\"\n])*\"",
+    rf"\(\*.*?\*\)|//[^\n]*|(?P<test>(?<!\w){_BEGIN})|'(?:\$.|[^$'\n])*'|\"(?:\$.|[^$\"\n])*\"",
     re.DOTALL | re.IGNORECASE,
 )
 """A comment, a text or the word: one in a comment or in a text, such as `'Error in test'`, begins no test."""

@@ -173,6 +173,8 @@ class Test(Statement):
     rig: RigUse | None = None
     skip: str | None = None
     """Why the test does not run; None if it runs."""
+    spelled: str = ""
+    """TEST_PROGRAM or TEST_FUNCTION_BLOCK, with which files for truST begin a test; empty for TEST."""
 
 
 @dataclass(slots=True)

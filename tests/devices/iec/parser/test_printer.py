@@ -144,3 +144,10 @@ def test_a_comment_between_any_two_words_survives(file: Path) -> None:
         unit, mistakes = parse(f"{text[: found.start()]} (*here*) {text[found.start() :]}", "a.st", EDITION_3)
         if not mistakes:  # within an instruction of a list there is none
             assert print_unit(unit).count("(*here*)") == 1, text[: found.start()]
+
+
+def test_a_test_of_trust_keeps_its_words() -> None:
+    text = "TEST_PROGRAM CountsUp\nASSERT_TRUE(TRUE);\nEND_TEST_PROGRAM\n"
+    unit, mistakes = parse(text, "counts.st", EDITION_3)
+    assert not mistakes
+    assert print_unit(unit) == text

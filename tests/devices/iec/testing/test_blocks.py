@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from st_tests import MOTOR, one, outcomes, written
+from st_tests import MOTOR, as_json, one, outcomes, written
 
 from fieldrig import MS, S
 from fieldrig_devices.iec.testing.case import Verdict
@@ -487,3 +487,27 @@ TEST "later" SKIP "not now" END_TEST
         'say "so"': "passed",
         "later": "skipped",
     }
+
+
+def test_files_for_trust_run(tmp_path: Path) -> None:
+    text = """
+FUNCTION_BLOCK Counter
+VAR_INPUT inc : BOOL; END_VAR
+VAR_OUTPUT value : INT; END_VAR
+IF inc THEN value := value + 1; END_IF;
+END_FUNCTION_BLOCK
+TEST_PROGRAM CountsUp
+VAR c : Counter; END_VAR
+c(inc := TRUE); ASSERT_EQUAL(EXPECTED := 1, ACTUAL := c.value);
+END_TEST_PROGRAM
+TEST_FUNCTION_BLOCK Fresh
+VAR c : Counter; END_VAR
+c(inc := FALSE); ASSERT_EQUAL(1, c.value, 'nothing is left of the other test');
+END_TEST_FUNCTION_BLOCK
+"""
+    written(tmp_path, counter=text, named="PROGRAM p VAR test_program, end_test_program : INT; END_VAR END_PROGRAM")
+    found = as_json(tmp_path)
+    assert [(one["name"], one["verdict"], one["line"]) for one in found] == [
+        ("CountsUp", "passed", 7),
+        ("Fresh", "failed", 11),
+    ]
