@@ -4,13 +4,16 @@ Expected values are those of the public descriptions, and of the calendar of Pyt
 """
 
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from iec_program import IecBench, PlainHost, program
+from st_tests import one
 
 from fieldrig_devices.iec.dialect import CODESYS
+from fieldrig_devices.iec.testing.case import Verdict
 
 DATES = program(
     "in : ULINT; s : TIMESTRUCT; back, dc : ULINT; text : STRING(29); d : DT;",
@@ -227,3 +230,19 @@ def test_digits_of_bit_strings_have_zeros_in_front_up_to_the_precision(kind: str
         bench["in"] = value
         bench.cycle()
         assert (bench["s"], bench["t"], bench["none"]) == (f"{value:012{form}}", f"{value:{form}}", "")
+
+
+@pytest.mark.parametrize(
+    ("digit", "value"), [("0", 0), ("9", 9), ("A", 10), ("f", 15), ("G", 255), ("/", 255), ("`", 255)]
+)
+def test_hexadecimal_digits_have_values(tmp_path: Path, digit: str, value: int) -> None:
+    body = (
+        f"ASSERT_EQ(HEXCHRNIBBLE_TO_BYTE('{digit}'), {value}); ASSERT_EQ(HEXASCNIBBLE_TO_BYTE({ord(digit)}), {value});"
+    )
+    assert one(tmp_path, body, dialect="codesys").verdict is Verdict.PASSED
+
+
+def test_persistent_data_are_written_in_one_call(tmp_path: Path) -> None:
+    body = """VAR w : WritePersistentData; END_VAR
+w(START := TRUE); ASSERT_TRUE(w.BUSY); w(START := TRUE); ASSERT_FALSE(w.BUSY OR w.ERR);"""
+    assert one(tmp_path, body, dialect="codesys").verdict is Verdict.PASSED
