@@ -1,6 +1,6 @@
 """A project with suites as a program: what can be compiled is, and what cannot is listed with the reason."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -107,9 +107,17 @@ class _Builder:
                     behind = [one.reason for one in self._left_out.values()]
                     raise CompileError([*behind, *wrong.mistakes]) from None
                 continue
-            left_out = [*self._left_out.values(), *self._parts]
+            left_out = [*self._left_out.values(), *self._doubles(), *self._parts]
             return TestProgram(compiled, left_out, self._interval_ms(roots), items, len(items))
         raise CompileError([one.reason for one in self._left_out.values()])
+
+    def _doubles(self) -> Iterator[LeftOut]:
+        """Yield the suites whose name another unit of the project has."""
+        for first, item in self._units.doubles:
+            if reach.is_suite(self._units, item):
+                what = f"{item.title} is declared in {first.file}, line {first.line} already"
+                reason = Mistake(item.line, 1, what, "a name that is unique in the project", file=item.file)
+                yield LeftOut(item.title, True, reason, item.file, item.line)
 
     # ---- what runs
 

@@ -54,6 +54,8 @@ class Units:
     """The mistakes in each file that was read."""
     by_name: dict[str, list[Item]] = field(default_factory=dict)
     tasks: list[tree.Configuration] = field(default_factory=list)
+    doubles: list[tuple[Item, Item]] = field(default_factory=list)
+    """The POUs of the project whose name another one has, each behind that one; nothing reaches them."""
     lists: dict[str, list[str]] = field(default_factory=dict)
     """The variables of the lists of global variables, by the names of these in small letters."""
     _later: dict[str, list[tuple[SourceFile, bool]]] = field(default_factory=dict)
@@ -102,12 +104,21 @@ class Units:
             words = self._words_in(file) if len(parts) == 1 else frozenset(words_of(declaration))
             line = declaration.position.line
             item = Item(name, file.name, line, declaration, is_ours, words, _values(declaration))
+            first = next((one for one in self.by_name.get(name, ()) if is_ours and _are_pous(one, item)), None)
+            if first is not None:
+                self.doubles.append((first, item))
+                continue
             for key in (item.name, *item.other_names):
                 known = self.by_name.setdefault(key, [])
                 if is_ours:
                     known.insert(0, item)
                 elif not any(other.name == item.name and other.is_ours for other in known):
                     known.append(item)
+
+
+def _are_pous(one: Item, other: Item) -> bool:
+    """True for two POUs of the project."""
+    return one.is_ours and isinstance(one.declaration, tree.Pou) and isinstance(other.declaration, tree.Pou)
 
 
 def _parts(unit: tree.Unit) -> Iterator[tuple[tree.Declaration, str]]:
