@@ -90,7 +90,12 @@ class ArpBench(WatchedBench):
         return [thread["about"] for thread in self._ask("state")["threads"] if thread["about"]]
 
     def start(self) -> None:
-        self._ask("start")
+        try:
+            self._ask("start")
+        except ValueError as wrong:
+            what, _, remedy = str(wrong).partition("\n")
+            missing = "a program that waits for other nodes needs a rig with them"
+            raise RigError(what, remedy or missing) from wrong
 
     def stop(self) -> None:
         self._ask("stop")
