@@ -37,10 +37,15 @@ function Program({ device, role }) {
   const names = namesIn(code, scopes, span);
   useWish('program', { device, names: [...new Set([...pinned, ...names.values()].flat())].slice(0, MOST_NAMES) });
   const loads = state?.loads;
-  useEffect(() => { if (state?.files && !state.files.includes(file)) setFile(state.files[0] ?? null); }, [state]);
+  const at = placesOf(state).find((frame) => file === null || frame.file === file);
+  useEffect(() => { if (state?.files && !state.files.includes(file)) setFile(at?.file ?? state.files[0] ?? null); }, [state]);
   useEffect(() => {
     let isHere = true;
-    if (file) api('GET', `programs/${encodeURIComponent(device)}/source/${inPath(file)}`).then(({ text: whole }) => isHere && setText(whole), setRefusal);
+    if (file) api('GET', `programs/${encodeURIComponent(device)}/source/${inPath(file)}`).then(({ text: whole }) => {
+      if (!isHere) return;
+      setText(whole);
+      if (place === null && at?.file === file) setPlace({ index: at.line - 1 }); // a program opens where it is
+    }, setRefusal);
     return () => { isHere = false; };
   }, [device, file, loads]);
   const act = async (action, orders = {}) => {
@@ -108,6 +113,11 @@ function namesIn(lines, scopes, [first, last]) {
     if (names.length > 0) found.set(index, names.flatMap((name) => (scopes[index] ? [`${scopes[index]}.${name}`, name] : [name])));
   }
   return found;
+}
+
+// The places at which the tasks are, in files of the program.
+function placesOf(state) {
+  return (state?.threads ?? []).flatMap((thread) => thread.frames.slice(0, 1)).filter((frame) => state.files?.includes(frame.file));
 }
 
 function currentLines(state, file) {

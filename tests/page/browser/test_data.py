@@ -177,6 +177,21 @@ def test_a_variable_is_forced_and_released(browser: Browser, feeder: ServedRig) 
         expect(page.get_by_role("button", name="Release g_udiRamp")).to_have_count(0)
 
 
+def test_a_program_opens_where_it_is_with_its_values_in_sight(browser: Browser) -> None:
+    """Its first task that runs shows signs of life, in a loop from line 330 on, some of whose lines are long."""
+    with (
+        ServedRig(CONFIGS / "pam-machine.yaml", None, "--set=time=virtual") as rig,
+        opened(browser, rig, path="/programs/pam") as page,
+    ):
+        expect(page.get_by_role("region", name="source labeller.pam")).to_contain_text("SBO_AliveStack <- ")
+        box = page.get_by_role("region", name="source labeller.pam").bounding_box()
+        values = page.locator("td.live").filter(has_text="SBO_AliveStack").first.bounding_box()
+        assert box is not None
+        assert values is not None
+        assert box["x"] < values["x"]
+        assert values["x"] + values["width"] <= box["x"] + box["width"]
+
+
 def test_a_program_is_stopped_and_started(browser: Browser, feeder: ServedRig) -> None:
     with opened(browser, feeder, path="/programs/sealer") as page:
         page.get_by_role("button", name="Stop").click()
