@@ -77,7 +77,8 @@ def test_patient_stages_run_behind_the_others_one_after_the_other(capfd: pytest.
     assert [(outcome.stage, outcome.is_ok) for outcome in outcomes] == [("real", True), ("lean", True), ("unit", True)]
     said = re.findall(r"(?m)^(\d+) (\d+)\n(\d+)$", capfd.readouterr().out)
     niceness, begins, ends = zip(*(map(int, each) for each in said), strict=True)
-    assert niceness == (os.nice(0), os.nice(0) + 10, os.nice(0) + 10)
+    behind = min(os.nice(0) + 10, 19)  # this test may run behind others itself
+    assert niceness == (os.nice(0), behind, behind)
     assert ends[1] < begins[2]
 
 
