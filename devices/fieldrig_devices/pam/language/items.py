@@ -100,3 +100,5 @@ Item = Application | Declaration | BooleanEquation | Actions | Routines | Task
 @dataclass(frozen=True, slots=True)
 class Program:
     items: tuple[Item, ...]
+    defined: tuple[str, ...] = ()
+    """The names of #define and #set, for the message about one that is mistyped."""

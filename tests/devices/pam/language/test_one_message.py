@@ -146,6 +146,31 @@ def test_slips_in_declarations(item: str, said: str) -> None:
     assert said in only(MACHINE + item)
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "SINK SNK_a; END\n#define DEF_Place 70\nNODE NOD_a; ADDRESS = DEF_Palce; TYPE = ST1; END",
+            "ADDRESS is DEF_Palce, which is not a number; expected a number\n  hint: Perhaps DEF_Place is meant.",
+        ),
+        (
+            "#define DEF_Wait 70\n" + in_sequence("WAIT_TIME DEF_Wiat;").removeprefix(MACHINE),
+            "Perhaps DEF_Wait is meant.",
+        ),
+    ],
+)
+def test_a_mistyped_name_of_a_definition(text: str, said: str) -> None:
+    assert said in only(MACHINE + text)
+
+
+def test_a_node_of_an_unknown_type_is_no_second_mistake_for_what_is_on_it() -> None:
+    node = "NODE NOD_a; ADDRESS = 70; TYPE = ST2; END"
+    sensor = "BINARY_INPUT SBI_a; NODE = NOD_a; ADDRESS = 101; ACTIVE = HIGH; PERIOD = 1; DEBOUNCE = 1; END"
+    axis = "AXIS AXI_a; NODE = NOD_a; PULSES_PER_UNIT = 1.0; TRAVEL_SPEED = 1.0; ACCELERATION = 1.0; "
+    axis += "INITIAL_POSITION = 0.0; POSITION_PERIOD = 9.0; END"
+    assert "expected ST1 or SMART_IO" in only(f"{MACHINE}{node} {sensor} {axis}")
+
+
 def test_a_long_chain_of_elsif_has_messages() -> None:
     assert mistakes_of(in_sequence("IF IFV_Go THEN " + "ELSIF IFV_Go THEN " * 3_000))
 

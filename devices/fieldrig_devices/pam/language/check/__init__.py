@@ -44,7 +44,7 @@ def check(program: Program, file: str) -> list[Mistake]:
 
 def names_of(program: Program, file: str = "") -> Names:
     """Return the names of an application, and all messages about it; `file` is for one that is empty."""
-    names = Names()
+    names = Names(defined=program.defined)
     for item in program.items:
         if isinstance(item, Task):
             names.tasks.setdefault(item.name, item)

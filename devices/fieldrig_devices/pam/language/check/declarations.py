@@ -141,7 +141,9 @@ def _check_number(rule: Rule, holds: str, value: Expression | RoutineCall, names
     if isinstance(value, Word):
         return  # the parser takes only the words of the rule
     if not isinstance(value, Number):
-        names.wrong(value.place, f"{rule.name} is not a number", "a number")
+        name = value.name if isinstance(value, Reference) else ""
+        what = f"{rule.name} is {name}, which is not a number" if name else f"{rule.name} is not a number"
+        names.wrong(value.place, what, "a number", names.likely(name, names.defined))
     elif holds in ("integer", "bit") and not isinstance(value.value, int):
         names.wrong(value.place, f"{rule.name} is {value.spelling}", "a whole number")
     elif value.value == 0 and rule.name in _COUNTS:
@@ -182,6 +184,9 @@ def _range(_declaration: Declaration, values: Mapping[str, Parameter], names: Na
                 names.wrong(high.place, f"{name} ends at {high.spelling}", f"a number above {low.spelling}")
 
 
+NODE_TYPES: Final = frozenset({"ST1", "SMART_IO"})
+
+
 def _node_type(wanted: str) -> _Check:
     """Report an object on a node of the other type."""
 
@@ -192,7 +197,7 @@ def _node_type(wanted: str) -> _Check:
             return
         for parameter in symbol.declaration.parameters:
             kind = parameter.values[0] if parameter.name == "TYPE" else None
-            if isinstance(kind, Word) and kind.name != wanted and node is not None:
+            if isinstance(kind, Word) and kind.name in NODE_TYPES - {wanted} and node is not None:
                 what = f"{declaration.kind} {declaration.name} is on {symbol.name}, which is {with_article(kind.name)}"
                 names.wrong(node.place, what, f"a node of TYPE {wanted}")
 

@@ -1,6 +1,6 @@
 """The names of an application, and what a checker says about them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -57,6 +57,8 @@ class Names:
     symbols: dict[str, Symbol] = field(default_factory=dict)
     tasks: dict[str, Task] = field(default_factory=dict)
     mistakes: list[Mistake] = field(default_factory=list)
+    defined: tuple[str, ...] = ()
+    """The names of #define and #set."""
 
     def declare(self, symbol: Symbol) -> None:
         """Add a name.  A second one for the same name is reported."""
@@ -82,10 +84,15 @@ class Names:
         return symbol
 
     def _likely(self, name: str) -> str:
+        return self.likely(name, [*self.symbols, *self.defined]) or "An object is declared before it is used."
+
+    @staticmethod
+    def likely(name: str, known: Collection[str]) -> str:
+        """Return the hint that a name is one of these, mistyped, or nothing."""
         from difflib import get_close_matches
 
-        close = get_close_matches(name, self.symbols, 1, 0.75)
-        return f"Perhaps {close[0]} is meant." if close else "An object is declared before it is used."
+        close = get_close_matches(name, known, 1, 0.75)
+        return f"Perhaps {close[0]} is meant." if close else ""
 
     def wrong(self, place: Place, what: str, expected: str = "", hint: str = "") -> None:
         self.mistakes.append(mistake(place, what, expected, hint))

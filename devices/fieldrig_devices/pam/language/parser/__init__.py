@@ -69,7 +69,7 @@ def parse(
     mistakes = sorted(
         [*preprocessor.mistakes, *cursor.mistakes], key=lambda wrong: (wrong.file, wrong.line, wrong.column)
     )
-    return Program(tuple(items)), mistakes
+    return Program(tuple(items), tuple(preprocessor.names)), mistakes
 
 
 def _item(cursor: Cursor) -> Item:
