@@ -35,6 +35,18 @@ OWN_COLUMNS: Final = (
 """The first line of a list that `fieldrig export` has written; its names are those of a register table as they are."""
 ORDERS: Final = {"abcd": {}, "cdab": {"word_order": "little"}, "badc": {"byte_order": "little"},
                  "dcba": {"word_order": "little", "byte_order": "little"}}  # fmt: skip
+ORDER_WORDS: Final = (
+    (re.compile(r"\b(?:byte)[ _-]?swap", re.IGNORECASE), "badc"),
+    (
+        re.compile(
+            r"(?:lsw|low(?:er)? word|least significant word)[ _-]?(?:first)?|word[ _-]?swap|\bswap", re.IGNORECASE
+        ),
+        "cdab",
+    ),
+    (re.compile(r"little|\blsb|\ble\b|inver[st]|reverse", re.IGNORECASE), "dcba"),
+)
+"""Words for an order, and what they mean; lists do not agree on the last ones."""
+UNSURE_ORDER: Final = "dcba"
 TYPES_BY_WORDS: Final = {1: "u16", 2: "u32", 4: "u64"}
 ONES: Final = ("initial", "min", "max")
 UMLAUTS: Final = {"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss", "ø": "o", "æ": "ae"}
@@ -139,6 +151,9 @@ class _Reader:
         words *= entry.get("count", 1)
         if length is not None and length not in (words, 2 * words, 16 * words) and space in SPACES[2:]:
             self._made.notes.append(f"Line {line}: its length is {length}, but {entry['type']} needs {words}.")
+        text = row.get("type", "")
+        if _order(text) == UNSURE_ORDER and UNSURE_ORDER not in text.casefold():
+            self._made.notes.append(f"Line {line}: {text!r} was taken as the order DCBA; some mean CDAB by it.")
 
     def _leave_out(self, line: int, why: str) -> None:
         self._made.notes.append(f"Line {line} is left out: {' '.join(why.split())}.")
@@ -233,13 +248,17 @@ def _space(text: str) -> str | None:
     return None
 
 
+def _order(text: str) -> str | None:
+    """Return the order that a type such as `float (CDAB)` or `u32 word swap` has, as letters; None if it says none."""
+    letters = next((word for word in re.findall(r"[a-d]{4}", text.casefold()) if word in ORDERS), None)
+    return letters or next((order for pattern, order in ORDER_WORDS if pattern.search(text)), None)
+
+
 def _type(row: Mapping[str, str]) -> dict[str, Any]:
     """Return the type and the orders of a row; without a type, what its number of registers means."""
     text = row.get("type", "")
     length = address_in(row.get("length", ""))
-    order: dict[str, Any] = next(
-        (ORDERS[word] for word in re.findall(r"[a-d]{4}", text.casefold()) if word in ORDERS), {}
-    )
+    order: dict[str, Any] = ORDERS[_order(text) or "abcd"]
     words = re.findall(r"[a-z]+ ?\d*", text.casefold())
     type = next((known for word in (text, *words) if (known := meant(word.replace(" ", "")))), None)
     if not text:

@@ -175,3 +175,27 @@ def test_any_rows_make_a_table_that_loads_or_are_refused(
         return
     (folder / "made.yaml").write_text(table, encoding="utf-8")
     load_table(folder / "made.yaml")
+
+
+WORD_ORDER, BYTE_ORDER = "word_order: little", "byte_order: little"
+
+
+@pytest.mark.parametrize(
+    ("type", "orders", "is_assumed"),
+    [
+        ("s32 swapped", {WORD_ORDER}, False),
+        ("float word swap", {WORD_ORDER}, False),
+        ("UINT32 LSW first", {WORD_ORDER}, False),
+        ("int32 (low word first)", {WORD_ORDER}, False),
+        ("U32 byte-swapped", {BYTE_ORDER}, False),
+        ("FLOAT32-DCBA", {WORD_ORDER, BYTE_ORDER}, False),
+        ("UINT32 LE", {WORD_ORDER, BYTE_ORDER}, True),
+        ("Float inverse", {WORD_ORDER, BYTE_ORDER}, True),
+        ("u32 big endian", set(), False),
+        ("single precision float", set(), False),
+    ],
+)
+def test_the_order_of_a_value_in_words(tmp_path: Path, type: str, orders: set[str], is_assumed: bool) -> None:
+    table = table_of(tmp_path, f"address,name,type\n7,flow,{type}\n")
+    assert {order for order in (WORD_ORDER, BYTE_ORDER) if order in table} == orders
+    assert ("# Line 2:" in table) == is_assumed
