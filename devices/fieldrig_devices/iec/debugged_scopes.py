@@ -63,7 +63,8 @@ class Scope:
         """Return a variable, or a part of one."""
         first = path.partition(".")[0].partition("[")[0]
         key = self.runtime.compiled.program.dialect.key
-        variable = next((known for known in self._variables() if key(known.name) == key(first)), None)
+        names = {key(first), key(f"{self.pou.name.partition('.')[2]}.{first}")}  # the second one is of VAR_INST
+        variable = next((known for known in self._variables() if key(known.name) in names), None)
         result = self.pou.result
         if variable is None and result is not None and key(result.name) == key(first):
             variable = result

@@ -19,8 +19,10 @@ FUNCTION_BLOCK PumpTest EXTENDS TcUnit.FB_TestSuite
 VAR pump : Pump; list : ARRAY[1..3] OF INT; place : INT := 2; END_VAR
 METHOD Run
 VAR local : INT := 4; END_VAR
+VAR_INST kept : INT := 6; END_VAR
 TEST('method');
 AssertTrue(local > 5 OR pump.on, 'm');
+AssertTrue(kept = local, 'instance');
 TEST_FINISHED();
 END_METHOD
 METHOD Check
@@ -43,6 +45,7 @@ END_FUNCTION_BLOCK
 """
 SHOWN = {
     "m": "FALSE, where local = 4 and pump.on = FALSE",
+    "instance": "FALSE, where kept = 6 and local = 4",
     "two lines": "FALSE, where pump.speed = 0 and pump.on = FALSE",
     "this": "TRUE, where pump.speed = 0",
     "call": "FALSE, where pump.speed = 0",
