@@ -8,7 +8,7 @@ from typing import Final
 
 from fieldrig.clock import S
 from fieldrig.traces.trace import TraceEntry, is_time_of_day
-from fieldrig_devices.canopen.names import ERROR_CONTROL, NODES, SDO_RESPONSE
+from fieldrig_devices.canopen.names import ERROR_CONTROL, NODES, SDO_REQUEST, SDO_RESPONSE
 
 HEAD: Final = 500
 """Messages at the beginning of a log that are looked at."""
@@ -21,7 +21,7 @@ HEARTBEATS: Final = frozenset({b"\x01\x04", b"\x01\x05", b"\x01\x7f"})
 TPDOS: Final = frozenset({0x180, 0x280, 0x380, 0x480})
 """The predefined identifiers of TPDOs, without the node-ID (CiA 301, 7.3.5)."""
 SDO_SIZE: Final = 13
-"""Bytes of an SDO answer in a trace."""
+"""Bytes of an SDO request or answer in a trace."""
 
 
 def rig_instant_ns(head: Sequence[TraceEntry]) -> int:
@@ -68,6 +68,12 @@ def is_sdo_answer(entry: TraceEntry) -> bool:
     """Return whether a message answers an SDO, by its predefined identifier."""
     is_answer = entry.family == "can" and int.from_bytes(entry.data[:4], "little") - SDO_RESPONSE in NODES
     return is_answer and len(entry.data) == SDO_SIZE
+
+
+def requested_node(entry: TraceEntry) -> int:
+    """Return the node of an SDO request, by its predefined identifier; 0 for any other message."""
+    node = int.from_bytes(entry.data[:4], "little") - SDO_REQUEST if entry.family == "can" else 0
+    return node if node in NODES and len(entry.data) == SDO_SIZE else 0
 
 
 def _is_error_control(entry: TraceEntry) -> bool:

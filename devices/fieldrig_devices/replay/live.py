@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fieldrig.bus import Bus
-from fieldrig.clock import MS, Clock
+from fieldrig.clock import MS, Clock, S
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.errors import UsageError
 from fieldrig.hub.tool_member import OnEnd, join_all
@@ -28,6 +28,8 @@ from fieldrig_devices.replay.sides import Sides
 MEMBER: Final = "replay"
 LEAD_NS: Final = 200 * MS
 """Time until the log begins, in which the links become ready."""
+SILENT_NS: Final = S
+"""Time after which a node of which nothing was heard is asked, as it may run for long."""
 FAMILIES: Final = OUTER | {"wires"}
 """Families to which a log can be played in real time.  Wires have no sender there, so they are not compared."""
 
@@ -66,7 +68,9 @@ class _Performance:
                 dues, self._judge, pace, clock, clock.now_ns, lambda _, bus: own[bus], lambda: on_end(None), served
             )
 
-        player = Opening(player_of, pace, self._sides, self._judge, clock, clock.now_ns, lambda _, bus: own[bus])
+        player = Opening(
+            player_of, pace, self._sides, self._judge, clock, clock.now_ns, lambda _, bus: own[bus], SILENT_NS
+        )
         for name, link in links.items():
             own[name].player = player
             self._listen(player, name, link, clock)

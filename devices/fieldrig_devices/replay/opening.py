@@ -25,10 +25,10 @@ LONGEST_NS: Final = 60 * S
 """The longest time for which the rig is waited for."""
 ASKED_BEFORE_NS: Final = 500 * MS
 """How long before it has to be ready a node is asked."""
+AFTER_NS: Final = 200 * MS
+"""Time between the boot-up of a node that was late and the first message of the log."""
 ASKED_NS: Final = 250 * MS
 """Time between two questions."""
-SILENT_NS: Final = S
-"""How long nothing was heard of a node that is asked nevertheless: one that was on before this end of the bus."""
 READ_DEVICE_TYPE: Final = bytes.fromhex("40 00 10 00 00 00 00 00")
 """Read 1000h:00 (CiA 301, 7.2.4.3.5 and 7.5.2.1)."""
 MOST_EARLY: Final = 100_000
@@ -46,12 +46,18 @@ class Opening:
         clock: Clock,
         now_ns: Callable[[], int],
         link_of: LinkOf,
+        silent_ns: int,
     ) -> None:
-        """`player_of` makes the player when it begins."""
+        """`player_of` makes the player when it begins.
+
+        A node that was not heard for `silent_ns` is asked nevertheless: it may have been on before this end of the bus.
+        """
         self._player_of, self._pace, self._sides, self._judge = player_of, pace, sides, judge
-        self._clock, self._now_ns, self._link_of = clock, now_ns, link_of
+        self._clock, self._now_ns, self._link_of, self._silent_ns = clock, now_ns, link_of, silent_ns
         self._unheard = {(each.bus, each.node): None for each in pace.awaited}
         self._unanswered = {(each.bus, each.node): None for each in pace.awaited if each.answers}
+        self._asks = pace.heard_ns - pace.ready_ns >= AFTER_NS
+        """False if the log begins with the rig, and nothing of it is late: an answer would take time."""
         self._late: dict[tuple[str, int], None] = {}
         """The nodes that have not booted when the log would have begun."""
         self._heard = deque[TraceEntry](maxlen=MOST_EARLY)
@@ -101,7 +107,7 @@ class Opening:
 
     @property
     def _is_waiting(self) -> bool:
-        return bool(self._unheard or self._unanswered)
+        return bool(self._unheard or (self._asks and self._unanswered))
 
     def _hear(self, entry: TraceEntry) -> None:
         node = self._sides.sending_node(entry)
@@ -121,9 +127,10 @@ class Opening:
             if not self._is_waiting or now_ns >= ready_ns + LONGEST_NS:
                 self._begin()
                 return
-            self._late.update(self._unheard | self._unanswered)
-        asked = [each for each in self._unanswered if each not in self._unheard]
-        if now_ns >= ready_ns + SILENT_NS:
+            self._asks |= now_ns >= ready_ns + MS
+            self._late.update(self._unheard | (self._unanswered if self._asks else {}))
+        asked = [each for each in self._unanswered if each not in self._unheard] if self._asks else []
+        if now_ns >= ready_ns + self._silent_ns:
             asked += self._unheard
         for bus, node in asked:
             self._link_of("", bus).send(CanFrame(SDO_REQUEST + node, READ_DEVICE_TYPE))
@@ -134,6 +141,8 @@ class Opening:
         pace = self._pace
         if self._late:
             late_ns = self._now_ns() - pace.ready_ns
+            if late_ns >= MS:  # a machine that was on has booted for longer
+                late_ns += max(0, AFTER_NS - (pace.heard_ns - pace.ready_ns))
             pace = replace(pace, begin_ns=pace.begin_ns + late_ns, heard_ns=pace.heard_ns + late_ns)
             self._judge.was_on = True
             self._tell(late_ns)
@@ -145,7 +154,7 @@ class Opening:
             ask(self._player)
 
     def _tell(self, late_ns: int) -> None:
-        missing = self._unheard | self._unanswered
+        missing = self._unheard | (self._unanswered if self._asks else {})
         booted = [self._judge.node(*each) for each in self._late if each not in missing]
         if booted and late_ns >= MS:  # the time of a boot-up message on the bus is not worth a word
             words = f"the log was held back for {time_words(late_ns)}, until {', '.join(booted)} had booted"

@@ -12,7 +12,7 @@ class Awaited(NamedTuple):
     bus: str
     node: int
     answers: bool
-    """True if it answers SDOs in the log."""
+    """True if it answers the first SDO in the log."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from fieldrig.clock import MS
 from fieldrig.traces.trace import TraceEntry, is_time_of_day
 from fieldrig_bus.can.codec import encode
 from fieldrig_bus.can.frame import CanFrame
-from fieldrig_devices.dialogues.power_on import HEAD, is_boot_up, is_sdo_answer, rig_instant_ns
+from fieldrig_devices.dialogues.power_on import HEAD, is_boot_up, is_sdo_answer, requested_node, rig_instant_ns
 from fieldrig_devices.replay.pace import Awaited
 from fieldrig_devices.replay.sides import Sides
 
@@ -70,8 +70,7 @@ def begin_of(
         begin_ns, before_ns = now_ns + settle_ns - first_ns + log_ns, settle_ns
     awaited = tuple(_on_before(look, sides)) if awaits else ()
     heard_ns = begin_ns + first_ns - log_ns
-    if before_ns < 2 * BEFORE_NS:  # the log begins with the rig, so there is no time for questions
-        awaited = tuple(each._replace(answers=False) for each in awaited)
+    if before_ns < 2 * BEFORE_NS:  # the log begins with the rig
         return Beginning(log, begin_ns, log_ns, begin_ns, begin_ns + before_ns // 2, awaited, (), buses)
     ready_ns = heard_ns - 2 * BEFORE_NS
     running = _running(head, sides) if sides.selection.is_master else {}
@@ -86,17 +85,25 @@ def begin_of(
 def _on_before(look: Iterable[TraceEntry], sides: Sides) -> Iterator[Awaited]:
     """Yield the nodes of the rig whose first message is no boot-up; a trace of a rig begins with its nodes."""
     was_on: dict[tuple[str, int], bool] = {}
-    answering: set[tuple[str, int]] = set()
+    answers: dict[tuple[str, int], bool] = {}
+    """True if the first SDO of a node has an answer: one that loses its first SDO has none."""
+    requested: set[tuple[str, int]] = set()
     for entry in look:
-        node, bus = sides.sending_node(entry), sides.bus_of(entry)
-        if node is None or bus is None or node in sides.selection.nodes:
+        bus, node = sides.bus_of(entry), sides.sending_node(entry)
+        if bus is None:
+            continue
+        if to := requested_node(entry):
+            if (bus, to) in requested:
+                answers.setdefault((bus, to), False)
+            requested.add((bus, to))
+        if node is None or node in sides.selection.nodes:
             continue
         if (bus, node) not in was_on:
             is_of_rig = bool(entry.sender) and not is_time_of_day(entry.time_ns)
             was_on[bus, node] = not is_boot_up(entry) and not is_of_rig
         if is_sdo_answer(entry) and not sides.is_mastered(bus, node):
-            answering.add((bus, node))
-    return (Awaited(*key, key in answering) for key, is_on in was_on.items() if is_on)
+            answers.setdefault((bus, node), True)
+    return (Awaited(*key, answers.get(key, False)) for key, is_on in was_on.items() if is_on)
 
 
 def _running(head: Sequence[TraceEntry], sides: Sides) -> dict[tuple[str, int], None]:

@@ -22,6 +22,8 @@ from fieldrig_devices.replay.sides import Sides
 MEMBER: Final = "replay"
 MOST_MEMBERS: Final = 64
 """Senders of the log that are members of their own; the others are one."""
+SILENT_NS: Final = 10 * S
+"""Time after which a node of which nothing was heard is asked: most say themselves that they have booted."""
 LONGEST_NS: Final = 100 * 365 * 24 * 3600 * S
 
 
@@ -76,7 +78,7 @@ def play(entries: Iterable[TraceEntry], rig: Rig, sides: Sides, judge: Judge, pa
     def player_of(pace: Pace) -> Player:
         return Player(dues, judge, pace, clock, lambda: rig.now_ns, stage.link, lambda: None, served)
 
-    player = Opening(player_of, pace, sides, judge, clock, lambda: rig.now_ns, stage.link)
+    player = Opening(player_of, pace, sides, judge, clock, lambda: rig.now_ns, stage.link, SILENT_NS)
 
     def hear(bus: Bus[Any], delivery: Delivery[Any]) -> None:
         if bus.family not in COMPARED or (bus.family in INNER and bus.name not in judge.buses):

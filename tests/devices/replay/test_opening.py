@@ -65,6 +65,25 @@ def test_a_drive_that_boots_is_waited_for_whatever_the_clock_of_the_log(personal
         assert len(held) == is_late
 
 
+def test_a_drive_whose_first_sdo_is_lost_in_the_log_loses_it_in_the_rig_too() -> None:
+    """A question before the log would be the first one."""
+
+    def polling_late(rig: Rig) -> None:
+        can = rig.attach("plc").link("can0")
+        rig.run_until(BOOTED_NS)
+        for _ in range(6):
+            can.send(CanFrame(0x603, bytes.fromhex("40 41 60 00 00 00 00 00")))
+            rig.run_for(S)
+
+    beat = frame(9_000.001, 0x703, "7f")
+    log = [beat, *without_senders(recorded(DRIVE, polling_late, "devices.axis.personality=robot-joint"))]
+    log = moved([entry for entry in log if entry.time_ns >= BOOTED_NS], TODAY_NS)
+    rig = load(DRIVE, ("time=virtual", "devices.axis.personality=robot-joint"))
+    result = replay(log, rig, leave_out=["heartbeat"])
+    assert result.differences == []
+    assert result.played == 6
+
+
 def test_a_log_that_is_played_at_once_finds_a_drive_that_boots() -> None:
     result = played(moved(middle("robot-joint"), TODAY_NS), "robot-joint", settle_ns=0)
     assert "did not answer the read of 6041h Statusword" in result.differences[0].words
