@@ -32,7 +32,12 @@ class _Written(NamedTuple):
 
 
 def near_names(source: Source, buses: Mapping[str, BusEntry], devices: Mapping[str, DeviceEntry]) -> list[Mistake]:
-    """Return a doubt about each name that is probably mistyped."""
+    """Return a doubt about each name that is probably mistyped.
+
+    There are none if the file cannot be read again, such as a pipe.
+    """
+    if not isinstance(source.data, dict):
+        return []
     found = [*_of_wires(source, buses, devices), *_of_offers(buses, devices), *_of_processes(source.data)]
     return [Mistake(*source.mark(path), key_text(path), what, remedy) for path, what, remedy in dict.fromkeys(found)]
 
@@ -89,7 +94,7 @@ def _is_slip(word: str, near: str, *, is_near_used: bool) -> bool:
 
 def _written(data: Any, device: DeviceEntry) -> Iterator[_Written]:
     """Yield what may be the name of a wire among the settings of a device: texts, and the names by default."""
-    entry = data["devices"].get(device.name) if isinstance(data, dict) else None
+    entry = data["devices"].get(device.name)
     for key, value in entry.items() if isinstance(entry, dict) else ():
         if key not in OWN_KEYS:
             yield from _texts(device.name, value, ("devices", device.name, key))

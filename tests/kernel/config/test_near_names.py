@@ -9,6 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldrig.cli.rigfile import look_at
+from fieldrig.config.near_names import near_names
+from fieldrig.config.rig_file import load
+from fieldrig.config.yaml_source import Source
 from fieldrig.text.nearest import is_numbered, is_slip
 
 CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
@@ -37,6 +40,11 @@ def doubts_of(folder: Path, text: str, *overrides: str) -> list[tuple[str, str, 
     assert config is not None, mistakes
     assert all(doubt.line for doubt in doubts)
     return [(doubt.key, doubt.what, doubt.remedy) for doubt in doubts]
+
+
+def test_a_file_that_can_be_read_only_once_has_no_doubts() -> None:
+    config = load(ROOT / "configs" / "smart-io.yaml")
+    assert near_names(Source(), config.buses, config.devices) == []
 
 
 @pytest.mark.parametrize("file", CONFIGS, ids=lambda file: file.stem)
