@@ -10,7 +10,7 @@ The kernel knows no language: each is an entry point "fieldrig.programs", a modu
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -25,8 +25,8 @@ GROUP = "fieldrig.programs"
 LOOK_NS = 1 * MS
 """The time between two looks at a condition."""
 
-MOST_VALUES = 4
-"""Values of a variable in a message, the last of them."""
+MOST_EVENTS = 5
+"""Events in a message, the last of them."""
 
 R = TypeVar("R")
 
@@ -104,19 +104,7 @@ class ProgramBench(ABC):
         raise ArgumentError(f"{shown(name)} cannot be mocked", "only programs of IEC 61131-3 have functions and blocks")
 
     def __getitem__(self, path: str) -> Any:
-        value = self.get(path)
-        self._note(path, value)
-        return value
-
-    def _note(self, path: str, value: Any) -> None:
-        """Note what a test has read, for the message if it fails."""
-        noted: dict[str, list[tuple[int, Any]]] = self.__dict__.setdefault("_noted", {})
-        values = noted.setdefault(path, [])
-        if values and values[-1][0] > self.now_ns:  # the test has begun again
-            values.clear()
-        if not values or values[-1][1] != value:
-            values.append((self.now_ns, value))
-            del values[:-MOST_VALUES]
+        return self.get(path)
 
     def __setitem__(self, path: str, value: Any) -> None:
         self.set(path, value)
@@ -270,15 +258,11 @@ class ProgramBench(ABC):
 
     def told(self) -> str:
         """Return what happened lately, for a person whose test has failed: what the test has read, and events."""
-        noted: dict[str, list[tuple[int, Any]]] = self.__dict__.get("_noted", {})
-        return "\n".join([*(_line(path, values) for path, values in noted.items()), *self.events[-5:]])
+        return "\n".join([*self._told_of_values(), *self.events[-MOST_EVENTS:]])
 
-
-def _line(path: str, values: Sequence[tuple[int, Any]]) -> str:
-    """Return a line with the value of a variable, and those before it that a test has seen."""
-    at_ns, value = values[-1]
-    before = ", ".join(f"{old!r} at {old_ns / MS:g} ms" for old_ns, old in values[:-1])
-    return f"{path} = {value!r} at {at_ns / MS:g} ms" + (f"; before {before}" if before else "")
+    def _told_of_values(self) -> Iterable[str]:
+        """Return a line for each variable that the test has read, with its last values."""
+        return ()
 
 
 class Language(Protocol):

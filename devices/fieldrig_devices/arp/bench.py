@@ -41,6 +41,7 @@ def load(paths: list[Path], options: Mapping[str, Any]) -> "ArpBench":
 
 class ArpBench(WatchedBench):
     def __init__(self, file: Path) -> None:
+        super().__init__()
         self._file = file.absolute()
         self._load()
 
@@ -78,6 +79,7 @@ class ArpBench(WatchedBench):
             raise ValueError(f"{wrong.what}\n{wrong.remedy}") from wrong
 
     def reset(self) -> None:
+        super().reset()
         self._rig.close()
         self._load()
 

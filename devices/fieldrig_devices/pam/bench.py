@@ -46,12 +46,14 @@ def load(paths: list[Path], options: Mapping[str, Any]) -> "PamBench":
 
 class PamBench(WatchedBench):
     def __init__(self, program: "Compiled") -> None:
+        super().__init__()
         self._program = program
         self.reset()
 
     def reset(self) -> None:
         from fieldrig_devices.pam.runtime.solo import Solo
 
+        super().reset()
         self._solo = Solo(self._program)
         self._now_ns = self._run_ns = 0
         self._is_started = False

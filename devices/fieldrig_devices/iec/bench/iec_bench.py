@@ -18,9 +18,6 @@ from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.languages.source_file import SourceFile
 
-MOST_EVENTS = 5
-"""Events in a message, the last of them."""
-
 
 class IecBench(ProgramBench):
     def __init__(self, files: Sequence[SourceFile], dialect: str, resource: str) -> None:
@@ -194,9 +191,8 @@ class IecBench(ProgramBench):
             self._bind_all()
         return made
 
-    def told(self) -> str:
-        lines = [line for _, block in self._blocks for line in block._told()]
-        return "\n".join([*self._told_of_tasks(), *lines, *self.events[-MOST_EVENTS:]])
+    def _told_of_values(self) -> list[str]:
+        return [*self._told_of_tasks(), *(line for _, block in self._blocks for line in block._told())]
 
     def _told_of_tasks(self) -> list[str]:
         """Return a line for each variable that the test has read while tasks ran."""
