@@ -32,14 +32,16 @@ class EdgePlayer:
         self._waveform: PulseTrain | Pwm | None = None
 
     def play(self, waveform: PulseTrain | Pwm) -> None:
-        """Play a waveform when it begins, instead of the one before.  Edges of the past are not repeated."""
-        self._timer.stop()
-        now_ns, start_ns, before = self._clock.now_ns(), waveform.start_ns, self._waveform
-        begin_ns = max(start_ns, now_ns)
-        rest = () if before is None else before.edges(max(now_ns, before.start_ns) + 1, begin_ns)
+        """Play a waveform when it begins, instead of the one before.  Edges of the past are not repeated.
+
+        Several waveforms that begin at one instant are one change of the wire: that of the last one.
+        """
+        now_ns, before = self._clock.now_ns(), self._waveform
+        begin_ns = max(waveform.start_ns, now_ns)
+        rest = _rest(before, now_ns, begin_ns) if before is not None else iter(())
         self._waveform = waveform
         self._edges = chain(rest, _beginning(waveform, begin_ns), waveform.edges(begin_ns + 1, FAR_NS))
-        self._next()
+        self._timer.at(now_ns, self._next)
 
     def _next(self) -> None:
         for instant_ns, level in self._edges:
@@ -63,6 +65,13 @@ class EdgePlayer:
         if level is not self._level:
             self._level = level
             self._wires.send(Signal(self._wire, level))
+
+
+def _rest(waveform: PulseTrain | Pwm, now_ns: int, before_ns: int) -> Iterator[tuple[int, bool]]:
+    """Yield what is left of a waveform until another one begins, with its level now, which may not be driven yet."""
+    if now_ns < before_ns:
+        yield now_ns, waveform.level_at(now_ns)
+        yield from waveform.edges(max(now_ns, waveform.start_ns) + 1, before_ns)
 
 
 def _beginning(waveform: PulseTrain | Pwm, begin_ns: int) -> Iterator[tuple[int, bool]]:

@@ -29,14 +29,19 @@ class _Segment:
     waveform: PulseTrain | Pwm
     after_ns: int
     until_ns: int = NEVER_NS
+    at_start: int = 0
+    """Rising edges at its beginning that its waveform does not count, or -1 if it counts one that is none."""
 
     def pulses_at(self, now_ns: int) -> int:
-        return max(self.waveform.pulses_at(min(now_ns, self.until_ns)) - self.early, 0)
+        return max(self._rises_at(min(now_ns, self.until_ns)) - self.early, 0)
 
     @property
     def early(self) -> int:
         """Number of pulses that rose before those that count."""
-        return self.waveform.pulses_at(min(self.after_ns, self.until_ns))
+        return self._rises_at(min(self.after_ns, self.until_ns))
+
+    def _rises_at(self, now_ns: int) -> int:
+        return self.waveform.pulses_at(now_ns) + (self.at_start if now_ns >= self.waveform.start_ns else 0)
 
     @property
     def direction(self) -> int:
@@ -51,7 +56,7 @@ class PulseInput:
         self._before_ns = since_ns - 1
         self._segments: list[_Segment] = []  # the last one is the present one; those before begin their end later
         self._received = self._position = 0  # of the segments that are over, and of edges
-        self._level: bool | None = None
+        self._level: bool | None = None  # of the wire before the present segments; None if nothing came
         self.is_reverse = False
         """True if single edges count backwards; a segment says its direction itself."""
         self._missed = self._missed_position = 0
@@ -131,9 +136,17 @@ class PulseInput:
                 self._follow(before, waveform, now_ns)
             elif is_first:
                 self._miss(waveform.sent, int(waveform.value))
+        at_start = 0 if is_first or isinstance(waveform, PulseTrain) else self._rise_between(waveform)
         self._close(waveform.start_ns - 1, now_ns)
-        self._segments.append(_Segment(waveform, self._before_ns))
-        self._level = waveform.level_at(now_ns)
+        self._segments.append(_Segment(waveform, self._before_ns, at_start=at_start))
+
+    def _rise_between(self, pwm: Pwm) -> int:
+        """Return how many rising edges the beginning of a PWM has beside those of its cycles.
+
+        Cycles that begin while the wire is high, as after a synchronisation, raise no edge; a duty of 100 % may.
+        """
+        is_rise = pwm.level_at(pwm.start_ns) and not self.level_at(pwm.start_ns - 1)
+        return int(is_rise) - pwm.pulses_at(pwm.start_ns)
 
     def _follow(self, before: PulseTrain, train: PulseTrain, now_ns: int) -> None:
         """Compare the totals of the next segment with those that are expected."""
@@ -156,6 +169,8 @@ class PulseInput:
             segment.until_ns = min(segment.until_ns, end_ns)
         while self._segments and (self._segments[0].until_ns <= now_ns or len(self._segments) >= _MOST_OPEN):
             segment = self._segments.pop(0)
+            if segment.waveform.start_ns <= segment.until_ns:
+                self._level = segment.waveform.level_at(segment.until_ns)
             pulses = segment.pulses_at(segment.until_ns)
             self._received += pulses
             self._position += segment.direction * pulses

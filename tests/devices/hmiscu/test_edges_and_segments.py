@@ -25,6 +25,8 @@ class Wave(NamedTuple):
     frequency: int
     duty: int
     after_ms: int
+    is_on: bool = True
+    is_sync: bool = False
 
 
 class Deed(NamedTuple):
@@ -44,7 +46,12 @@ DEEDS = st.lists(
 )
 WAVES = st.lists(
     st.builds(
-        Wave, st.sampled_from([10, 500, 1_000, 3_330]), st.sampled_from([0, 1, 20, 50, 99, 100]), st.integers(0, 130)
+        Wave,
+        st.sampled_from([10, 100, 500, 1_000, 3_330]),
+        st.sampled_from([0, 1, 20, 50, 99, 100]),
+        st.integers(0, 130),
+        st.booleans(),
+        st.booleans(),
     ),
     max_size=8,
 )
@@ -76,7 +83,8 @@ def carry_out(bench: DeviceBench, deed: Deed) -> None:
 
 
 def modulate(bench: DeviceBench, wave: Wave) -> None:
-    bench.set("PWM00.F_Enable", True)
+    bench.set("PWM00.F_Enable", wave.is_on)
+    bench.set("PWM00.F_Sync", wave.is_sync)
     bench.set("PWM00.Frequency", wave.frequency)
     bench.set("PWM00.Duty", wave.duty)
 
@@ -117,6 +125,7 @@ def played(
     take()
     for deed in deeds:
         apply(bench, deed)
+        run(0)
         run(deed.after_ms)
     run(LONG_MS)
     return bench, edges, segments, counter
@@ -168,12 +177,18 @@ def test_pulses_are_the_same_by_edges_and_by_segments(ramps: str, deeds: list[De
 @settings(max_examples=60)
 @given(WAVES)
 @example([Wave(500, 20, 100), Wave(500, 50, 100)])
+@example([Wave(100, 50, 122), Wave(100, 50, 10, is_sync=True)])  # a cycle that begins while the output is high
+@example([Wave(500, 20, 105), Wave(500, 20, 10, is_on=False, is_sync=True)])  # off and synchronised in one call
+@example([Wave(500, 20, 85), Wave(500, 50, 10), Wave(500, 50, 10, is_on=False)])  # off when the change takes effect
+@example([Wave(500, 20, 50), Wave(500, 100, 10)])
 def test_pwm_is_the_same_by_edges_and_by_segments(waves: list[Wave]) -> None:
     channel: dict[str, object] = {"mode": "pwm"}
-    whole, _, segments, _ = played("segments", channel, waves, modulate)
-    _, edges, _, _ = played("edges", channel, waves, modulate)
+    whole, _, segments, by_segments = played("segments", channel, waves, modulate)
+    _, edges, _, by_edges = played("edges", channel, waves, modulate)
+    end_ns = whole.clock.now_ns()
     check_no_pulse_without_width(edges)
-    assert changes(edges) == edges_of(segments, whole.clock.now_ns())
+    assert changes(edges) == edges_of(segments, end_ns)
+    assert by_edges.received_at(end_ns) == by_segments.received_at(end_ns)
 
 
 @pytest.mark.manual("SCU-008")

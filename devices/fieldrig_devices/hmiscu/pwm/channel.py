@@ -109,8 +109,8 @@ class PwmChannel:
         return self._settings.sync_input and self._pins.is_sync_allowed and is_wanted
 
     def _restart(self, now_ns: int) -> None:
-        """Interrupt the present period, and begin a new one (SCU-068)."""
-        if self._wave is not None:
+        """Interrupt the present period, and begin a new one (SCU-068), unless the output goes off at this instant."""
+        if self._wave is not None and self.is_enabled:
             self._begin(now_ns)
 
     def _begin(self, now_ns: int) -> None:
