@@ -152,6 +152,8 @@ WRONG = [
         "CNV_Belt << AMP_Gear << TMP_Master; CNV_Sink << AMP_Gear << CAM_Feed << TMP_Master;",
         "AMP_Gear has another input in the pipe of line",
     ),
+    ("CNV_Belt << AMP_Gear << AMP_Gear << TMP_Master;", "AMP_Gear is twice in the pipe; expected each block once"),
+    ("CNV_Belt << AMP_Gear << CAM_Feed << AMP_Gear << TMP_Master;", "AMP_Gear is twice in the pipe"),
     ("AMP_Gear:GAIN <- RISING;", "RISING cannot be a value in an expression"),
     ("CNV_Belt <- connect(ENC_Belt);", "the argument is wrong; expected an AXIS"),
 ]

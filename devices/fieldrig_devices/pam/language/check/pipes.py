@@ -9,12 +9,18 @@ from fieldrig_devices.pam.language.tree import Connect, If, Loop, Reference, Sta
 
 
 def check_pipe(pipe: Connect, names: Names) -> None:
-    """Report blocks at a wrong place of a pipe (PAML-400, PAML-541)."""
+    """Report blocks at a wrong place of a pipe, and those that would have two inputs (PAML-400, PAML-408, PAML-541)."""
     last = len(pipe.blocks) - 1
+    seen: set[str] = set()
     for position, reference in enumerate(pipe.blocks):
         symbol = names.object(reference)
         if symbol is None:
             continue
+        if reference.name in seen and symbol.kind in TRANSFORMERS:
+            names.wrong(
+                reference.place, f"{reference.name} is twice in the pipe", "each block once, as it has one input"
+            )
+        seen.add(reference.name)
         if reference.index is not None:
             names.wrong(reference.place, f"the block {reference.name} has an index", reference.name)
         allowed, expected = TRANSFORMERS, "a transformer"
