@@ -25,7 +25,6 @@ from tests.driver.stages import BYTECODE, PLANS, REPORTS, STAGES, Stage
 COMMANDS = Commands()
 PYTEST_FAILED = 1  # pytest's exit code for tests that failed, as opposed to a run that broke off
 AGAIN_LIMIT = 5  # more than a busy host explains
-BEHIND = ("nice", "-n", "10")  # a tenth of what the others have, so that no test stands still
 
 
 def main() -> int:
@@ -73,11 +72,10 @@ def run_side_by_side(stages: Sequence[Stage]) -> list[Outcome]:
     """
     patient = [stage for stage in stages if stage.is_patient]
     others = [stage for stage in stages if not stage.is_patient]
-    priority = BEHIND if others else ()
 
     def run(stage: Stage) -> tuple[Outcome, str]:
         with TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
-            outcome = run_stage(stage, output, priority if stage.is_patient else ())
+            outcome = run_stage(stage, output, is_behind=stage.is_patient and bool(others))
             output.seek(0)
             return outcome, output.read()
 
@@ -91,11 +89,8 @@ def run_side_by_side(stages: Sequence[Stage]) -> list[Outcome]:
     return outcomes
 
 
-def run_stage(stage: Stage, output: TextIO | None = None, priority: Sequence[str] = ()) -> Outcome:
-    """Run a stage; it writes to `output`, which is a file, or to where this program writes.
-
-    `priority` is the command that gives it its priority, such as `nice`.
-    """
+def run_stage(stage: Stage, output: TextIO | None = None, *, is_behind: bool = False) -> Outcome:
+    """Run a stage, or run it behind others; it writes to `output`, which is a file, or to where this program writes."""
     missing = needs.missing(stage.needs)
     lacking = [f"{stage.name} needs {need.name}: {need.remedy}" for need in (*missing, *needs.missing(stage.wants))]
     if missing:
@@ -108,7 +103,7 @@ def run_stage(stage: Stage, output: TextIO | None = None, priority: Sequence[str
     began = time.monotonic()
     try:
         with stage.around() as environment:
-            outcome = _tried(stage, {**os.environ, **environment}, output, priority)
+            outcome = _tried(stage, {**os.environ, **environment}, output, is_behind=is_behind)
     except RuntimeError as fault:
         say(f"{stage.name}: {fault}", output)
         outcome = Outcome(stage.name, False)
@@ -118,9 +113,9 @@ def run_stage(stage: Stage, output: TextIO | None = None, priority: Sequence[str
     return outcome
 
 
-def _tried(stage: Stage, environment: Mapping[str, str], output: TextIO | None, priority: Sequence[str]) -> Outcome:
+def _tried(stage: Stage, environment: Mapping[str, str], output: TextIO | None, *, is_behind: bool) -> Outcome:
     """Run the stage, and what failed of a stage in real time once more, if it is little."""
-    code, cpu_s = COMMANDS.run([*priority, *stage.command()], environment, output)
+    code, cpu_s = COMMANDS.run(stage.command(), environment, output, is_behind=is_behind)
     tally = Tally.of(stage.report) if stage.report is not None else Tally()
     outcome = Outcome(stage.name, code == 0, cpu_s=cpu_s, tally=tally)
     if code != PYTEST_FAILED or stage.again is None or not 0 < tally.failed <= AGAIN_LIMIT:

@@ -28,7 +28,8 @@ module.ONE_INTERRUPTION_S = float(sys.argv[1])
 commands = module.Commands()
 commands.install()
 for code in sys.argv[2:]:
-    print("ended", commands.run([sys.executable, "-c", code], os.environ).code, flush=True)
+    is_behind = "behind" in code
+    print("ended", commands.run([sys.executable, "-c", code], os.environ, is_behind=is_behind).code, flush=True)
 """
 
 
@@ -57,6 +58,13 @@ def test_ctrl_c_reaches_all_and_the_driver_waits() -> None:
         os.killpg(process.pid, signal.SIGINT)
         process.send_signal(signal.SIGINT)  # as timeout(1) does
         assert rest(process) == f"is tidied up\nended 2\nended {INTERRUPTED}\n"
+
+
+@pytest.mark.long
+def test_ctrl_c_interrupts_what_is_in_a_session_behind_others() -> None:
+    with driver(f"{TIDY}# behind") as process:
+        os.killpg(process.pid, signal.SIGINT)
+        assert rest(process) == "is tidied up\nended 2\n"
 
 
 @pytest.mark.long
