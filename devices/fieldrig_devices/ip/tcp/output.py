@@ -97,8 +97,10 @@ def _send_data(connection: Connection, now_ns: int, emit: Emit, has_room: HasRoo
 
 
 def _is_worth_sending(connection: Connection, size: int, is_last: bool) -> bool:
+    """Data that were sent before are sent again also in a piece that a smaller window leaves (RFC 9293, 3.8.6)."""
     outgoing = connection.outgoing
-    return is_last or size == connection.mss or 2 * size >= outgoing.widest or connection.needs_probe
+    is_full = is_last or size == connection.mss or 2 * size >= outgoing.widest
+    return is_full or connection.needs_probe or outgoing.next < outgoing.highest
 
 
 def _segment(connection: Connection, start: int, flags: Flags, data: bytes = b"", mss: int | None = None) -> Segment:

@@ -152,6 +152,18 @@ def test_a_window_that_stays_small_is_used_after_a_while() -> None:
     assert places(peer, peer.take()) == [(4000, 300)]
 
 
+def test_a_window_that_shrinks_below_what_was_sent_delays_no_repetition() -> None:
+    """RFC 9293, 3.8.6: old data are repeated as always, between SND.UNA and SND.UNA + SND.WND."""
+    peer, _ = sending(3000, window=8192)
+    peer.act()
+    assert acknowledge(peer, 0, window=500) == []
+    peer.wait(1)
+    assert places(peer, peer.take()) == [(0, 500)]
+    peer.wait(2)
+    assert places(peer, peer.take()) == [(0, 500)]
+    assert acknowledge(peer, 500, window=500)[0] == (500, 500)
+
+
 def test_a_peer_without_the_option_gets_segments_of_536_bytes() -> None:
     peer = Peer()
     user = peer.connect(mss=None)
