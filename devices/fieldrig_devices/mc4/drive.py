@@ -30,7 +30,6 @@ from fieldrig_devices.hiperface.plate import NamePlate
 from fieldrig_devices.hiperface.plate_file import load_plate
 from fieldrig_devices.hiperface.shaft import TYPES, Turning
 from fieldrig_devices.mc4 import idns
-from fieldrig_devices.mc4.energy import SLOW_NS
 from fieldrig_devices.mc4.faults import MODELS
 from fieldrig_devices.mc4.front import front_of
 from fieldrig_devices.mc4.idn_points import idn_points
@@ -151,13 +150,20 @@ class Mc4(Device):
         if when_ns < self._timer.when_ns:
             self._timer.at(when_ns, self._on_tick)
 
+    def _next_tick_ns(self) -> int:
+        """Return when to look again.  All ticks are on one grid, so that those that a drive at rest leaves out change
+        nothing about the instants of the others."""
+        soon_ns = self._clock.now_ns() + 1
+        due_ns = soon_ns if self._is_busy else max(soon_ns, self.machine.energy.due_ns)
+        return -(-due_ns // TICK_NS) * TICK_NS
+
     def _on_change(self) -> None:
         side = self._side
         if side is None:
             return
         side.refresh()
         if not self.machine.is_cyclic:
-            self._wake_at(self._clock.now_ns() + (TICK_NS if self._is_busy else SLOW_NS))
+            self._wake_at(self._next_tick_ns())
         if self._wires is not None:
             self._publish("ready", self.machine.is_ready)
             self._publish("brake", self.machine.chain.is_brake_lifted)

@@ -144,7 +144,7 @@ class RingSide:
             self.on_moved()
         if not -self._most_error < axis.e < self._most_error:
             self._check_following()
-        feedback = self.feedback()
+        feedback = self._feedback.encode()
         is_still = self._may_repeat and axis.is_at_rest and self._feedback.is_of_the_axis
         self._still, self._still_value, self._still_since = feedback if is_still else None, value, axis.slow_cycles
         return self._status, feedback
@@ -161,7 +161,7 @@ class RingSide:
         machine.look()
         self._value(values[self._command_at])
         self._check_following()
-        return self._status, self.feedback()
+        return self._status, self._feedback.encode()
 
     def on_missed_cycle(self, values: tuple[int, ...]) -> tuple[int, bytes]:
         """Continue the set position at its last speed, so that the next command value continues it."""
@@ -169,9 +169,11 @@ class RingSide:
         self._look(values, self._clock.now_ns() - machine.at_ns - self._cycle_ns)
         if machine.follows and machine.operation_mode & 7 == 3:
             machine.axis.follow(machine.axis.set_increments + machine.axis.moved)
-        return self._status, self.feedback()
+        return self._status, self._feedback.encode()
 
     def feedback(self) -> bytes:
+        """Return the values at the present instant, before the ring's cycle advances the axis."""
+        self._machine.catch_up()
         return self._feedback.encode()
 
     def _look_at_slow_things(self) -> bool:
