@@ -62,13 +62,15 @@ class Continuations:
         return point
 
     def next(self, params: ua.BrowseNextParameters) -> list[ua.BrowseResult]:
-        return [self._next(point, params.ReleaseContinuationPoints) for point in params.ContinuationPoints]
+        """Return what follows, or nothing for points that are released (5.9.3.2)."""
+        results = [self._next(point) for point in params.ContinuationPoints if not params.ReleaseContinuationPoints]
+        for point in params.ContinuationPoints:
+            self._rest.pop(point, None)
+        return results
 
-    def _next(self, point: bytes, is_released: bool) -> ua.BrowseResult:
+    def _next(self, point: bytes) -> ua.BrowseResult:
         result = ua.BrowseResult()
         rest, most = self._rest.pop(point, ([], 0))
-        if is_released:
-            return result
         if not rest:
             result.StatusCode = ua.StatusCode(ua.StatusCodes.BadContinuationPointInvalid)
             return result

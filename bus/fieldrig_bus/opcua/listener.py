@@ -14,13 +14,13 @@ from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 from asyncua import Server, ua
-from asyncua.common.utils import Buffer
+from asyncua.common.utils import Buffer, ServiceError
 from asyncua.server.uaprocessor import UaProcessor
 from asyncua.ua.ua_binary import header_from_binary, struct_from_binary
 
 from fieldrig.outside.limits import Limits
 from fieldrig_bus.net import Connection, TcpServer
-from fieldrig_bus.opcua.requests import check_some
+from fieldrig_bus.opcua.requests import check_some, wrong_member
 from fieldrig_bus.opcua.session import Backend
 
 log = logging.getLogger(__name__)
@@ -69,7 +69,12 @@ class Processor(UaProcessor):  # type: ignore[misc]
         if self.session is not None and self.session.is_activated():
             response = await self._answer(typeid, body)
         if response is None:
-            goes_on: bool = await super()._process_message(typeid, requesthdr, seqhdr, body)
+            try:
+                goes_on: bool = await super()._process_message(typeid, requesthdr, seqhdr, body)
+            except ValueError as cause:
+                if status := wrong_member(cause):
+                    raise ServiceError(status) from cause
+                raise
             return goes_on
         self.session_last_activity = time.monotonic()
         self.session.touch()

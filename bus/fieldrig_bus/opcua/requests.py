@@ -4,7 +4,8 @@ Source: OPC 10000-4, 5.9.2 (Browse), 5.9.4 (TranslateBrowsePathsToNodeIds), 5.12
 service with a list.
 """
 
-from collections.abc import Sized
+import re
+from collections.abc import Mapping, Sized
 from typing import Any, Final
 
 from asyncua import ua
@@ -17,6 +18,12 @@ BAD_REFERENCE_TYPE: Final[int] = ua.StatusCodes.BadReferenceTypeIdInvalid
 BAD_BROWSE_NAME: Final[int] = ua.StatusCodes.BadBrowseNameInvalid
 BAD_NODE: Final[int] = ua.StatusCodes.BadNodeIdUnknown
 BAD_METHOD: Final[int] = ua.StatusCodes.BadMethodInvalid
+_NO_MEMBER: Final = re.compile(r".* is not a valid (MonitoringMode|TimestampsToReturn|BrowseDirection)")
+_WRONG_MEMBERS: Final[Mapping[str, int]] = {
+    "MonitoringMode": ua.StatusCodes.BadMonitoringModeInvalid,
+    "TimestampsToReturn": ua.StatusCodes.BadTimestampsToReturnInvalid,
+    "BrowseDirection": BAD_BROWSE_DIRECTION,
+}
 _DIRECTIONS: Final = frozenset({ua.BrowseDirection.Forward, ua.BrowseDirection.Inverse, ua.BrowseDirection.Both})
 
 
@@ -24,6 +31,12 @@ def check_some(items: Sized | None) -> None:
     """Raise ServiceError for a request whose list is empty."""
     if not items:
         raise ServiceError(BAD_NOTHING_TO_DO)
+
+
+def wrong_member(cause: ValueError) -> int:
+    """Return the status of a request in which the library has found a number that an enumeration lacks; else 0."""
+    match = _NO_MEMBER.fullmatch(str(cause))
+    return _WRONG_MEMBERS[match[1]] if match is not None else 0
 
 
 def with_status(result: Any, status: int) -> Any:

@@ -30,7 +30,7 @@ class Sampled(NamedTuple):
 def revised_ms(requested_ms: float, publishing_ms: float, fastest_ms: float) -> float:
     """Return the interval that the server uses; -1 asks for that of the subscription (OPC 10000-4, 5.13.1.2)."""
     wanted = publishing_ms if requested_ms < 0 else DEFAULT_MS if requested_ms == 0 else requested_ms
-    return min(max(wanted, fastest_ms), SLOWEST_MS)
+    return min(max(fastest_ms, wanted), SLOWEST_MS)  # in this order NaN becomes the fastest
 
 
 class Sampler:

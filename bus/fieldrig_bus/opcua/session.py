@@ -218,10 +218,19 @@ class Session(InternalSession):  # type: ignore[misc]
         for asked in params.ItemsToCreate:
             await self._space.ensure(asked.ItemToMonitor.NodeId)
             if asked.ItemToMonitor.AttributeId == ua.AttributeIds.EventNotifier:
+                if wrong := self._wrong_attribute(asked.ItemToMonitor.NodeId, asked.ItemToMonitor.AttributeId):
+                    results.append(ua.MonitoredItemCreateResult(StatusCode=ua.StatusCode(wrong)))
+                    continue
                 results += await super().create_monitored_items(replace(params, ItemsToCreate=[asked]))
             else:
                 results.append(await self._create_item(subscription, asked, params.TimestampsToReturn))
         return results
+
+    def _wrong_attribute(self, node_id: ua.NodeId, attribute: int) -> int:
+        """Return the status of an attribute that is not there, or of a node; 0 for one that is there."""
+        status = self.aspace.read_attribute_value(node_id, attribute).StatusCode
+        wrong = status.value in (BAD_NODE_ID_UNKNOWN, ua.StatusCodes.BadAttributeIdInvalid)
+        return status.value if wrong else 0
 
     async def _create_item(
         self,
@@ -354,9 +363,10 @@ class Session(InternalSession):  # type: ignore[misc]
 
     async def _write(self, asked: ua.WriteValue) -> int:
         node = self._space.node(asked.NodeId)
+        if wrong := self._wrong_attribute(asked.NodeId, asked.AttributeId):
+            return wrong
         if node is None:
-            is_known = asked.NodeId in self.aspace
-            return BAD_NOT_WRITABLE if is_known else BAD_NODE_ID_UNKNOWN
+            return BAD_NOT_WRITABLE
         if asked.AttributeId != _VALUE or node.kind is not Kind.VARIABLE or not node.is_writable:
             return BAD_NOT_WRITABLE
         if not self.may_write:

@@ -345,3 +345,69 @@ async def test_references_have_the_fields_that_are_asked_for(tmp_path: Path) -> 
         [first, *_] = (await browse(client, client.get_node("ns=2;i=1"), 0, mask=1 << 3)).References
         assert (first.BrowseName.Name, first.DisplayName.Text) == ("belt", None)
         assert first.NodeClass == ua.NodeClass.Unspecified
+
+
+@in_loop
+async def test_released_continuation_points_have_no_results(tmp_path: Path) -> None:
+    """OPC 10000-4, 5.9.3.2."""
+    async with server_bench(tmp_path) as bench, Client(bench.url) as client:
+        point = (await browse(client, client.get_node("ns=2;i=1"), 1)).ContinuationPoint
+        assert await client.uaclient.browse_next(ua.BrowseNextParameters(True, [point])) == []
+        [late] = await client.uaclient.browse_next(ua.BrowseNextParameters(False, [point]))
+        assert late.StatusCode.name == "BadContinuationPointInvalid"
+
+
+# ---- numbers that are none, and attributes that are not there
+
+
+@in_loop
+async def test_a_number_that_an_enumeration_lacks_has_the_status_of_its_parameter(tmp_path: Path) -> None:
+    async with server_bench(tmp_path) as bench, Client(bench.url) as client:
+        subscription = await client.create_subscription(20, Heard())
+        item: Any = ua.MonitoredItemCreateRequest(ItemToMonitor=ua.ReadValueId(client.get_node(POSITION).nodeid))
+        item.MonitoringMode = 3
+        create: Any = ua.CreateMonitoredItemsParameters(subscription.subscription_id, 2, [item])
+        assert await status_of(client.uaclient.create_monitored_items(create)) == "BadMonitoringModeInvalid"
+        mode: Any = ua.SetMonitoringModeParameters(subscription.subscription_id, 7, [1])
+        assert await status_of(client.uaclient.set_monitoring_mode(mode)) == "BadMonitoringModeInvalid"
+        read: Any = ua.ReadParameters(TimestampsToReturn=9, NodesToRead=[item.ItemToMonitor])
+        assert await status_of(client.uaclient.read(read)) == "BadTimestampsToReturnInvalid"
+        asked: Any = ua.BrowseDescription(client.get_node("ns=2;i=1").nodeid, 9)
+        browsed = ua.BrowseParameters(NodesToBrowse=[asked])
+        assert await status_of(client.uaclient.browse(browsed)) == "BadBrowseDirectionInvalid"
+
+
+@in_loop
+async def test_an_attribute_that_a_node_lacks_is_neither_written_nor_watched(tmp_path: Path) -> None:
+    async with server_bench(tmp_path) as bench, Client(bench.url) as client:
+        node = client.get_node(POSITION)
+        written = [
+            ua.WriteValue(node_id, attribute, Value=ua.DataValue(ua.Variant(1.0, ua.VariantType.Double)))
+            for node_id, attribute in (
+                (node.nodeid, 99),
+                (node.nodeid, 12),
+                (ua.NodeId(2253), 13),
+                (ua.NodeId(1, 9), 13),
+            )
+        ]
+        results = await client.uaclient.write(ua.WriteParameters(written))
+        assert [result.name for result in results] == ["BadAttributeIdInvalid"] * 3 + ["BadNodeIdUnknown"]
+        subscription = await client.create_subscription(20, Heard())
+        read = ua.ReadValueId(node.nodeid, ua.AttributeIds.EventNotifier)
+        create = ua.CreateMonitoredItemsParameters(
+            subscription.subscription_id, ua.TimestampsToReturn.Both, [ua.MonitoredItemCreateRequest(read)]
+        )
+        [result] = await client.uaclient.create_monitored_items(create)
+        assert result.StatusCode.name == "BadAttributeIdInvalid"
+
+
+@in_loop
+async def test_a_sampling_interval_that_is_no_number_is_the_fastest(tmp_path: Path) -> None:
+    async with server_bench(tmp_path) as bench, Client(bench.url) as client:
+        subscription = await client.create_subscription(20, Heard())
+        item = ua.MonitoredItemCreateRequest(ua.ReadValueId(client.get_node(POSITION).nodeid, ua.AttributeIds.Value))
+        item.RequestedParameters.SamplingInterval = float("nan")
+        create = ua.CreateMonitoredItemsParameters(subscription.subscription_id, ua.TimestampsToReturn.Both, [item])
+        [result] = await client.uaclient.create_monitored_items(create)
+        assert result.StatusCode.is_good()
+        assert 0 < result.RevisedSamplingInterval <= 100
