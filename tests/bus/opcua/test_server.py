@@ -92,9 +92,8 @@ async def test_a_write_is_carried_out_or_refused_with_its_status(tmp_path: Path)
         assert await code_of(position.write_value(ua.Variant(7, ua.VariantType.Int32))) == "BadTypeMismatch"
         assert await code_of(position.write_value(-1.0)) == "BadOutOfRange"
         assert await code_of(client.get_node("ns=2;s=belt.On").write_value(False)) == "BadNotWritable"
-        assert (
-            await code_of(client.get_node("ns=2;s=belt").write_value(False)) == "BadAttributeIdInvalid"
-        )  # an object has no value
+        belt = client.get_node("ns=2;s=belt")  # an object, which has no value
+        assert await code_of(belt.write_value(False)) == "BadAttributeIdInvalid"
         assert await code_of(client.get_node("ns=2;s=none").write_value(False)) == "BadNodeIdUnknown"
         assert bench.plc.values == {"belt.Position": 7.25, "belt.On": True}
 
