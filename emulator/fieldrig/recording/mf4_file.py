@@ -12,7 +12,7 @@ from array import array
 from collections.abc import Iterator, Mapping
 from math import isnan, nan
 from tempfile import NamedTemporaryFile, TemporaryFile
-from typing import Any, BinaryIO, Final
+from typing import IO, Any, BinaryIO, Final
 
 from fieldrig.clock import S
 from fieldrig.recording.files import RowsFile
@@ -94,7 +94,7 @@ class Mf4File(RowsFile):
 class _Samples:
     """The samples of a signal, in a file that all signals share; whole numbers beyond 2^53 are beside their floats."""
 
-    def __init__(self, file: BinaryIO) -> None:
+    def __init__(self, file: IO[bytes]) -> None:
         self._file = file
         self._times, self._numbers = array("q"), array("d")
         self._beyond: dict[int, int] = {}
