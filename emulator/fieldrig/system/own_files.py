@@ -16,6 +16,8 @@ from fieldrig.errors import RigError
 FOLDER_MODE: Final = 0o700
 FILE_MODE: Final = 0o600
 NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
+NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
+"""A named pipe would keep its opener waiting for another end; for a plain file the flag does nothing."""
 OTHERS_MAY_WRITE: Final = stat.S_IWGRP | stat.S_IWOTH
 HAS_OWNERS: Final = hasattr(os, "geteuid")
 
@@ -94,7 +96,12 @@ def open_own(path: Path, flags: int) -> int:
     OSError if that is not possible, also for a link; PermissionError for a file of another user, or one that is not a
     plain file.
     """
-    fd = os.open(path, flags | NO_LINK, FILE_MODE)
+    try:
+        fd = os.open(path, flags | NO_LINK | NO_WAIT, FILE_MODE)
+    except OSError as cause:
+        if cause.errno != errno.ENXIO:
+            raise
+        raise PermissionError(1, "not a plain file of this user", str(path)) from cause
     about = os.fstat(fd)
     is_ours = not hasattr(os, "geteuid") or about.st_uid == os.geteuid()
     if HAS_OWNERS and not (is_ours and stat.S_ISREG(about.st_mode) and about.st_nlink == 1):

@@ -226,6 +226,14 @@ def test_a_second_name_of_a_file_is_not_written(tmp_path: Path, precious: Path) 
         open_own(tmp_path / "log", os.O_WRONLY | os.O_APPEND)
 
 
+@pytest.mark.parametrize("flags", [os.O_RDONLY, os.O_RDWR, os.O_WRONLY | os.O_CREAT | os.O_APPEND])
+def test_a_named_pipe_is_refused_at_once(flags: int, tmp_path: Path) -> None:
+    pipe = tmp_path / "processes.lock"
+    os.mkfifo(pipe)
+    with pytest.raises(PermissionError, match="not a plain file"):
+        open_own(pipe, flags)
+
+
 @AS_ROOT
 def test_a_file_of_another_user_is_not_opened(tmp_path: Path, precious: Path) -> None:
     os.chown(precious, OTHER_USER, OTHER_USER)
