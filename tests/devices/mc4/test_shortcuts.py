@@ -35,6 +35,7 @@ The fold takes sixteen steps at once, by a matrix that was rounded beforehand, s
 The loops of the drive damp the difference: it stays below 1e-10 of a rad, rad/s, N m, K or V.
 """
 MOST_OFF = 1e-10
+NUMBER = re.compile(r"-?\d+\.(\d+)(?!\d*e)")
 
 
 @cache
@@ -53,6 +54,26 @@ def differences(found: Line, plain: Line) -> Iterator[tuple[str, object, object]
                 value, wanted = state.get(path, "missing"), other.get(path, "missing")
                 if value != wanted and not OF_THE_SHORTCUTS.search(path):
                     yield path, value, wanted
+
+
+def told_otherwise(found: Line, plain: Line) -> list[tuple[str, str]]:
+    """Return what was not said alike.
+
+    A number of a wire has six or nine decimals, and the last may be another one where the fold is off by a part of it.
+    """
+    pairs = zip(found.said, plain.said, strict=True)
+    return [(said, other) for said, other in pairs if said != other and not _is_rounded_otherwise(said, other)]
+
+
+def _is_rounded_otherwise(said: str, other: str) -> bool:
+    numbers, others = list(NUMBER.finditer(said)), list(NUMBER.finditer(other))
+    if NUMBER.sub("", said) != NUMBER.sub("", other) or len(numbers) != len(others):
+        return False
+    for number, wanted in zip(numbers, others, strict=True):
+        decimals = 9 if max(len(number[1]), len(wanted[1])) > 6 else 6
+        if float(number[0]) != pytest.approx(float(wanted[0]), rel=0, abs=1.01 * 10**-decimals):
+            return False
+    return True
 
 
 @pytest.mark.long
@@ -74,7 +95,7 @@ def test_drives_say_the_same_without_the_fold_and_keep_the_same_but_for_last_bit
     found = with_all(seed, wires)
     with plain_forms(FOLD.name, FOLLOWING.name):
         plain = course(seed, wires, LOADS)
-    assert found.said == plain.said
+    assert told_otherwise(found, plain) == []
     off = list(differences(found, plain))
     assert [path for path, _, _ in off if not LAST_BITS.search(path)] == []
     assert any(path.endswith("axis.v") for path, _, _ in off)  # the two forms are not one
@@ -86,8 +107,9 @@ def test_drives_say_the_same_without_the_fold_and_keep_the_same_but_for_last_bit
 @settings(max_examples=6, deadline=None)
 @given(st.integers(3, 1 << 30), st.booleans())
 @example(103, False)  # a free motor turns while the ring comes back
+@example(216, True)  # the ninth decimal of a position is another one with the fold
 def test_drives_say_the_same_without_any_shortcut(seed: int, wires: bool) -> None:
     found = course(seed, wires, LOADS)
     with plain_forms(*ALL):
         plain = course(seed, wires, LOADS)
-    assert found.said == plain.said
+    assert told_otherwise(found, plain) == []
