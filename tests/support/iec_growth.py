@@ -295,6 +295,7 @@ DEEP: Final[dict[str, Callable[[int], str]]] = {
     "negations": lambda n: main("", f"b := {'NOT ' * n}b;"),
     "signs": lambda n: main("", f"x := {'- ' * n}y;"),
     "calls": lambda n: main("", f"x := {nested(n, 'ABS(', 'x', ')')};"),
+    "shifted literals": lambda n: main("d : DWORD;", f"x := {nested(n, 'BOOL_TO_INT(SHL(1, ', '1', ') = d)')};"),
     "indexes": lambda n: main("a : ARRAY[0..9] OF INT;", f"x := {nested(n, 'a[', 'x', ']')};"),
     "powers": lambda n: main("r : REAL;", f"r := {chain(n, 'r', ' ** ')};"),
     "operators to the right": lambda n: main("", f"x := {nested(n, '1 + (', '1', ')')};"),

@@ -3,13 +3,13 @@
 from collections import ChainMap
 from collections.abc import Mapping, MutableMapping
 from itertools import chain
-from typing import Final
+from typing import Final, NamedTuple
 
 from fieldrig_devices.iec.check.extension import Extension
 from fieldrig_devices.iec.check.project import Entity, PouSource, Project
 from fieldrig_devices.iec.library import intrinsics
-from fieldrig_devices.iec.program import Pou, Space, Variable
-from fieldrig_devices.iec.tree import Call, Node, Position, PouKind, Section
+from fieldrig_devices.iec.program import Expression, Pou, Space, Variable
+from fieldrig_devices.iec.tree import Binary, Call, Node, Position, PouKind, Section
 from fieldrig_devices.iec.types import Type
 from fieldrig_devices.languages.mistakes import Code
 
@@ -31,6 +31,14 @@ def position_of(node: Node) -> Position:
     return node.called.position if isinstance(node, Call) else node.position
 
 
+class Checked(NamedTuple):
+    """An operation that was checked, with what keeps its identities."""
+
+    node: Binary
+    wanted: Type | None
+    value: Expression | None
+
+
 class Context:
     def __init__(
         self, project: Project, source: PouSource | None, file: str, pou: Pou | None = None, level: int = 0
@@ -50,6 +58,9 @@ class Context:
         """How many steps above the function block the code was declared that is checked; SUPER^ is above it."""
         self.listed: Mapping[str, str] = {}
         """The names of the list of global variables that is declared, with those by which the project knows them."""
+        self.operations: dict[tuple[int, int], Checked] | None = None
+        """Operations by the identities of their trees and of the types that were wanted; None outside of an operation
+        whose operands may be checked twice."""
         self._unknown: set[str] = set()
         self._hidden = 0
 

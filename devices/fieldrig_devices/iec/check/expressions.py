@@ -26,7 +26,7 @@ from fieldrig_devices.iec.check import (
     writing,
 )
 from fieldrig_devices.iec.check.checker import Checker, Meaning
-from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.context import Checked, Context
 from fieldrig_devices.iec.check.literal_only import takes_its_type_from_outside
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
@@ -250,12 +250,39 @@ _OPERATORS: Final = {operator.value: operator for operator in Operator}
 
 
 def _binary(checker: Checker, node: tree.Binary, wanted: Type | None) -> Expression | None:
-    """Check the operators of a chain from left to right."""
+    """Check an operation, once for each type that is wanted.
+
+    An operand such as `SHL(1, n + 1)` is checked again when the type of the other one is known.  What is inside it is
+    not, or the work would double with each level.
+    """
     chain = [node]
     first = node.left
     while isinstance(first, tree.Binary):
         chain.append(first)
         first = first.left
+    known = checker.context.operations
+    if known is None:
+        if not any(map(_may_be_checked_twice, (first, *(each.right for each in chain)))):
+            return _chain(checker, first, chain, wanted)
+        known = checker.context.operations = {}
+        try:
+            return _chain(checker, first, chain, wanted)
+        finally:
+            checker.context.operations = None
+    key = id(node), id(wanted)
+    if key not in known:
+        known[key] = Checked(node, wanted, _chain(checker, first, chain, wanted))
+    return known[key].value
+
+
+def _may_be_checked_twice(node: tree.Expression) -> bool:
+    return isinstance(node, tree.Call | tree.Unary) and takes_its_type_from_outside(node)
+
+
+def _chain(
+    checker: Checker, first: tree.Expression, chain: list[tree.Binary], wanted: Type | None
+) -> Expression | None:
+    """Check the operators of a chain from left to right."""
     value = _EXPRESSIONS[type(first)](checker, first, wanted)
     while chain:
         value = _with_right_side(checker, value, chain.pop(), wanted)
