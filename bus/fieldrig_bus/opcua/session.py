@@ -54,7 +54,6 @@ class Backend(InternalServer):  # type: ignore[misc]
         super().__init__(user_manager=users)
         # The server's own session, which passes events on, has the library's service as well.
         own = Subscriptions(self.aspace, self)
-        own.note_limit = self.note_limit
         own.standard_events = self.isession.subscription_service.standard_events
         self.subscription_service: Subscriptions = own
         self.isession.subscription_service = own

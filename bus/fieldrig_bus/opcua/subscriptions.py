@@ -91,9 +91,6 @@ class Subscription(InternalSubscription):  # type: ignore[misc]
 class Subscriptions(SubscriptionService):  # type: ignore[misc]
     """The subscriptions of all sessions."""
 
-    note_limit: Callable[[str, str], None]
-    """Called with a limit that a client has reached, and what it is."""
-
     async def create_subscription(
         self,
         params: ua.CreateSubscriptionParameters,
@@ -102,7 +99,7 @@ class Subscriptions(SubscriptionService):  # type: ignore[misc]
         request_callback: Callable[..., Any] | None = None,
     ) -> ua.CreateSubscriptionResult:
         if len(self.subscriptions) >= MOST_SUBSCRIPTIONS:
-            self.note_limit("subscriptions over the limit", f"{MOST_SUBSCRIPTIONS} subscriptions are open")
+            self.iserver.note_limit("subscriptions over the limit", f"{MOST_SUBSCRIPTIONS} subscriptions are open")
             raise ServiceError(ua.StatusCodes.BadTooManySubscriptions)
         self._sub_id_counter += 1
         result = ua.CreateSubscriptionResult()

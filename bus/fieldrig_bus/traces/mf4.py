@@ -23,7 +23,7 @@ from typing import Any, BinaryIO, Final
 
 from fieldrig.clock import MS, US, S
 from fieldrig.errors import UsageError
-from fieldrig.traces.mf4_library import asammdf
+from fieldrig.traces.mf4_library import LINEAR, asammdf, count_nanoseconds
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
@@ -59,8 +59,6 @@ _FIELDS: Final = (
 _COMPRESSED: Final = 1
 _FLOAT_STEP: Final = 256
 """Steps of a float of nanoseconds of our days: asammdf has the start of a file as one, if it is given a time of day."""
-_LINEAR: Final = 1
-"""The type of a conversion by a factor and an offset."""
 
 
 def recognises(head: bytes) -> bool:
@@ -91,7 +89,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
 class _Writer:
     def __init__(self, library: Any, start_ns: int) -> None:
         import numpy
-        from asammdf.blocks.v4_blocks import ChannelConversion, SourceInformation
+        from asammdf.blocks.v4_blocks import SourceInformation
         from asammdf.blocks.v4_constants import BUS_TYPE_CAN, SOURCE_BUS
 
         self._numpy, self._start_ns = numpy, start_ns
@@ -112,9 +110,7 @@ class _Writer:
             source = SourceInformation(source_type=SOURCE_BUS, bus_type=BUS_TYPE_CAN)
             empty = numpy.array([], dtype=self._types[name])
             self._mdf.append(library.Signal(name=name, samples=empty, timestamps=self._instants([]), source=source))
-            group = len(self._types) - 1
-            master = self._mdf.groups[group].channels[self._mdf.masters_db[group]]
-            master.conversion = ChannelConversion(conversion_type=_LINEAR, a=1 / S, b=0.0)
+            count_nanoseconds(self._mdf, len(self._types) - 1)
 
     def add(self, time_ns: int, bus: str, fields: Fields) -> None:
         if self._channels.get(bus) is None:
@@ -267,7 +263,7 @@ def _whole_times_ns(mdf: Any, number: int, offset: int) -> list[int]:
     """Return the instants of rows whose times are whole numbers of a unit, exactly; none if they are floats."""
     place = mdf.masters_db.get(number)
     conversion = None if place is None else mdf.groups[number].channels[place].conversion
-    if conversion is None or conversion.conversion_type != _LINEAR:
+    if conversion is None or conversion.conversion_type != LINEAR:
         return []
     raw, _ = mdf.get(group=number, index=place, record_offset=offset, record_count=ROWS, raw=True, samples_only=True)
     if raw.dtype.kind not in "iu":

@@ -65,10 +65,11 @@ def look_at(file: Path, overrides: Sequence[str]) -> "tuple[RigConfig | None, li
     from fieldrig.faults.milestones import wrong_conditions
 
     config, right, mistakes = look_through(file, overrides)
-    mistakes = [*mistakes, *try_devices(right), *wrong_conditions(gather(file, overrides), right)]
+    source = gather(file, overrides)
+    mistakes = [*mistakes, *try_devices(right), *wrong_conditions(source, right)]
     doubts = [_placed(doubt, device) for device in right for doubt in device.settings.doubts()]
     if config is not None:
-        doubts += near_names(gather(file, overrides), config.buses, config.devices)
+        doubts += near_names(source, config.buses, config.devices)
     return config, mistakes, list(dict.fromkeys(doubts))
 
 

@@ -14,10 +14,9 @@ from math import isnan, nan
 from tempfile import NamedTemporaryFile, TemporaryFile
 from typing import IO, Any, BinaryIO, Final
 
-from fieldrig.clock import S
 from fieldrig.recording.files import RowsFile
 from fieldrig.recording.signals import Column, Sort
-from fieldrig.traces.mf4_library import asammdf
+from fieldrig.traces.mf4_library import asammdf, count_nanoseconds
 
 ROWS: Final = 10_000
 """Samples of a signal that wait in memory, at most."""
@@ -29,8 +28,6 @@ LAST: Final = (1 << 64) - 1
 WHOLE: Final = struct.Struct("<H9s")
 EXACT: Final = 1 << 53
 """Whole numbers up to this one are exact as floats."""
-_LINEAR: Final = 1
-"""The type of a conversion by a factor and an offset."""
 
 
 class Mf4File(RowsFile):
@@ -61,7 +58,6 @@ class Mf4File(RowsFile):
 
     def _append(self, library: Any, mdf: Any, column: Column, place: int) -> None:
         import numpy
-        from asammdf.blocks.v4_blocks import ChannelConversion
 
         samples = self._samples[place]
         whole = samples.whole_type if column.kind is Sort.NUMBER else ""
@@ -71,8 +67,7 @@ class Mf4File(RowsFile):
             options["invalidation_bits"] = numpy.array([], dtype=bool)
         times = numpy.array([], dtype="<i8")
         mdf.append(library.Signal(numpy.array([], dtype=kind), times, unit=column.unit, name=column.name, **options))
-        master = mdf.groups[place].channels[mdf.masters_db[place]]
-        master.conversion = ChannelConversion(conversion_type=_LINEAR, a=1 / S, b=0.0)
+        count_nanoseconds(mdf, place)
         for times_ns, numbers in samples.chunks():
             values = [0 if isnan(each) else int(each) for each in numbers] if whole else self._floats(place, numbers)
             invalid = numpy.array([isnan(each) for each in numbers]) if whole else None

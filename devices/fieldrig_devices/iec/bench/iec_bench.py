@@ -29,8 +29,8 @@ class IecBench(ProgramBench):
         self._used: dict[str, int] = {}
         """How many instances of each block this test has."""
         self._blocks: list[tuple[Wrapper | None, Block]] = []
-        self._read: dict[str, Symbol] = {}
-        """The variables that this test has read by their paths."""
+        self._read: dict[str, None] = {}
+        """The paths of the variables that this test has read, in this order."""
 
     @property
     def now_ns(self) -> int:
@@ -77,7 +77,7 @@ class IecBench(ProgramBench):
 
     def get(self, path: str) -> Any:
         symbol = self._symbol(path)
-        self._read[symbol.path] = symbol
+        self._read[symbol.path] = None
         return view(self._program.runtime, symbol)
 
     def set(self, path: str, value: Any) -> None:
