@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from plc_project import project
 from st_tests import one
 from typer.testing import CliRunner
 
@@ -110,18 +111,10 @@ AssertTrue(message.eSeverity = TcEventSeverity.Critical, 'critical');
 TEST_FINISHED();
 END_FUNCTION_BLOCK
 """
-PROJECT = """<?xml version="1.0"?>
-<Project xmlns="http://schemas.microsoft.com/developer/msbuild/2003"><PropertyGroup><Name>Plc</Name></PropertyGroup>
-<ItemGroup><Compile Include="OvenTest.st"/></ItemGroup></Project>
-"""
 
 
 def test_a_suite_has_the_events_of_its_project(tmp_path: Path) -> None:
-    plc = tmp_path / "Plc"
-    plc.mkdir()
     (tmp_path / "Oven.tmc").write_text(TMC)
-    (plc / "Plc.plcproj").write_text(PROJECT)
-    (plc / "OvenTest.st").write_text(SUITE)
-    done = CliRunner().invoke(app, ["test", str(plc / "Plc.plcproj")])
+    done = CliRunner().invoke(app, ["test", str(project(tmp_path / "Plc", {"OvenTest.st": SUITE}))])
     assert done.exit_code == 0, done.output
     assert "1 test: 1 passed" in done.output

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from plc_project import project
 from typer.testing import CliRunner
 
 from fieldrig_devices.iec.commands import app
@@ -44,19 +45,11 @@ VAR suite : GaugeTest; END_VAR
 TcUnit.RUN();
 END_PROGRAM
 """
-PLCPROJ = """<?xml version="1.0"?>
-<Project xmlns="http://schemas.microsoft.com/developer/msbuild/2003"><PropertyGroup><Name>Plc</Name></PropertyGroup>
-<ItemGroup><Compile Include="Gauge.st"/></ItemGroup></Project>
-"""
 
 
 def test_a_suite_moves_inputs_by_its_own_outputs(tmp_path: Path) -> None:
-    plc = tmp_path / "Plc"
-    plc.mkdir()
     (tmp_path / "Plc.tsproj").write_text(TSPROJ)
-    (plc / "Plc.plcproj").write_text(PLCPROJ)
-    (plc / "Gauge.st").write_text(SOURCE)
-    done = CliRunner().invoke(app, ["test", str(plc / "Plc.plcproj")])
+    done = CliRunner().invoke(app, ["test", str(project(tmp_path / "Plc", {"Gauge.st": SOURCE}))])
     assert done.exit_code == 0, done.output
     assert "1 test: 1 passed" in done.output
 

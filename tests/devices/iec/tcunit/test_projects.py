@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from plc_project import HEAD, PROJECT, project
 from tcunit_bench import SuiteBench, suite
 
 from fieldrig.errors import UsageError
@@ -12,24 +13,6 @@ from fieldrig_devices.iec.tcunit.bench import Bench
 from fieldrig_devices.iec.tcunit.project import opened, projects_in
 from fieldrig_devices.iec.testing.case import Limits, Verdict
 from fieldrig_devices.iec.testing.suites import sources_in
-
-HEAD = '<?xml version="1.0" encoding="utf-8"?>\n'
-PROJECT = (
-    HEAD
-    + """<Project DefaultTargets="Build" xmlns="http://schemas.microsoft.com/developer/msbuild/2003">
-  <PropertyGroup><Name>{name}</Name><Title>{title}</Title></PropertyGroup>
-  <ItemGroup>{files}</ItemGroup>
-  <ItemGroup>{references}</ItemGroup>
-</Project>
-"""
-)
-TCUNIT = """
-<PlaceholderReference Include="TcUnit"><Namespace>TcUnit</Namespace>
-  <Parameters><Parameter ListName="GVL_PARAM_TCUNIT">
-    <Key>LOGEXTENDEDRESULTS</Key><Value>FALSE</Value>
-  </Parameter></Parameters>
-</PlaceholderReference>
-"""
 
 
 def pou(name: str, declaration: str, body: str = "") -> str:
@@ -52,21 +35,6 @@ def task(program: str, cycle_us: int) -> str:
         f'{HEAD}<TcPlcObject Version="1.1.0.1"><Task Name="PlcTask" Id="{{0}}"><CycleTime>{cycle_us}</CycleTime>'
         f"<Priority>20</Priority><PouCall><Name>{program}</Name></PouCall></Task></TcPlcObject>\n"
     )
-
-
-def project(folder: Path, files: dict[str, str], *references: str, title: str = "") -> Path:
-    """Write a project, whose file names may have folders in them as TwinCAT writes them."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
-        path = folder / name.replace("\\", "/")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    included = "".join(f'<Compile Include="{name}"><SubType>Code</SubType></Compile>' for name in files)
-    path = folder / f"{folder.name}.plcproj"
-    path.write_text(
-        PROJECT.format(name=folder.name, title=title, files=included, references="".join((TCUNIT, *references)))
-    )
-    return path
 
 
 SUITE = pou(
