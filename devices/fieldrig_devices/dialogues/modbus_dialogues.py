@@ -76,10 +76,12 @@ class ModbusDialogues:
         """The request of each serial line."""
         self.is_concerned = False
         """True if the last message was a request or an answer, so that it belongs to an exchange or is a `Stray`."""
+        self.request: ModbusRequest | None = None
+        """The last message, if it was a request."""
 
     def take(self, number: int, entry: TraceEntry) -> Sequence[Dialogue]:
         """Take a message, and return the exchanges that it ends; a response without a request is a `Stray`."""
-        self.is_concerned = False
+        self.is_concerned, self.request = False, None
         if entry.family != "modbus":
             return ()
         try:
@@ -88,6 +90,7 @@ class ModbusDialogues:
             return ()
         self.is_concerned = isinstance(message, ModbusRequest | ModbusResponse | DamagedAnswer)
         if isinstance(message, ModbusRequest):
+            self.request = message
             return self._asked(number, entry, message)
         if isinstance(message, ModbusResponse):
             return self._answered(number, entry, message)

@@ -44,6 +44,8 @@ class ModbusStats:
         self.units: dict[tuple[str, int], UnitStats] = {}
         """The units of each server; its address is empty where there are no addresses."""
         self._dialogues, self._servers = ModbusDialogues(), Servers()
+        self._early: set[int] = set()
+        """Open requests whose server is not known yet, by their numbers in the log."""
 
     def take(self, number: int, entry: TraceEntry) -> None:
         for dialogue in self._dialogues.take(number, entry):
@@ -51,6 +53,13 @@ class ModbusStats:
                 self._count(dialogue)
             else:
                 self._stray(entry)
+        if (request := self._dialogues.request) is None:
+            return
+        server = self._servers.known(entry.sender)
+        if server is None:
+            self._early.add(number)
+        else:
+            self._unit(server, request.unit).requests.add(entry.time_ns, len(request.pdu))
 
     def close(self) -> None:
         """Count what is open at the end of the log."""
@@ -61,7 +70,9 @@ class ModbusStats:
     def _count(self, exchange: ModbusExchange) -> None:
         unit = self._unit(self._servers.server_of(exchange), exchange.unit)
         unit.answers.take_modbus(exchange)
-        unit.requests.add(exchange.begin_ns, len(exchange.request))
+        if exchange.entries[0] in self._early:
+            self._early.remove(exchange.entries[0])
+            unit.requests.add(exchange.begin_ns, len(exchange.request))
 
     def _stray(self, entry: TraceEntry) -> None:
         message = decode(entry.data)

@@ -26,6 +26,10 @@ class Servers:
                 self._of_clients.popitem(last=False)
         return self._of_clients.get(exchange.client, "")
 
+    def known(self, client: str) -> str | None:
+        """Return the server of a client; empty where there are no addresses, None as long as nothing was answered."""
+        return self._of_clients.get(client) if is_address(client) else ""
+
     def unit_words(self, exchange: ModbusExchange, unit: str) -> str:
         """Return `unit 1`, or `unit 1 of 10.0.0.5:502` in a capture of a network."""
         server = self.server_of(exchange)

@@ -1,6 +1,7 @@
 """`fieldrig trace stats`: figures of small logs, which can be counted by hand."""
 
 import json
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from fieldrig.clock import MS
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.trace_files import write
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.modbus.codec import encode
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.log_stats.can_stats import MOST_IDENTIFIERS
 from fieldrig_devices.log_stats.log_stats import LogStats
@@ -112,6 +114,25 @@ def test_servers_of_a_network_have_units_of_their_own() -> None:
     (modbus,) = figures(log)["buses"]
     times = [(unit["server"], unit["answer_times"]["max_ns"], unit["unanswered"]) for unit in modbus["units"]]
     assert times == [("10.0.0.2:502", 3 * MS, 0), ("10.0.0.3:502", MS, 1)]
+
+
+def test_the_period_of_requests_is_that_of_asking_whenever_the_answers_come() -> None:
+    """A request without an answer ends with the log, and answers of one client overtake those of the other."""
+    ask, value = b"\x03\x00\x00\x00\x01", b"\x03\x02\x00\x01"
+    log: list[TraceEntry] = []
+    for number in range(20):
+        at_ns, exchange, has_early_answer = number * 10 * MS, number % 2 << 16 | number, number % 2 == 0 or number == 1
+        request = encode(ModbusRequest(1, ask, exchange))
+        log.append(TraceEntry(at_ns, "mb", "modbus", f"10.0.0.1:400{number % 2}", request))
+        if number % 5 != 3:
+            answered_ns = at_ns + (4 if has_early_answer else 17) * MS
+            response = encode(ModbusResponse(1, value, exchange))
+            log.append(TraceEntry(answered_ns, "mb", "modbus", "10.0.0.2:502", response))
+    log.sort(key=attrgetter("time_ns"))
+    (modbus,) = figures(log)["buses"]
+    (unit,) = modbus["units"]
+    assert (unit["requests"]["count"], unit["reads"], unit["unanswered"]) == (20, 20, 4)
+    assert (unit["requests"]["period_ns"], unit["requests"]["jitter_ns"]) == (10 * MS, 0)
 
 
 def test_a_million_identifiers_take_no_more_memory_than_many() -> None:
