@@ -157,7 +157,7 @@ class CanLog:
 
     def _tell(self, time_ns: int, node_id: int, command: Command) -> None:
         node = self.node(node_id)
-        node.life.command(time_ns, command)
+        node.life.command(time_ns, command, is_on=node.is_seen)
         if command in RESETS:
             node.objects.forget()
 

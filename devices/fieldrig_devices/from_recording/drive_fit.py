@@ -1,6 +1,7 @@
 """The personality of a drive that fits a recording best, and the single differences that remain."""
 
 from collections.abc import Mapping
+from math import isinf
 from typing import Any, Final, NamedTuple, get_args
 
 from fieldrig_devices.cia402.single.personality import Name, PersonalitySettings, rows_of
@@ -82,7 +83,7 @@ def _is_alike(key: str, behaviour: Mapping[str, Any], value: Any) -> bool:
         case "modes":
             return expected is None or {mode for mode in expected if mode > 0} == set(value)
         case "bit_14" | "bit_15":
-            return bool((expected != "none") == value)
+            return bool(expected != "none")
         case "voltage_bit":
             return bool((expected == "enabled") == value)
         case "mode_display_ms" if behaviour["mode_display"] == "enabled":
@@ -99,8 +100,11 @@ def _number(logs: ObjectLogs, key: str) -> int | None:
 
 
 def _plain(value: Any) -> Any:
-    """Return a sign as the rig file has it; a delay is its middle."""
-    return float(f"{(value.least_ms + value.most_ms) / 2:.3g}") if isinstance(value, Delay) else value
+    """Return a sign as the rig file has it; a delay is its middle, or what it is at least."""
+    if not isinstance(value, Delay):
+        return value
+    usual_ms = value.least_ms if isinf(value.most_ms) else (value.least_ms + value.most_ms) / 2
+    return float(f"{usual_ms:.3g}")
 
 
 def _why(best: str | None, scores: Mapping[str | None, tuple[int, int]], signs: Signs) -> list[str]:
@@ -116,5 +120,7 @@ def _why(best: str | None, scores: Mapping[str | None, tuple[int, int]], signs: 
 def _shown(value: Any) -> str:
     if isinstance(value, Delay):
         low, high = f"{value.least_ms:.3g}", f"{value.most_ms:.3g}"
+        if isinf(value.most_ms):
+            return f"at least {low}"
         return low if low == high else f"{low} to {high}"
     return str(value).lower() if isinstance(value, bool) else str(value)

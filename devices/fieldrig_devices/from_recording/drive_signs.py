@@ -1,12 +1,14 @@
 """The signs by which real drives differ, as far as a recording shows them.
 
 Each sign is a key of a drive's `behaviour` with the value that the recording shows; a sign that it does not show is
-left out.  The signs of bits 4, 14 and 15 are whether they mean the enabled drive, and whether they were ever set.
+left out.  The sign of bit 4 is whether it means the enabled drive.  Those of bits 14 and 15 are that they were set: the
+drive may have done nothing that would set them, such as turning backwards.
 
 Source: CiA 402-2 for the words, docs/devices/drive-personalities.md for the differences.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from math import inf
 from typing import Any, Final, NamedTuple
 
 from fieldrig.clock import MS
@@ -21,6 +23,8 @@ VOLTAGE, REMOTE, ACKNOWLEDGE, BIT_14, BIT_15 = 0x10, 0x200, 0x1000, 0x4000, 0x80
 COMMAND_MASK, ENABLE, NEW_SET_POINT = 0x8F, 0x0F, 0x10
 HOMING, POSITIONING = 6, 1
 REACHED: Final = 0x400
+ATTAINED: Final = ACKNOWLEDGE
+"""Bit 12 of the status word, which says in homing that a method has found its place."""
 FEWEST_WORDS: Final = 3
 SOON_NS: Final = 5 * MS
 LATEST_MS: Final = 2_000.0
@@ -30,7 +34,7 @@ Signs = dict[str, Any]
 
 
 class Delay(NamedTuple):
-    """A time that lies between two instants at which the master looked, in milliseconds."""
+    """A time that lies between two instants at which the master looked, in milliseconds; the second may be infinite."""
 
     least_ms: float
     most_ms: float
@@ -57,8 +61,9 @@ def _bits(log: NodeLog, words: Sequence[Word]) -> Iterator[tuple[str, Any]]:
     others = [word for word in status if word & STATE_MASK != enabled]
     if len(others) >= FEWEST_WORDS and any(word & STATE_MASK == enabled for word in status):
         yield "voltage_bit", not any(word & VOLTAGE for word in others)
-    yield "bit_14", any(word & BIT_14 for word in status)
-    yield "bit_15", any(word & BIT_15 for word in status)
+    for name, bit in (("bit_14", BIT_14), ("bit_15", BIT_15)):
+        if any(word & bit for word in status):
+            yield name, True
 
 
 def _enabling(log: NodeLog, words: Sequence[Word]) -> Iterator[tuple[str, Any]]:
@@ -156,23 +161,34 @@ def _acknowledged(words: Sequence[Word]) -> Iterator[Delay]:
 
 
 def _homing(log: NodeLog, words: Sequence[Word]) -> Iterator[tuple[str, Any]]:
-    """Before homing starts, bit 10 is set while the axis stands, or only after a method has ended."""
-    mode, is_begun = 0, False
+    """Bit 10 is set while the axis stands, also before homing; or it comes after a method has ended, or never."""
+    mode, wanted, is_begun, is_unset = 0, 0, False, False
     for word in words:
         if word.object == MODE_DISPLAY:
             mode = word.value
+        elif word.object == MODE:
+            wanted = word.value
         elif word.object == CONTROL_WORD:
-            is_begun |= mode == HOMING and bool(word.value & NEW_SET_POINT)
-        elif mode == HOMING and not is_begun and word.value & STATE_MASK == State.OPERATION_ENABLED.value:
-            yield "homing_bit", "standing" if word.value & REACHED else "after"
+            is_begun |= HOMING in {mode, wanted} and bool(word.value & NEW_SET_POINT)
+        elif mode != HOMING or word.value & STATE_MASK != State.OPERATION_ENABLED.value:
+            continue
+        elif not is_begun:
+            if word.value & REACHED:
+                yield "homing_bit", "standing"
+                return
+            is_unset = True
+        elif is_unset and word.value & ATTAINED:
+            yield "homing_bit", "after" if word.value & REACHED else "never"
             return
 
 
 def _frames(log: NodeLog, words: Sequence[Word]) -> Iterator[tuple[str, Any]]:
     """Yield the signs besides the profile: boot-up, SDO answers, NMT."""
-    took = [boot.took_ns for boot in log.life.boots if boot.command is Command.RESET_NODE]
-    if took:
-        yield "boot_up_ms", Delay(min(took) / MS, max(took) / MS)
+    resets = [boot for boot in log.life.boots if boot.command is Command.RESET_NODE]
+    if took := [boot.took_ns / MS for boot in resets if boot.was_on]:
+        yield "boot_up_ms", Delay(min(took), max(took))
+    elif resets:
+        yield "boot_up_ms", Delay(max(boot.took_ns for boot in resets) / MS, inf)
     if log.life.boots and log.life.heartbeats:
         yield (
             "says_preoperational",

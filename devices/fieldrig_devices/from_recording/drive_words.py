@@ -1,9 +1,9 @@
 """The control word, the status word and the mode of a drive during a recording, by SDO and by PDO, in their order."""
 
 from collections.abc import Iterable, Iterator
-from operator import attrgetter
 from typing import NamedTuple
 
+from fieldrig_devices.cia402.objects import CONTROL_WORD, MODE
 from fieldrig_devices.dialogues import SdoTransfer
 from fieldrig_devices.from_recording.node_model import PdoModel
 from fieldrig_devices.from_recording.objects import WORDS
@@ -29,7 +29,11 @@ def of_transfers(transfers: Iterable[SdoTransfer]) -> Iterator[Word]:
 
 
 def words_of(transfers: Iterable[SdoTransfer], pdos: Iterable[PdoModel]) -> list[Word]:
-    """Return all words of a drive; those of a PDO are its changes."""
+    """Return all words of a drive; those of a PDO are its changes.
+
+    A word of the master at the instant of one of the drive is the master's answer to it: a master in virtual time
+    takes no time, and the drive cannot have seen that word before its frame was over.
+    """
     found = list(of_transfers(transfers))
     for pdo in pdos:
         is_exact = pdo.rhythm is not None and not pdo.rhythm.is_synchronous and not pdo.rhythm.is_cyclic
@@ -39,4 +43,4 @@ def words_of(transfers: Iterable[SdoTransfer], pdos: Iterable[PdoModel]) -> list
                     Word(change.seen_ns, change.seen_ns, part.object, pdo.layout.values(change.value)[place], is_exact)
                     for change in pdo.log.changes.changes(0)
                 ]
-    return sorted(found, key=attrgetter("end_ns"))
+    return sorted(found, key=lambda word: (word.end_ns, word.object in {CONTROL_WORD, MODE}))

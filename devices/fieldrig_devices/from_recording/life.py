@@ -25,6 +25,8 @@ class BootUp(NamedTuple):
     """The reset that led to it; None if the node was switched on."""
     took_ns: int
     """Time since the reset; 0 without one."""
+    was_on: bool = False
+    """True if the node had sent something before the reset.  Otherwise it may have been booting already."""
 
 
 class Emergency(NamedTuple):
@@ -57,7 +59,7 @@ class Life:
         self.needs_reset: bool | None = None
         """True if a start had no effect before the first reset of the node; None if the recording does not show it."""
         self._is_reset = self._is_start_open = False
-        self._reset: tuple[int, Command] | None = None
+        self._reset: tuple[int, Command, bool] | None = None
         self._is_asked = False
 
     @property
@@ -65,10 +67,10 @@ class Life:
         """True if the node itself has sent something that only a CANopen node sends."""
         return bool(self.boots or self.states)
 
-    def command(self, time_ns: int, command: Command) -> None:
-        """Take a command of the NMT master for this node or for all."""
+    def command(self, time_ns: int, command: Command, *, is_on: bool) -> None:
+        """Take a command of the NMT master for this node or for all; `is_on` says that the node has sent something."""
         if command in RESETS:
-            self._reset = time_ns, command
+            self._reset = time_ns, command, is_on
         if command is not Command.START:
             self._note_break(time_ns)
         if command is Command.START and self.started_ns is None:
@@ -116,7 +118,7 @@ class Life:
         is_reset = reset is not None and 0 <= time_ns - reset[0] <= RESET_TAKES_NS
         if len(self.boots) < MOST:
             self.boots.append(
-                BootUp(time_ns, reset[1], time_ns - reset[0])
+                BootUp(time_ns, reset[1], time_ns - reset[0], reset[2])
                 if reset is not None and is_reset
                 else BootUp(time_ns, None, 0)
             )
