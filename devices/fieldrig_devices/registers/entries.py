@@ -85,7 +85,8 @@ class Register(Settings):
     type: Annotated[str, naming("bool", *FORMATS, "string[n]")] = Field(
         default="u16",
         pattern=TYPE_PATTERN,
-        description="bool, u16, s16, u32, s32, u64, s64, f32, f64, or string[n] of n characters, two per register",
+        description="bool, u16, s16, u32, s32, u64, s64, f32, f64, bcd16, bcd32, or string[n] of n characters, "
+        "two per register",
     )
     unit: str = ""
     access: Access | None = Field(

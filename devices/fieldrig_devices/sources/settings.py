@@ -6,6 +6,7 @@ source: {kind: replay, file: morning.csv, column: power, time_column: time}
 """
 
 from datetime import datetime
+from fractions import Fraction
 from typing import Annotated, Final, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -146,7 +147,7 @@ class CounterSettings(Settings):
         return self
 
     def begin(self, name: str) -> Source:
-        return Counter(self.first, self.per_s, self.step, self.wraps_at)
+        return Counter(self.first, _exact(self.per_s), _exact(self.step), self.wraps_at)
 
 
 class UptimeSettings(Settings):
@@ -154,7 +155,7 @@ class UptimeSettings(Settings):
     unit_ms: float = Field(default=1000.0, ge=1, le=1e12, description="what one count is; 1000 counts seconds")
 
     def begin(self, name: str) -> Source:
-        return Counter(0, S / _ns(self.unit_ms), 1, None)
+        return Counter(0, Fraction(S, _ns(self.unit_ms)), Fraction(1), None)
 
 
 def _date(value: object) -> object:
@@ -227,6 +228,11 @@ def _refuse(source: Settings, keys: tuple[str, ...], what: str, remedy: str = ""
     """Refuse what is wrong together at the first of the keys that is given."""
     given = [key for key in keys if key in source.model_fields_set] or [keys[0]]
     refuse_all([WrongKey((given[0],), what, remedy)])
+
+
+def _exact(number: float) -> Fraction:
+    """Return a number as it is written: 0.1 is a tenth."""
+    return Fraction(str(number))
 
 
 def _ns(ms: float) -> int:

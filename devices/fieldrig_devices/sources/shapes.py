@@ -115,12 +115,16 @@ class RandomWalk:
 
 
 class Counter:
-    """A count that rises, or falls, at a steady rate by whole steps, and may begin again as a register does."""
+    """A count that rises, or falls, at a steady rate by whole steps, and may begin again as a register does.
 
-    def __init__(self, first: float, per_s: float, step: float, wraps_at: float | None) -> None:
-        self._first, self._step, self._wraps_at = first, step, wraps_at
-        rate = Fraction(str(per_s)) / Fraction(str(step)) / S
-        # Steps in a nanosecond as a fraction: 7 s at 1e-9 a nanosecond would be 7.000000000000001 steps.
+    Each step is at the end of its time, in both directions: what falls by 1 a second has its first value for a second.
+    """
+
+    def __init__(self, first: float, per_s: Fraction, step: Fraction, wraps_at: float | None) -> None:
+        """Rate and step are fractions: 7 s at 1e-9 a nanosecond would be 7.000000000000001 steps as floats."""
+        self._first, self._wraps_at = first, wraps_at
+        self._step = float(step if per_s >= 0 else -step)
+        rate = abs(per_s) / step / S
         self._steps, self._ns = rate.numerator, rate.denominator
 
     def at(self, age_ns: int) -> float:
@@ -130,10 +134,7 @@ class Counter:
     def next_ns(self, age_ns: int) -> int:
         if self._steps == 0:
             return NEVER_NS
-        count = age_ns * self._steps // self._ns
-        if self._steps < 0:  # it falls as soon as its instant has passed
-            return count * self._ns // self._steps + 1
-        return -(-(count + 1) * self._ns // self._steps)
+        return -(-(age_ns * self._steps // self._ns + 1) * self._ns // self._steps)
 
 
 PARTS: Final[dict[str, Callable[[datetime], int]]] = {

@@ -216,4 +216,5 @@ def _limits(part: dict[str, Any]) -> str:
         "minItems": "of at least {} items",
         "maxItems": "of at most {} items",
     }  # without `pattern`, a regular expression: a field that has one says its form by examples or in its description
-    return "".join(f" {words[key].format(part[key])}" for key in words if key in part)
+    said = [words[key].format(part[key]) for key in words if key in part]
+    return f" {' and '.join(said)}" if said else ""

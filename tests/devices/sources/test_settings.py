@@ -32,6 +32,15 @@ def test_defaults() -> None:
     assert source(kind="constant", value=3.5).at(1 * S) == 3.5
 
 
+@given(st.sampled_from([1.0, 3.0, 7.0, 60_000.0, 3_600_000.0, 86_400_000.0]), st.integers(1, 100_000))
+def test_an_uptime_counts_at_the_end_of_each_unit(unit_ms: float, count: int) -> None:
+    """An hour of 3600 s is not a nanosecond longer because its share of a second has no end."""
+    end_ns = count * round(unit_ms * MS)
+    assert source(kind="uptime", unit_ms=unit_ms).at(end_ns - 1) == count - 1
+    assert source(kind="uptime", unit_ms=unit_ms).at(end_ns) == count
+    assert source(kind="uptime", unit_ms=unit_ms).next_ns(end_ns - 1) == end_ns
+
+
 @pytest.mark.parametrize(
     ("keys", "told"),
     [

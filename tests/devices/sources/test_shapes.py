@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from datetime import datetime
+from fractions import Fraction
 
 import pytest
 from hypothesis import given
@@ -28,8 +29,9 @@ MAKERS: dict[str, Callable[[], Source]] = {
     "ramp once": lambda: Ramp(0, 7, 250 * MS, False, 100 * MS),
     "square": lambda: Square(0, 1, 10 * MS, 3 * MS),
     "walk": lambda: RandomWalk(0, 10, 5, 1, 20 * MS, "flow"),
-    "counter": lambda: Counter(3, 7.3, 1, 10),
-    "count down": lambda: Counter(0, -0.7, 0.1, None),
+    "counter": lambda: Counter(3, Fraction(73, 10), Fraction(1), 10),
+    "count down": lambda: Counter(0, Fraction(-7, 10), Fraction(1, 10), None),
+    "count down and wrap": lambda: Counter(1, Fraction(-100), Fraction(1), 65536),
     "clock": lambda: DateAndTime(datetime(2024, 2, 28, 23, 59, 58), "day"),  # noqa: DTZ001
     "replay": lambda: Replay([0, 5 * MS, 50 * MS], [1, 2, 1.5], 60 * MS),
     "replay once": lambda: Replay([0, 5 * MS], [1, 2], None),
@@ -44,7 +46,8 @@ MAKERS: dict[str, Callable[[], Source]] = {
         ("ramp once", {0: 0, 200 * MS: 5.6, 300 * MS: 7, 9 * S: 7}),
         ("square", {0: 1, 3 * MS - 1: 1, 3 * MS: 0, 10 * MS: 1}),
         ("counter", {0: 3, S // 7: 4, 1 * S: 0, 10 * S: 6}),
-        ("count down", {0: 0, 142_857_142: -0.1, 142_857_143: -0.2, 10 * S: -7}),
+        ("count down", {0: 0, 142_857_142: 0, 142_857_143: -0.1, 10 * S: -7}),
+        ("count down and wrap", {0: 1, 10 * MS - 1: 1, 10 * MS: 0, 20 * MS - 1: 0, 20 * MS: 65535, 1 * S: 65437}),
         ("replay", {0: 1, 5 * MS: 2, 49 * MS: 2, 50 * MS: 1.5, 60 * MS: 1, 65 * MS: 2}),
         ("replay once", {4 * MS: 1, 9 * S: 2}),
     ],
@@ -97,5 +100,5 @@ def test_the_same_seed_walks_the_same_way_within_its_limits() -> None:
 
 
 def test_what_never_changes_again_says_so() -> None:
-    assert Constant(1).next_ns(0) == Counter(1, 0, 1, None).next_ns(5) == NEVER_NS
+    assert Constant(1).next_ns(0) == Counter(1, Fraction(0), Fraction(1), None).next_ns(5) == NEVER_NS
     assert MAKERS["ramp once"]().next_ns(300 * MS) == MAKERS["replay once"]().next_ns(5 * MS) == NEVER_NS
