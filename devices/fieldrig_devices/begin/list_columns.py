@@ -3,33 +3,53 @@
 import re
 from collections.abc import Mapping, Sequence
 from typing import Final
+from unicodedata import combining, normalize
 
-from fieldrig_devices.sources.sheet import Sheet
+from fieldrig_devices.sources.sheet import Sheet, sheet_of
 
 HEADINGS: Final[Mapping[str, Sequence[str]]] = {
     "address": ("address", "addr", "modbus address", "register address", "reg address", "reg addr", "start address",
                 "register", "reg", "register number", "start", "adresse", "register no", "address dec", "address hex",
-                "start reg", "first register", "registeradresse", "registernummer", "registers"),
+                "start reg", "first register", "registeradresse", "registernummer", "registers", "register nr",
+                "modbusadresse", "startadresse", "registre", "n registre", "indirizzo", "registro", "direccion"),
     "name": ("name", "parameter name", "signal name", "variable name", "parameter",
              "tag", "tag name", "signal", "variable", "point", "point name", "register name",
-             "description", "beschreibung", "bezeichnung", "quantity name", "designation", "measurement"),
-    "type": ("type", "data type", "datatype", "format", "data format", "datentyp", "encoding", "typ", "datenformat"),
-    "space": ("function", "function code", "fc", "table", "register type", "object type", "area", "space", "reg type"),
-    "unit": ("unit", "units", "einheit", "uom", "engineering unit", "eng unit"),
-    "scale": ("scale", "scaling", "factor", "scale factor", "multiplier", "resolution", "faktor", "res", "auflösung"),
-    "divisor": ("divisor", "divider", "div", "gain"),
+             "description", "beschreibung", "bezeichnung", "quantity name", "designation", "measurement", "benennung",
+             "messwert", "messgrosse", "datenpunkt", "nom", "libelle", "parametre", "grandeur", "mesure", "nome",
+             "parametro", "descrizione", "nombre", "descripcion"),
+    "type": ("type", "data type", "datatype", "format", "data format", "datentyp", "encoding", "typ", "datenformat",
+             "type de donnees", "tipo", "tipo dato", "tipo di dato", "tipo de dato", "formato"),
+    "space": ("function", "function code", "fc", "table", "register type", "object type", "area", "space", "reg type",
+              "funktionscode", "funktion", "registerart", "registertyp", "objekttyp", "fonction", "code fonction",
+              "type de registre", "funzione", "codice funzione", "funcion", "codigo de funcion"),
+    "unit": ("unit", "units", "einheit", "uom", "engineering unit", "eng unit", "unite", "unita", "unita di misura",
+             "unidad", "unidades"),
+    "scale": ("scale", "scaling", "factor", "scale factor", "multiplier", "resolution", "faktor", "res", "auflosung",
+              "skalierung", "multiplikator", "coefficient", "coef", "facteur", "echelle", "multiplicateur", "fattore",
+              "scala", "moltiplicatore", "risoluzione", "escala", "multiplicador", "resolucion"),
+    "divisor": ("divisor", "divider", "div", "gain", "teiler", "diviseur", "divisore"),
     "offset": ("offset",),
-    "access": ("access", "r/w", "rw", "read/write", "r w", "mode", "zugriff", "action", "rd/wr"),
-    "min": ("min", "minimum", "low", "lower limit"),
-    "max": ("max", "maximum", "high", "upper limit"),
-    "initial": ("default", "default value", "initial", "initial value", "value"),
-    "length": ("length", "count", "size", "words", "registers", "quantity", "number of registers", "no of registers"),
-    "about": ("about", "comment", "comments", "description", "remark", "remarks", "note", "notes", "details"),
+    "access": ("access", "r/w", "rw", "read/write", "r w", "mode", "zugriff", "action", "rd/wr", "lesen/schreiben",
+               "zugriffsart", "acces", "lecture/ecriture", "l/e", "accesso", "lettura/scrittura", "acceso",
+               "lectura/escritura"),
+    "min": ("min", "minimum", "low", "lower limit", "minimo"),
+    "max": ("max", "maximum", "high", "upper limit", "massimo", "maximo"),
+    "initial": ("default", "default value", "initial", "initial value", "value", "standardwert", "voreinstellung",
+                "werkseinstellung", "valeur par defaut", "valore predefinito", "valor por defecto"),
+    "length": ("length", "count", "size", "words", "registers", "quantity", "number of registers", "no of registers",
+               "lange", "anzahl", "registeranzahl", "anzahl register", "longueur", "taille", "nombre de mots",
+               "nombre de registres", "lunghezza", "longitud"),
+    "about": ("about", "comment", "comments", "description", "remark", "remarks", "note", "notes", "details",
+              "bemerkung", "kommentar", "hinweis", "anmerkung", "commentaire", "remarque", "commento", "comentario"),
 }  # fmt: skip
-"""The words in the first line for each thing that a list says, the most certain ones first.
+"""The words in the line of names for each thing that a list says, the most certain ones first, without accents.
 
 The makers of inverters give a gain, by which the value was multiplied to become a whole number.
 """
+FEWEST: Final = 2
+"""The columns that make a line that of the names: what says the address, and another one."""
+MOST_TITLES: Final = 20
+"""Lines above the names of the columns, such as the title of a device."""
 LOOSE: Final = ("address", "name", "type", "unit", "scale", "access", "length")
 """Things that are also found as words among others, such as `Physical address` or `Start Reg (Hex)`."""
 NOT_MEANT: Final = frozenset({"id", "slave", "unit id", "station"})
@@ -38,9 +58,9 @@ NUMBERED: Final = re.compile(r"([0134])(\d{4,5})(?!\d)")
 HEX: Final = re.compile(r"[0-9a-f]{2,5}h?", re.IGNORECASE)
 
 
-def columns_of(sheet: Sheet) -> dict[str, int]:
+def columns_of(names: Sequence[str]) -> dict[str, int]:
     """Return the positions of the columns by what they say; a column says one thing."""
-    words = [" ".join(re.sub(r"[^\w/]+|_", " ", name).split()).casefold() for name in sheet.names]
+    words = [" ".join(re.sub(r"[^\w/]+|_", " ", without_accents(name)).split()).casefold() for name in names]
     found: dict[str, int] = {}
     for what, headings in HEADINGS.items():
         for heading in headings:
@@ -52,6 +72,29 @@ def columns_of(sheet: Sheet) -> dict[str, int]:
         if what not in found and (place := _among_others(words, HEADINGS[what], set(found.values()))) is not None:
             found[what] = place
     return found
+
+
+def list_in(text: str) -> Sheet:
+    """Return the rows of a list, below the first line that has the names of columns.  ValueError if none has them."""
+    head, first = text, None
+    for line in range(MOST_TITLES):
+        try:
+            sheet = sheet_of(head)
+        except ValueError:
+            if first is None:
+                raise
+            break
+        found = columns_of(sheet.names)
+        if "address" in found and (len(found) >= FEWEST or line == 0):
+            return sheet._replace(lines=[number + line for number in sheet.lines])
+        first = sheet if first is None else first
+        head = head.partition("\n")[2]
+    names = [] if first is None else [name for name in first.names if name]
+    raise ValueError(f"expected a column such as `address`, got {', '.join(names)}")
+
+
+def without_accents(text: str) -> str:
+    return "".join(letter for letter in normalize("NFKD", text.replace("ß", "ss")) if not combining(letter))
 
 
 def _among_others(words: Sequence[str], headings: Sequence[str], taken: set[int]) -> int | None:

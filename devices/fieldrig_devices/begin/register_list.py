@@ -9,24 +9,26 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
-from unicodedata import combining, normalize
 
 from pydantic import ValidationError
 
 from fieldrig.text.flow import flow
-from fieldrig_devices.begin.list_columns import NUMBERED, address_in, columns_of, is_in_hex, is_numbered_list
+from fieldrig_devices.begin.list_columns import (
+    NUMBERED,
+    address_in,
+    columns_of,
+    is_in_hex,
+    is_numbered_list,
+    list_in,
+    without_accents,
+)
 from fieldrig_devices.begin.list_scales import NOTHING, PRODUCT, factor, name_registers
+from fieldrig_devices.begin.list_types import type_of
+from fieldrig_devices.begin.list_words import access_of, space_of
 from fieldrig_devices.registers.entries import Bit, Register, words_of
 from fieldrig_devices.registers.table import SPACES
-from fieldrig_devices.registers.type_names import meant
-from fieldrig_devices.sources.sheet import Sheet, read_sheet
+from fieldrig_devices.sources.sheet import Sheet, text_of
 
-SPACE_WORDS: Final = {
-    "coils": ("1", "5", "15", "coil", "coils", "0x", "do", "digital output"),
-    "discrete_inputs": ("2", "discrete input", "discrete inputs", "discrete", "1x", "di", "digital input"),
-    "holding_registers": ("3", "6", "16", "holding register", "holding registers", "holding", "hr", "4x"),
-    "input_registers": ("4", "input register", "input registers", "input", "ir", "3x"),
-}  # fmt: skip
 FAMILIES: Final = {"0": "coils", "1": "discrete_inputs", "3": "input_registers", "4": "holding_registers"}
 """The first digit of numbers such as 40001, which name the space and count from 1."""
 OWN_COLUMNS: Final = (
@@ -71,10 +73,8 @@ class RegisterList:
 
 def read_list(file: Path) -> RegisterList:
     """Read a list.  ValueError if there is no column of addresses, or no row that can be read."""
-    sheet = read_sheet(file)
-    columns = columns_of(sheet)
-    if "address" not in columns:
-        raise ValueError(f"expected a column such as `address`, got {', '.join(sheet.names)}")
+    sheet = list_in(text_of(file.read_bytes()))
+    columns = columns_of(sheet.names)
     made = RegisterList()
     rows = list(_rows(sheet, columns))
     cells = [row["address"] for _, row in rows]
@@ -88,6 +88,7 @@ def read_list(file: Path) -> RegisterList:
     for line, row in rows:
         reader.take(line, row)
     reader.finish()
+    made.notes += _unread(sheet, columns)
     if not any(made.entries.values()):
         raise ValueError("\n".join(["no row is a register", *made.notes]))
     for entries in made.entries.values():
@@ -146,7 +147,7 @@ class _Reader:
             self._scaled_by[name] = self._as_name(product["name"])
         elif is_open and factor(scale, self._sheet.number) is None:
             self._scaled_by[name] = self._as_name(scale)
-        if row.get("space") and _space(row["space"]) is None:
+        if row.get("space") and space_of(row["space"]) is None:
             self._made.notes.append(f"Line {line}: {row['space']!r} is no table; {space.replace('_', ' ')} was taken.")
         words *= entry.get("count", 1)
         if length is not None and length not in (words, 2 * words, 16 * words) and space in SPACES[2:]:
@@ -165,7 +166,7 @@ class _Reader:
             entry |= _type(row)
             entry |= {"unit": row["unit"]} if row.get("unit", "").casefold() not in NOTHING else {}
         entry |= self._values(row, entry.get("type", "bool"))
-        access = _access(row.get("access", ""))
+        access = access_of(row.get("access", ""))
         if access is not None and space in ("coils", "holding_registers"):
             entry["access"] = access
         about = " ".join(row.get("about", "").split())
@@ -175,7 +176,7 @@ class _Reader:
         number = address_in(row["address"], is_hex=self._is_hex)
         if number is None:
             raise ValueError(f"{row['address']!r} is no address")
-        space = _space(row.get("space", ""))
+        space = space_of(row.get("space", ""))
         if self._is_numbered:
             numbered = NUMBERED.match(row["address"].replace(",", ""))
             if numbered is None:  # a spreadsheet has removed the zeros in front of a coil's
@@ -217,15 +218,20 @@ class _Reader:
         return numbers | {key: _short(value) for key, value in limits.items() if value is not None}
 
 
+def _unread(sheet: Sheet, columns: Mapping[str, int]) -> Iterator[str]:
+    """Yield what says that columns with contents have no meaning here."""
+    filled = {place for row in sheet.rows for place, cell in enumerate(row) if cell.strip()}
+    names = [name for place, name in enumerate(sheet.names) if name and place in filled - set(columns.values())]
+    if names:
+        yield f"Not read: {'the column' if len(names) == 1 else 'the columns'} {', '.join(names)}."
+
+
 def _is_bit(row: Mapping[str, str]) -> bool:
-    return meant(row.get("type", "")) == "bool" and row.get("length", "") in ("", "1")
+    return type_of(row.get("type", ""), None) == "bool" and row.get("length", "") in ("", "1")
 
 
 def _as_name(text: str) -> str:
-    plain = "".join(UMLAUTS.get(letter, letter) for letter in text)
-    # Other accents follow their letters in this form, and are left out.
-    plain = "".join(letter for letter in normalize("NFKD", plain) if not combining(letter))
-    return _joined(plain)
+    return _joined(without_accents("".join(UMLAUTS.get(letter, letter) for letter in text)))
 
 
 def _joined(text: str) -> str:
@@ -235,17 +241,6 @@ def _joined(text: str) -> str:
 def _rows(sheet: Sheet, columns: Mapping[str, int]) -> Iterator[tuple[int, dict[str, str]]]:
     for line, row in zip(sheet.lines, sheet.rows, strict=True):
         yield line, {what: row[place].strip() if place < len(row) else "" for what, place in columns.items()}
-
-
-def _space(text: str) -> str | None:
-    """Return the space that a cell such as `FC03`, `Holding Register` or `3/6/16` names first."""
-    words = " ".join(re.sub(r"[^a-z0-9]+", " ", text.casefold().replace("fc", "")).split())
-    first = words.split(" ")[0].lstrip("0") if words else ""
-    for candidate in (words, first):
-        for space, known in SPACE_WORDS.items():
-            if candidate in known:
-                return space
-    return None
 
 
 def _order(text: str) -> str | None:
@@ -259,12 +254,7 @@ def _type(row: Mapping[str, str]) -> dict[str, Any]:
     text = row.get("type", "")
     length = address_in(row.get("length", ""))
     order: dict[str, Any] = ORDERS[_order(text) or "abcd"]
-    words = re.findall(r"[a-z]+ ?\d*", text.casefold())
-    type = next((known for word in (text, *words) if (known := meant(word.replace(" ", "")))), None)
-    if not text:
-        type = TYPES_BY_WORDS.get(length or 1)
-    if length in (2, 4) and text.strip().casefold() in ("signed", "unsigned"):
-        type = f"{text.strip()[0].lower()}{16 * length}"
+    type = type_of(text, length) if text else TYPES_BY_WORDS.get(length or 1)
     array = re.search(r"\[(\d+)\]", text)
     if array is not None and type in ("u8", "s8"):  # a text in C
         type = "string[n]"
@@ -278,13 +268,6 @@ def _type(row: Mapping[str, str]) -> dict[str, Any]:
         raise ValueError(f"{text!r} is no type that is known" if text else f"no type has {length} registers")
     is_array = array is not None and not type.startswith("string") and int(array[1]) > 1
     return {"type": type} | order | ({"count": int(array[1])} if array and is_array else {})
-
-
-def _access(text: str) -> str | None:
-    letters = re.sub(r"[^a-z]+", "", text.casefold())
-    if letters in ("r", "ro", "read", "readonly"):
-        return "ro"
-    return "wo" if letters in ("w", "wo", "write", "writeonly") else None
 
 
 def _short(number: float) -> int | float:
