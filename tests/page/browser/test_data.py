@@ -1,4 +1,4 @@
-"""Values, traffic, faults and programs in a browser: by what a person does, beside masters from outside."""
+"""Values, traffic and faults in a browser: by what a person does, beside masters from outside."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -30,12 +30,6 @@ def lab() -> Iterator[ServedRig]:
         f"--set=buses.can0.socketcand=127.0.0.1:{can}",
         f"--set=buses.mb_tcp.listen=127.0.0.1:{tcp}",
     ) as rig:
-        yield rig
-
-
-@pytest.fixture(scope="module")
-def feeder() -> Iterator[ServedRig]:
-    with ServedRig(CONFIGS / "feeder.yaml", None, "--set=time=virtual") as rig:
         yield rig
 
 
@@ -163,41 +157,6 @@ def test_traffic_is_named_filtered_and_paused(browser: Browser, lab: ServedRig, 
             page.get_by_role("link", name="log").click()
         log = download.value.path().read_text()
         assert "can0 605#4000100000000000" in log
-
-
-def test_a_variable_is_forced_and_released(browser: Browser, feeder: ServedRig) -> None:
-    with opened(browser, feeder, path="/programs/feeder") as page:
-        expect(page.get_by_role("region", name="source feeder.st")).to_contain_text("g_udiRamp = 200")
-        page.get_by_label("variable", exact=True).fill("g_udiRamp")
-        page.get_by_label("value", exact=True).fill("77")
-        page.get_by_role("button", name="Force").click()
-        expect(page.get_by_role("button", name="Release g_udiRamp")).to_be_visible()
-        expect(page.get_by_role("region", name="source feeder.st")).to_contain_text("g_udiRamp = 77")
-        page.get_by_role("button", name="Release g_udiRamp").click()
-        expect(page.get_by_role("button", name="Release g_udiRamp")).to_have_count(0)
-
-
-def test_a_program_opens_where_it_is_with_its_values_in_sight(browser: Browser) -> None:
-    """Its first task that runs shows signs of life, in a loop from line 330 on, some of whose lines are long."""
-    with (
-        ServedRig(CONFIGS / "pam-machine.yaml", None, "--set=time=virtual") as rig,
-        opened(browser, rig, path="/programs/pam") as page,
-    ):
-        expect(page.get_by_role("region", name="source labeller.pam")).to_contain_text("SBO_AliveStack <- ")
-        box = page.get_by_role("region", name="source labeller.pam").bounding_box()
-        values = page.locator("td.live").filter(has_text="SBO_AliveStack").first.bounding_box()
-        assert box is not None
-        assert values is not None
-        assert box["x"] < values["x"]
-        assert values["x"] + values["width"] <= box["x"] + box["width"]
-
-
-def test_a_program_is_stopped_and_started(browser: Browser, feeder: ServedRig) -> None:
-    with opened(browser, feeder, path="/programs/sealer") as page:
-        page.get_by_role("button", name="Stop").click()
-        expect(page.get_by_role("button", name="Start")).to_be_enabled()
-        page.get_by_role("button", name="Start").click()
-        expect(page.get_by_role("button", name="Stop")).to_be_enabled()
 
 
 def test_of_a_long_list_only_the_rows_on_the_screen_exist(browser: Browser, lab: ServedRig) -> None:
