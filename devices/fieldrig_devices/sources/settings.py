@@ -40,7 +40,11 @@ def _computable(number: float) -> float:
 
 Finite = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_computable)]
 Millis = Annotated[float, Field(ge=0.001, le=1e12, allow_inf_nan=False)]
-EVERY = Field(default=100.0, ge=1, le=1e12, allow_inf_nan=False, description="time from one change to the next")
+EVERY = Field(
+    default=None, ge=1, le=1e12, description="time from one change to the next; default: 100, or a 20th of the period"
+)
+STEPS: Final = 20
+"""The changes of a period that is too short for changes every 100 ms."""
 
 
 class _Between(Settings):
@@ -69,10 +73,10 @@ class SineSettings(_Between):
     kind: Literal["sine"]
     period_ms: Millis = Field(description="time of one oscillation")
     phase_deg: Finite = Field(default=0.0, description="angle at power-on; 0 is the middle, rising")
-    every_ms: float = EVERY
+    every_ms: float | None = EVERY
 
     def begin(self, name: str) -> Source:
-        return Sine(self.low, self.high, _ns(self.period_ms), self.phase_deg, _ns(self.every_ms))
+        return Sine(self.low, self.high, _ns(self.period_ms), self.phase_deg, _every_ns(self))
 
 
 class RampSettings(Settings):
@@ -81,10 +85,10 @@ class RampSettings(Settings):
     last: Finite = Field(description="value after the period")
     period_ms: Millis = Field(description="time from the first value to the last")
     repeats: bool = Field(default=True, description="begins again; otherwise the last value stays")
-    every_ms: float = EVERY
+    every_ms: float | None = EVERY
 
     def begin(self, name: str) -> Source:
-        return Ramp(self.first, self.last, _ns(self.period_ms), self.repeats, _ns(self.every_ms))
+        return Ramp(self.first, self.last, _ns(self.period_ms), self.repeats, _every_ns(self))
 
 
 class SquareSettings(_Between):
@@ -228,6 +232,11 @@ def _refuse(source: Settings, keys: tuple[str, ...], what: str, remedy: str = ""
     """Refuse what is wrong together at the first of the keys that is given."""
     given = [key for key in keys if key in source.model_fields_set] or [keys[0]]
     refuse_all([WrongKey((given[0],), what, remedy)])
+
+
+def _every_ns(source: SineSettings | RampSettings) -> int:
+    """Return the time between two changes: a period that is not much longer would look like another one."""
+    return _ns(min(100.0, source.period_ms / STEPS) if source.every_ms is None else source.every_ms)
 
 
 def _exact(number: float) -> Fraction:

@@ -32,6 +32,17 @@ def test_defaults() -> None:
     assert source(kind="constant", value=3.5).at(1 * S) == 3.5
 
 
+@pytest.mark.parametrize("period_ms", [0.001, 2.0, 40.0, 100.0, 2000.0, 60_000.0])
+def test_a_short_period_has_its_course_without_being_told(period_ms: float) -> None:
+    """Changes every 100 ms would show a sine of 100 ms as a constant."""
+    sine = source(kind="sine", low=0.0, high=1.0, period_ms=period_ms)
+    ramp = source(kind="ramp", first=0.0, last=20.0, period_ms=period_ms)
+    period_ns = round(period_ms * MS)
+    quarters = [sine.at(period_ns * quarter // 4) for quarter in range(5)]
+    assert quarters == pytest.approx([0.5, 1, 0.5, 0, 0.5])
+    assert [ramp.at(period_ns * quarter // 4) for quarter in range(5)] == pytest.approx([0, 5, 10, 15, 0])
+
+
 @given(st.sampled_from([1.0, 3.0, 7.0, 60_000.0, 3_600_000.0, 86_400_000.0]), st.integers(1, 100_000))
 def test_an_uptime_counts_at_the_end_of_each_unit(unit_ms: float, count: int) -> None:
     """An hour of 3600 s is not a nanosecond longer because its share of a second has no end."""

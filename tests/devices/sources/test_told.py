@@ -59,7 +59,7 @@ def mistakes(folder: Path, form: str, source: str) -> list[tuple[str, int | None
         ("{kind: replay, file: bad.csv, column: a}", "file", "bad.csv: line 2: expected a number in column 'a'", ""),
         ("{kind: sin, period_ms: 5}", "kind", '"sin" doesn\'t fit', "did you mean sine?"),
         ("{kind: counter}", "per_s", "this key is missing", "expected a number"),
-        ("{kind: square, period_ms: 5, high_percent: 0}", "high_percent", "0 doesn't fit", "expected a number above 0 and below"),
+        ("{kind: square, period_ms: 5, high_percent: 0}", "high_percent", "0 doesn't fit", "expected a number above 0"),
         ("{kind: uptime, every: 5}", "every", "there is no such key", "there are: kind, unit_ms"),
         ("{period_ms: 5}", "kind", "this key is missing", "expected clock or constant or counter or"),
     ],
