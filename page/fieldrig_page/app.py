@@ -95,7 +95,7 @@ class Site:
         async def index(_request: Request) -> Response:
             return FileResponse(STATIC / "index.html")
 
-        return Starlette(
+        application = Starlette(
             routes=[
                 Route("/", index),
                 WebSocketRoute("/live", self.live.serve),
@@ -106,6 +106,8 @@ class Site:
             ],
             exception_handlers={HTTPException: _not_there},
         )
+        application.router.redirect_slashes = False  # a path with a slash too many is not there, as any other
+        return application
 
 
 def hashes() -> list[str]:

@@ -4,7 +4,7 @@ A token comes in the address that `fieldrig up` prints, and becomes a cookie; sc
 Bearer`.  Each request is compared with where the page listens:
 
     421  `Host` is not ours: another site has let its name lead to this machine (DNS rebinding)
-    403  `Origin` is another site, or is missing where a browser sends it; or the role may only look
+    403  `Origin` is another site, or is missing beside a cookie where a browser sends it; or the role may only look
     401  there is no token, or a wrong one
 
 This is plain ASGI, as Starlette's own middleware for requests never sees a socket.
@@ -111,8 +111,9 @@ class Guard:
         host, origin = headers.get("host", ""), headers.get("origin")
         if len(headers.getlist("host")) != 1 or host not in self._hosts:
             raise DeniedError(421, "this page has another name", "open the address that `fieldrig up` has printed")
-        # A script that sends the token itself is no browser that another site makes use of.
-        needs_origin = _bearer(headers) is None and (scope["type"] == "websocket" or scope["method"] not in SAFE)
+        # A browser that another site makes use of sends our cookie; a script sends the token itself, or nothing.
+        is_browser = _bearer(headers) is None and self._cookie in HTTPConnection(scope).cookies
+        needs_origin = is_browser and (scope["type"] == "websocket" or scope["method"] not in SAFE)
         if origin is None and not needs_origin:
             return
         if origin is None or origin.lower() not in (f"http://{host}".lower(), f"https://{host}".lower()):

@@ -7,38 +7,15 @@ from typing import Any
 import pytest
 from in_loop import in_loop
 from jsonschema import Draft202012Validator
-from page_bench import PageBench, bearer, page_of
+from page_api import described, filled
+from page_bench import bearer, page_of
 
 LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
-EXAMPLES = {
-    "name": "tank",
-    "key": "level",
-    "part": "can0",
-    "number": "1",
-    "ending": "log",
-    "file": "main.st",
-    "action": "stop",
-}
-BUS_PATHS = ("/buses/", "/traces/")
-
 pytestmark = pytest.mark.long
-
-
-async def described(page: PageBench) -> dict[str, Any]:
-    answer = await page.get("openapi.json", "look")
-    assert answer.status == 200
-    document: dict[str, Any] = answer.json
-    return document
 
 
 def validator(document: dict[str, Any], schema: dict[str, Any]) -> Draft202012Validator:
     return Draft202012Validator({**schema, "components": document["components"]})
-
-
-def filled(path: str) -> str:
-    """Return a path of the document with names of the lab."""
-    names = EXAMPLES | ({"name": "can0"} if path.startswith(BUS_PATHS) else {})
-    return re.sub(r"\{(\w+)\}", lambda parameter: names.get(parameter[1], "x"), path).removeprefix("/")
 
 
 @in_loop
