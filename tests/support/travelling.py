@@ -49,7 +49,8 @@ class TravellingRig:
                 self.is_running &= verb != "back"
                 find = self.journey.go_to if verb == "back" else self.journey.find
                 return {"found": asyncio.run(find(Search(**search), message.get("before_ns")))}
-        return {"now_ns": self.now_ns, "time": "virtual", "first_ns": self.journey.first_ns}
+        state = "running" if self.is_running else "paused"
+        return {"state": state, "now_ns": self.now_ns, "time": "virtual", "first_ns": self.journey.first_ns}
 
 
 @contextmanager

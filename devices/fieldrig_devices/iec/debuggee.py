@@ -178,6 +178,8 @@ class IecDebuggee:
     def pause(self) -> None:
         program = self._loaded()
         program.scheduler.stop()
+        for task in program.scheduler.tasks:
+            _thread(task).forget_step()
         self._prepare(program.runtime)
 
     def go_on(self) -> None:

@@ -61,6 +61,8 @@ class Thread:
         self._goal: Goal | None = None
         """The end of the step in progress."""
         self._has_stepped = False
+        self._is_crossing = False
+        """True from the end of a cycle in which a step did not end to the next cycle, where it ends."""
         self.is_watched = runtime.has_breakpoints
         """True if the thread stops at breakpoints."""
         self._task = Task(runtime.code)
@@ -71,7 +73,7 @@ class Thread:
     def reload(self) -> None:
         """Use the code of the runtime after an online change; only between two cycles."""
         self._task = Task(self._runtime.code)
-        self._waiting, self._goal, self._entry = NOTHING, None, None
+        self._waiting, self._goal, self._entry, self._is_crossing = NOTHING, None, None, False
         self.look_on(self._looks)
 
     # ---- running
@@ -85,6 +87,7 @@ class Thread:
         self._waiting, self._goal = NOTHING, None
         routine, base = self._entry
         self._task.start(routine, self._stack, base)
+        self._has_stepped, self._is_crossing = self._is_crossing, False
 
     def enter(self, routine: str, base: int) -> None:
         """Run a routine on an instance from the next cycle on, instead of a program."""
@@ -153,10 +156,15 @@ class Thread:
     def go_on(self) -> None:
         """Continue after a breakpoint or a step."""
         self._goal, self._has_stepped = None, False
+        self.forget_step()
         self._task.go_on()
 
+    def forget_step(self) -> None:
+        """Do not stop in the next cycle, if a step has gone beyond the end of this one."""
+        self._is_crossing = False
+
     def step(self, kind: Step) -> None:
-        """Continue, and stop again in front of another line; `run` does the work."""
+        """Continue, and stop again in front of another line, perhaps of the next cycle; `run` does the work."""
         self.go_on()
         task = self._task
         self._goal = Goal(kind, task.line, len(task.stack))
@@ -169,12 +177,12 @@ class Thread:
             before = (task.routine, task.pc, len(task.stack))
             budget_ns -= task.step()
             if not self._is_ready():
-                self._goal = None
+                self._goal, self._is_crossing = None, task.state is TaskState.ENDED
                 break
             if (task.routine, task.pc, len(task.stack)) == before and self._runtime.natives.is_waiting:
                 task.has_waited, task.unused = True, budget_ns
                 break
-            if goal.is_reached(task.line, len(task.stack)):
+            if goal.is_reached(task.line, len(task.stack), is_beginning=task.begins_line):
                 self._goal, self._has_stepped = None, True
                 break
         return budget_ns

@@ -81,6 +81,11 @@ class Task:
         """Source line of the next instruction."""
         return self._code.line(self.routine, self.pc)
 
+    @property
+    def begins_line(self) -> bool:
+        """True if the next instruction is the first one of its line."""
+        return self._code.begins(self.routine, self.pc)[1]
+
     def run(self, budget: int) -> int:
         """Run until the budget is used up, or until the task waits or is no longer READY.
 

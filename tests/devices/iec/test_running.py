@@ -597,3 +597,53 @@ def test_single_steps(kinds: list[Step], places: list[tuple[str, int]]) -> None:
     bench.thread.go_on()
     bench.thread.run(ENOUGH_NS)
     assert (bench["b"], bench.thread.state) == (4, WorkState.ENDED)
+
+
+BODIES = """PROGRAM PLC_PRG
+VAR a, i : INT; END_VAR
+a := 1;
+WHILE i < 1 DO
+  i := i + 1;
+  IF a = 2 THEN
+    a := 3;
+  END_IF
+END_WHILE
+CASE a OF
+1:
+  IF i = 5 THEN
+    a := 4;
+  END_IF
+2:
+  a := 5;
+END_CASE
+IF a = 6 THEN
+  a := 7;
+END_IF
+END_PROGRAM
+"""
+
+
+def test_steps_stop_at_no_line_that_does_not_run_and_go_on_in_the_next_cycle() -> None:
+    bench = IecBench(BODIES)
+    bench.thread.start()
+    seen = []
+    for _ in range(10):
+        bench.thread.step(Step.OVER)
+        while bench.thread.state is WorkState.READY:
+            bench.thread.run(100)
+        if bench.thread.state is WorkState.ENDED:
+            bench.thread.start()
+        seen.append(bench.thread.stack[0].line)
+    assert seen == [4, 5, 6, 4, 10, 12, 18, 3, 4, 10]
+    assert bench.thread.state is WorkState.STOPPED
+
+
+def test_a_step_beyond_the_end_of_a_cycle_can_be_forgotten() -> None:
+    bench = IecBench(STEPS)
+    bench.thread.start()
+    bench.thread.step(Step.OUT)
+    bench.thread.run(ENOUGH_NS)
+    assert bench.thread.state is WorkState.ENDED
+    bench.thread.forget_step()
+    bench.thread.start()
+    assert bench.thread.state is WorkState.READY

@@ -193,7 +193,7 @@ class ArpProgram:
             return False
         task = self._active.task
         is_at_breakpoint = bool(self.code.stops[task.routine][task.pc])
-        return is_at_breakpoint or self._goal.is_reached(task.line, len(task.stack))
+        return is_at_breakpoint or self._goal.is_reached(task.line, len(task.stack), is_beginning=task.begins_line)
 
     def _start_wait(self, seconds: int) -> None:
         self._active.wake_ns = self._card.now_ns() + seconds * _NS_OF_RAW

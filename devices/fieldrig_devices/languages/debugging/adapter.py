@@ -264,7 +264,7 @@ class Adapter:
 
     def _back_to(self, arguments: Mapping[str, Any]) -> None:
         name = self._file_of(field(arguments, "source", dict))
-        self._way_back().back_to([{"file": name, "line": field(arguments, "line", int)}])
+        self._way_back().back_to(name, field(arguments, "line", int))
         self._is_back("goto")
 
     def _last_change(self, arguments: Mapping[str, Any]) -> dict[str, Any]:

@@ -41,6 +41,12 @@ class Breakpoints:
         stops = sorted(debuggee.break_at(every).get(file, ()))
         return {line: _place(debuggee, file, stops, line) for line in wanted}
 
+    def where(self, debuggee: Debuggee, file: str, lines: Sequence[int]) -> list[int | None]:
+        """Return the same for each of these lines in turn, and keep the breakpoints that there are."""
+        places = self.next_lines(debuggee, file, lines)
+        self._set(debuggee, self.conditions)
+        return [places[line] for line in lines]
+
     def lines(self, file: str) -> set[int]:
         return {line for name, line in self.conditions if name == file}
 

@@ -101,6 +101,8 @@ class Debugger:
         standing = [thread for thread in state["threads"] if thread["state"] in ("paused", "failed")]
         if not standing:
             self._say(f"the program is {state['state']}" if state["threads"] else "there is no program")
+            if state["threads"] and (pause := self._rig_pause()):
+                self._say(pause)
         for thread in standing:
             frames = self._stack(thread["number"])
             where = self._shown(Place(frames[0]["file"], frames[0]["line"]), frames[0]["routine"]) if frames else ""
@@ -165,7 +167,15 @@ class Debugger:
         except KeyboardInterrupt:
             self._ask({"command": "pause"})
             return
-        raise NotStoppedError(f"the program still runs after {limit_s:g} s\n`pause` pauses it")
+        raise NotStoppedError(self._rig_pause() or f"the program still runs after {limit_s:g} s\n`pause` pauses it")
+
+    def _rig_pause(self) -> str:
+        """Say that the rig is paused, and what lets it run; empty for a rig that runs."""
+        pause_ns = None if self._travel is None else self._travel.rig_pause_ns
+        if pause_ns is None:
+            return ""
+        word = "`run`" if self._travel is not None and self._travel.is_held else "`fieldrig run`"
+        return f"the rig is paused at {pause_ns / 1e9:.9g} s\n  {word} lets it run"
 
     def _plain(self, command: str, arguments: list[str]) -> None:
         none(arguments)
@@ -202,10 +212,16 @@ class Debugger:
 
     def _back(self, arguments: list[str]) -> None:
         travel = self._way_back()
-        if arguments[:1] == ["to"] and len(arguments) == 2:
+        if arguments[:1] == ["to"]:
+            if len(arguments) != 2:
+                raise ValueError("expected `back to LINE` or `back to FILE:LINE`")
             place = self._sources.place_of(arguments[1], self._here())
-            travel.back_to([{"file": place.file, "line": place.line}])
-        elif len(arguments) == 1 and not arguments[0].isdecimal():
+            travel.back_to(place.file, place.line)
+        elif len(arguments) > 1:
+            raise ValueError(
+                f"unexpected {' '.join(arguments[1:])!r}\nexpected `back 5`, `back 12.34s` or `back to LINE`"
+            )
+        elif arguments and not arguments[0].isdecimal():
             travel.back(duration_ns(arguments[0]))
         else:
             for _ in range(count(arguments)):
@@ -215,8 +231,8 @@ class Debugger:
     def _back_by_line(self, travel: Travel) -> None:
         """Go back by a line; in a rig that is paused between two cycles, to the line that ran last."""
         threads = self._ask({"command": "state"})["threads"]
-        if threads and travel.is_rig_paused and not any(one["state"] in STANDING for one in threads):
-            travel.back_to_last_line(self._chosen or int(threads[0]["number"]))
+        if threads and travel.rig_pause_ns is not None and not any(one["state"] in STANDING for one in threads):
+            travel.back_by_line(self._chosen or int(threads[0]["number"]))
         else:
             travel.back_by_line(self._standing())
 
@@ -286,6 +302,12 @@ class Debugger:
     def _where(self, arguments: list[str]) -> None:
         none(arguments)
         frames = self._stack(self._chosen)
+        if not frames:
+            self._say(
+                "the task is between two cycles"
+                if self._ask({"command": "state"})["threads"]
+                else "there is no program"
+            )
         for number, frame in enumerate(frames):
             text = self._shown(Place(frame["file"], frame["line"]), frame["routine"])
             self._say(f"called at {text}" if number else text)
@@ -385,8 +407,9 @@ class Debugger:
     # ---- leaving
 
     def _help(self, arguments: list[str]) -> None:
-        none(arguments)
-        self._say_all(list(WORDS.lines()))
+        if len(arguments) > 1:
+            raise ValueError("expected one command to explain")
+        self._say_all([WORDS.line(arguments[0])] if arguments else list(WORDS.lines()))
 
     def _quit(self, arguments: list[str]) -> None:
         none(arguments)

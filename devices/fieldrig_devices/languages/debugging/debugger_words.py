@@ -32,7 +32,7 @@ WORDS: Final = Words(
         Help(("forced",), "", "list forced values"),
         Help(("trace",), "NAME... [WORDS]", "record values; WORDS are explained below"),
         Help(("state",), "", "show the state of the program"),
-        Help(("help", "h"), "", "show this list"),
+        Help(("help", "h"), "[COMMAND]", "show this list, or its line about a command"),
         Help(("quit", "q"), "", "leave; remove breakpoints, and continue a paused program"),
         Help(("leave",), "", "leave; keep breakpoints and a pause"),
     ),

@@ -246,9 +246,8 @@ class Probes:
         return any(not place.condition or self._holds(place.condition, thread) for place in here)
 
     def _is_another_line(self, thread: int, at: At) -> bool:
-        """Return whether a thread comes to a line, and not back into one from a call."""
-        line, depth = self._lines.get(thread, (0, at.depth))
-        return (line, depth) != (at.line, at.depth) and (at.is_beginning or (line != 0 and depth == at.depth))
+        """Return whether a thread comes to a line, and not back into one from a call or from the lines of a body."""
+        return at.is_beginning and self._lines.get(thread) != (at.line, at.depth)
 
     def _holds(self, condition: str, thread: int) -> bool:
         """A condition that cannot be evaluated stops the program, as it does at a breakpoint."""

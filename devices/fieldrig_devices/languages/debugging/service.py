@@ -153,13 +153,16 @@ class DebugService:
 
         A line without an instruction is not in `lines`.  With `move`, its breakpoint is at the line where its statement
         begins, or else at the next line with an instruction: `places` are the lines in the order of the question, null
-        for one behind the last instruction.  `moves` are the
-        lines after the last load by those before.
+        for one behind the last instruction.  With `lines` instead of breakpoints, the answer is where those would be,
+        and nothing changes.  `moves` are the lines after the last load by those before.
         """
         if "file" not in message:
             known = sorted(self._places.conditions.items())
             return {"breakpoints": [{"file": file, "line": line, "condition": text} for (file, line), text in known]}
         name = field(message, "file", str)
+        if "lines" in message:
+            lines = items(message["lines"], int, MOST_BREAKPOINTS, "lines")
+            return {"places": self._places.where(self._debuggee, name, lines)}
         if "breakpoints" not in message:
             moves = {str(line): after for (file, line), after in self._places.moves.items() if file == name}
             return {"lines": sorted(self._places.lines(name)), "moves": moves}

@@ -4,7 +4,7 @@ A search of the past is a question to the rig (`virtual/journey.py`), which repe
 debugging service look there.  Breakpoints belong to the session and not to the past, so they are set again after it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 from uuid import uuid4
 
@@ -17,7 +17,7 @@ AskRig = Callable[[str, Any], dict[str, Any]]
 DEEPEST: Final = 1_000
 """More callers than any routine has."""
 REAL_TIME: Final = "a rig in real time cannot go back\nstart it with `time: virtual`"
-NOTHING_BEFORE: Final = "there is nothing before this: the past that the rig remembers begins at"
+NO_LINE: Final = "there is no line before this"
 
 
 class Travel:
@@ -33,40 +33,48 @@ class Travel:
         return self._ask_rig("status", None).get("first_ns") is not None
 
     @property
-    def is_rig_paused(self) -> bool:
-        """True while the rig stands still, between two instants."""
-        return bool(self._ask_rig("status", None).get("state") == "paused")
+    def rig_pause_ns(self) -> int | None:
+        """The instant at which the rig stands still; None while it runs."""
+        status = self._ask_rig("status", None)
+        return int(status["now_ns"]) if status.get("state") == "paused" else None
+
+    @property
+    def is_held(self) -> bool:
+        """True if a program that goes on lets the paused rig run."""
+        return self._is_held
 
     def back(self, ns: int) -> None:
         """Go back to an instant."""
         self._with_breakpoints(lambda: self._ask_rig("back", {"ns": ns}))
 
     def back_by_line(self, thread: int) -> Mapping[str, Any]:
-        """Go back to the line before, over calls, of a thread that stands; return what was found."""
+        """Go back to the line before, over calls, or to the last one of a thread that is between two cycles.
+
+        Return what was found.
+        """
         frames = self._ask({"command": "stack", "thread": thread})["frames"]
-        if not frames:
-            raise ValueError("the task is between two cycles\nexpected a breakpoint first")
-        return self._go({"thread": thread, "depth": len(frames) - 1})
+        return self._go({"thread": thread, "depth": len(frames) - 1 if frames else DEEPEST}, NO_LINE)
 
-    def back_to_last_line(self, thread: int) -> Mapping[str, Any]:
-        """Go back to the line that a thread ran last before the rig was paused; return what was found."""
-        return self._go({"thread": thread, "depth": DEEPEST})
-
-    def back_to(self, places: Sequence[Mapping[str, Any]], names: Sequence[str] = ()) -> Mapping[str, Any]:
-        """Go back to the last time at one of these lines, or before one of these variables got its value."""
-        if not places and not names:
-            raise ValueError("there is nothing to stop at\nexpected a breakpoint or a watched variable first")
-        return self._go({"places": list(places), "names": list(names)})
+    def back_to(self, file: str, line: int) -> Mapping[str, Any]:
+        """Go back to the last time at a line, or else at the next one with an instruction.  ValueError if none has."""
+        [place] = self._ask({"command": "breakpoints", "file": file, "lines": [line]})["places"]
+        if place is None:
+            raise ValueError(f"there is no instruction at or after {file}:{line}")
+        return self._go({"places": [{"file": file, "line": place}]}, f"{file}:{place} has not run before this")
 
     def reverse_continue(self) -> Mapping[str, Any]:
         """Go back to the last breakpoint, or before the last change of a watched variable."""
         places = self._ask({"command": "breakpoints"})["breakpoints"]
-        return self.back_to(places, self._ask({"command": "watch"})["names"])
+        names = self._ask({"command": "watch"})["names"]
+        if not places and not names:
+            raise ValueError("there is nothing to stop at\nexpected a breakpoint or a watched variable first")
+        return self._go({"places": places, "names": names}, "there is no breakpoint and no change before this")
 
     def last_change(self, name: str) -> Mapping[str, Any]:
         """Return where and when a variable got the value that it has.  ValueError if the past does not tell."""
         self._check()
-        return self._checked(self._ask_rig("last", self._search({"names": [name]}))["found"])
+        found = self._ask_rig("last", self._search({"names": [name]}))["found"]
+        return self._checked(found, f"{name} has not changed")
 
     def hold(self) -> None:
         """Take note that the rig is paused, so that a program that goes on lets it run."""
@@ -78,9 +86,9 @@ class Travel:
             self._is_held = False
             self._ask_rig("run", None)
 
-    def _go(self, wish: Mapping[str, Any]) -> Mapping[str, Any]:
+    def _go(self, wish: Mapping[str, Any], nothing: str) -> Mapping[str, Any]:
         message = self._search(wish)
-        return self._checked(self._with_breakpoints(lambda: self._ask_rig("back", message))["found"])
+        return self._checked(self._with_breakpoints(lambda: self._ask_rig("back", message))["found"], nothing)
 
     def _search(self, wish: Mapping[str, Any]) -> dict[str, Any]:
         """Return the question; the past of a program that stands ends where it has stopped."""
@@ -93,10 +101,11 @@ class Travel:
         }
         return {"search": search} | ({"before_ns": state["stopped_ns"]} if state["state"] == "paused" else {})
 
-    def _checked(self, found: Mapping[str, Any]) -> Mapping[str, Any]:
+    def _checked(self, found: Mapping[str, Any], nothing: str) -> Mapping[str, Any]:
         if found["number"]:
             return found
-        raise ValueError(f"{NOTHING_BEFORE} {self._ask_rig('status', None)['first_ns'] / 1e9:g} s")
+        first_s = self._ask_rig("status", None)["first_ns"] / 1e9
+        raise ValueError(f"{nothing}: the past that the rig remembers begins at {first_s:g} s")
 
     def _check(self) -> None:
         """ValueError or RigError, which say why, for a rig that cannot go back."""

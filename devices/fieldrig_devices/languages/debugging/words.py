@@ -20,6 +20,7 @@ class Words:
     def __init__(self, entries: Sequence[Help], hint: str) -> None:
         self._entries, self._hint = tuple(entries), hint
         self._width = max(len(entry.arguments) for entry in entries)
+        self._name_width = max(len(", ".join(entry.words)) for entry in entries)
 
     def find(self, word: str) -> str:
         """Find a command by its full name, its short name or its beginning.  ValueError for an unknown command."""
@@ -36,8 +37,16 @@ class Words:
     def lines(self) -> Iterator[str]:
         """Yield the text of `help`."""
         for entry in self._entries:
-            yield f"  {', '.join(entry.words):12} {entry.arguments:{self._width}} {entry.about}"
+            yield self._shown(entry)
         yield self._hint
+
+    def line(self, word: str) -> str:
+        """Return what `help` says of a command.  ValueError for an unknown one."""
+        name = self.find(word)
+        return next(self._shown(entry) for entry in self._entries if entry.words[0] == name)
+
+    def _shown(self, entry: Help) -> str:
+        return f"  {', '.join(entry.words):{self._name_width}} {entry.arguments:{self._width}} {entry.about}"
 
 
 def count(arguments: Sequence[str]) -> int:

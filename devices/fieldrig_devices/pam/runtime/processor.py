@@ -83,7 +83,7 @@ class Processor:
             self._rest -= task.step()
             if task.state is not TaskState.READY:
                 program.goal = None
-            elif goal.is_reached(task.line, len(task.stack)):
+            elif goal.is_reached(task.line, len(task.stack), is_beginning=task.begins_line):
                 program.goal = None
                 task.halt()
             elif not task.is_waiting:

@@ -82,8 +82,8 @@ def test_back_by_lines_and_forward_again(session: Session) -> None:
     count = int(session.value("Main.a"))
     assert session.do("back") == [f"T paused at Main, plc.st:{CALL}: b := Twice(a);"]
     assert int(session.value("Main.b")) == 2 * (count - 1)
-    assert session.do("back 3")[0].startswith("T paused at Main, plc.st:")
-    assert place(session) == IF, "of the cycle before"
+    assert session.do("back 2")[0].startswith("T paused at Main, plc.st:")
+    assert place(session) == IF, "of the cycle before, which did not run the lines in the IF"
     assert int(session.value("Main.a")) == count - 1
     assert session.do("break") == [f"breakpoint at plc.st:{IF}: IF a = 30 THEN"], "it belongs to the session"
     session.do("continue")
@@ -99,12 +99,29 @@ def test_back_from_within_a_call_and_into_none(session: Session) -> None:
     assert place(session) == IN_TWICE
 
 
+def test_a_step_at_the_end_of_a_cycle_goes_to_the_next_cycle(session: Session) -> None:
+    session.do(f"break {IF}", "continue", "delete", "next")
+    assert place(session) == FIRST
+    session.do("next", "next", "out")
+    assert place(session) == FIRST
+
+
+def test_back_of_a_task_between_two_cycles_is_to_the_line_that_ran_last(session: Session) -> None:
+    session.do("pause")
+    assert session.do("where") == ["the task is between two cycles"]
+    count = session.value("Main.a")
+    assert session.do("back") == [f"T paused at Main, plc.st:{IF}: IF a = 30 THEN"]
+    assert session.value("Main.a") == count
+
+
 def test_back_to_a_line_that_ran_long_ago(session: Session) -> None:
     session.do("pause")
     assert session.value("Main.top") == "30"
     session.do(f"back to {TOP}")
     assert (place(session), session.value("Main.a"), session.value("Main.top")) == (TOP, "30", "0")
-    with pytest.raises(ValueError, match="there is nothing before this"):
+    with pytest.raises(
+        ValueError, match=r"plc\.st:10 has not run before this: the past that the rig remembers begins at 0 s"
+    ):
         session.do(f"back to {TOP}")
     session.do("next")
     assert session.value("Main.top") == "30"
@@ -116,7 +133,7 @@ def test_reverse_continue_goes_from_breakpoint_to_breakpoint(session: Session) -
     assert (place(session), session.value("Main.a")) == (TOP, "30")
     session.do("rc")
     assert (place(session), session.value("Main.a")) == (CALL, "20")
-    with pytest.raises(ValueError, match="there is nothing before this"):
+    with pytest.raises(ValueError, match="there is no breakpoint and no change before this"):
         session.do("rc")
     session.do("continue")
     assert (place(session), session.value("Main.a")) == (TOP, "30")
@@ -163,12 +180,49 @@ def test_back_to_a_time_has_every_value_of_then(session: Session) -> None:
     assert session.rig.is_running
 
 
-@pytest.mark.parametrize("line", ["back to 99", "back 5", "back 12", "rc", "last Main.none", "back 100s", "last Main"])
-def test_what_is_not_possible_is_said_and_changes_nothing(session: Session, line: str) -> None:
+def test_back_to_a_line_without_an_instruction_goes_to_the_next_one_that_has_one(session: Session) -> None:
+    session.do("break 8 if a = 1000", "pause", "back to 6")
+    assert place(session) == FIRST
+    assert session.do("break") == ["breakpoint at plc.st:8: b := Twice(a); if a = 1000"], "none is set for the way"
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("back to 99", "there is no instruction at or after plc.st:99"),
+        ("back to", "expected `back to LINE`"),
+        ("back to 8 if a = 3", "expected `back to LINE`"),
+        ("back to none.st:8", "there is no file 'none.st'"),
+        ("back 5 s", "unexpected 's'\nexpected `back 5`, `back 12.34s` or `back to LINE`"),
+        ("back 5", "no task is paused"),
+        ("back 12", "no task is paused"),
+        ("rc", "there is nothing to stop at"),
+        ("last Main.none", "Main.none is not a variable of the program"),
+        ("back 100s", "it is at 1.6"),
+        ("last Main", "Main is a group of values"),
+    ],
+)
+def test_what_is_not_possible_is_said_and_changes_nothing(session: Session, line: str, said: str) -> None:
     now_ns = session.rig.now_ns
-    with pytest.raises((ValueError, RigError)):
+    with pytest.raises((ValueError, RigError)) as refused:
         session.do(line)
+    assert said in str(refused.value)
     assert session.rig.now_ns == now_ns
+
+
+def test_a_variable_that_has_not_changed_is_said(session: Session) -> None:
+    session.do("back 1.1s")
+    with pytest.raises(ValueError, match=r"Main\.due has not changed: the past that the rig remembers begins at 0 s"):
+        session.do("last Main.due")
+
+
+def test_a_paused_rig_is_named_as_what_keeps_the_program_from_going_on(session: Session) -> None:
+    assert session.do("back 1.2s") == ["the program is running", "the rig is paused at 1.2 s\n  `run` lets it run"]
+    session.do("run")
+    session.rig.is_running = False
+    assert session.do("state")[0] == "IEC 61131-3: running at 1.200 s"
+    session.debugger.begin()
+    assert session.said[-2:] == ["the program is running", "the rig is paused at 1.2 s\n  `fieldrig run` lets it run"]
 
 
 @pytest.mark.long
