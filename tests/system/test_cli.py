@@ -72,9 +72,15 @@ def test_get_prints_what_it_could_get_when_a_process_is_dead() -> None:
         rig.tool("set", "extra/hit=true")
         until(lambda: rig.status()["processes"]["extra"]["state"] == "gone")
         done = rig.tool("get", "lamp/colour", "extra/pid", "lamp/on")
+        watching = rig.tool("watch", "lamp/colour", "extra/pid", "--for", "500ms")
+        recording = rig.tool("record", "extra/pid", "-o", "nothing.csv", "--for", "1s")
     assert done.returncode == 6
     assert done.stdout == "lamp/colour = red\nlamp/on = false\n"
     assert "extra does not answer" in done.stderr
+    assert "lamp/colour = red" in watching.stdout
+    assert watching.stderr.count("-- extra does not answer: ") == 1
+    assert recording.returncode == 6
+    assert "extra does not answer: " in recording.stderr
 
 
 def test_get_and_set(rig: RunningRig) -> None:

@@ -45,17 +45,9 @@ class Parts:
         return str(self.status["rig"])
 
     def ask_device(self, device: str, verb: str, message: Any = None) -> Any:
-        """Ask a device.  ControlError for an unknown device, or with a helpful message if it does not answer."""
-        from fieldrig.control.messages import NoAnswerError
-
+        """Ask a device.  ControlError for an unknown device, or one that does not answer."""
         check_name(device, self.devices, f"{self.rig} has no device")
-        try:
-            return self._client.ask(f"device/{device}/{verb}", message)
-        except NoAnswerError:
-            raise ControlError(
-                f"{device} does not answer: it has not started, it hangs, or its process died",
-                "look at `fieldrig status`",
-            ) from None
+        return self._client.ask(f"device/{device}/{verb}", message)
 
     def check_buses(self, patterns: Iterable[str]) -> None:
         """ControlError for the first pattern that fits no bus."""

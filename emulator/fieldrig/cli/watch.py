@@ -150,6 +150,7 @@ def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
     if len(units) == len(watched):  # the keys of a device that does not answer are not known
         _check_keys(patterns, units)
     shown = {device: _Shown(keys, LATER_NS / S + FACTS_S) for device, keys in watched.items()}
+    silent: set[str] = set()
     while True:
         started_s = time.monotonic()
         for device, its in shown.items():
@@ -157,8 +158,15 @@ def _points(client: "Client", patterns: list[str]) -> Iterator[Line | None]:
                 if device not in units or its.wants_facts(started_s):
                     units[device] = client.ask(f"device/{device}/keys")
                 values = client.ask(f"device/{device}/get")
-            except NoAnswerError:  # it is being restarted
+            except NoAnswerError as silence:  # it is being restarted, or hangs
+                if device not in silent:
+                    silent.add(device)
+                    typer.echo(f"-- {silence.what}", err=True)
+                yield None
                 continue
+            if device in silent:
+                silent.remove(device)
+                typer.echo(f"-- {device} answers again", err=True)
             for key in its.changed(values, units[device], started_s):
                 yield _of_point(f"{device}/{key}", values[key], units[device].get(key, {}))
         yield None

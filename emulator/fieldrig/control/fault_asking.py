@@ -61,10 +61,7 @@ def about_faults(where: str, verb: str, message: Any) -> Asking:
         return (yield Question(f"{'bus' if where in known else 'device'}/{where}/{verb}", message))
     except NoAnswerError:
         if where in devices or any(where in process["buses"] for process in rig["processes"].values()):
-            raise ControlError(
-                f"{where} does not answer: it has not started, it hangs, or its process died",
-                "look at `fieldrig status`",
-            ) from None
+            raise
     ends = yield Question(f"end/{where}/*/faults", of_all=True)
     if not ends:
         raise ControlError(

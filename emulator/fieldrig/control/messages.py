@@ -65,6 +65,10 @@ TIMED_OUT: Final = b"Timeout"
 """Zenoh's own answer for a process that is there and does not answer in time."""
 
 
+KINDS_OF_PARTS: Final = ("device", "bus", "process", "condition", "help")
+"""The words that stand before the name of a part in the path of a question."""
+
+
 class NoAnswerError(ControlError):
     """The rig is running, but no part of it answers this question."""
 
@@ -176,13 +180,13 @@ class Control:
         """Return the answer to one query.  ControlError if it is negative, or if there is none in time."""
         for reply in await self._replies(path, message, timeout_s):
             return _message_of(reply, path)
-        raise NoAnswerError(f"there is no answer to {path}", "the rig may have been stopped")
+        raise _no_answer(path)
 
     async def ask_bytes(self, path: str, message: Any, timeout_s: float) -> bytes:
         """Return the answer to a query that is answered in binary.  ControlError as for `ask`."""
         for reply in await self._replies(path, message, timeout_s):
             return reply.ok.payload.to_bytes() if reply.ok is not None else _refusal(reply, path)
-        raise NoAnswerError(f"there is no answer to {path}", "the rig may have been stopped")
+        raise _no_answer(path)
 
     async def ask_all(self, path: str, timeout_s: float) -> dict[str, Any]:
         """Return every positive answer to a path with a `*`, by the key part in its place."""
@@ -331,7 +335,7 @@ class Client:
         """Return the answer.  ControlError if it is negative or there is none."""
         for reply in self.session.get(key("*", path), payload=json.dumps(message), timeout=timeout_s):
             return _message_of(reply, path)
-        raise NoAnswerError(f"there is no answer to {path}", "the rig may be stopping, or too busy")
+        raise _no_answer(path)
 
     def ask_all(self, path: str, message: Any = None, timeout_s: float = 5.0) -> dict[str, Any]:
         """Return every positive answer to a path with a `*`, by the key part in its place."""
@@ -385,15 +389,24 @@ def _refusal(reply: zenoh.Reply, path: str) -> NoReturn:
     error = reply.err
     body = error.payload.to_bytes() if error is not None else b""
     if body == TIMED_OUT:
-        kind, _, rest = path.partition("/")
-        name = rest.partition("/")[0] if kind in ("device", "bus", "process") else "the rig"
-        raise NoAnswerError(f"{name} does not answer", "its process is stopped or too busy: see `fieldrig status`")
+        raise _no_answer(path)
     try:
         refusal = read_json(body)
         what, remedy = field(refusal, "what", str), field(refusal, "remedy", str)
     except MalformedError:
         what, remedy = shown(body.decode(errors="replace")), ""
     raise ControlError(what, remedy)
+
+
+def _no_answer(path: str) -> NoAnswerError:
+    """Return the error for a question that nothing answers, by the name of the part that should."""
+    kind, _, rest = path.partition("/")
+    if kind not in KINDS_OF_PARTS:
+        return NoAnswerError("the rig does not answer", "it may be stopping, or too busy")
+    name = rest.partition("/")[0]
+    return NoAnswerError(
+        f"{name} does not answer: it has not started, it hangs, or its process died", "look at `fieldrig status`"
+    )
 
 
 def _ending(declared: Any) -> Callable[[], None]:
