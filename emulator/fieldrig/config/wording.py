@@ -13,6 +13,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core.core_schema import DictSchema
 
 from fieldrig.config.yaml_source import KeyPath
+from fieldrig.points.values import counted
 from fieldrig.settings import Settings, WrongKey, WrongSettingsError
 from fieldrig.text.nearest import closest
 from fieldrig.text.yaml_value import show
@@ -211,10 +212,17 @@ def _limits(part: dict[str, Any]) -> str:
         "maximum": "of at most {}",
         "exclusiveMinimum": "above {}",
         "exclusiveMaximum": "below {}",
-        "minLength": "of at least {} characters",
-        "maxLength": "of at most {} characters",
-        "minItems": "of at least {} items",
-        "maxItems": "of at most {} items",
     }  # without `pattern`, a regular expression: a field that has one says its form by examples or in its description
-    said = [words[key].format(part[key]) for key in words if key in part]
-    return f" {' and '.join(said)}" if said else ""
+    said = " and ".join(words[key].format(part[key]) for key in words if key in part)
+    limits = f" {said}" if said else ""
+    return limits + _length(part, "Length", "character") + _length(part, "Items", "item")
+
+
+def _length(part: dict[str, Any], limited: str, one: str) -> str:
+    """Return words such as ` of 1 to 40 characters`; "" without a limit."""
+    low, high = part.get(f"min{limited}"), part.get(f"max{limited}")
+    if low is not None and high is not None:
+        return f" of {low} to {counted(high, one)}" if low < high else f" of {counted(high, one)}"
+    if low is not None:
+        return f" of at least {counted(low, one)}"
+    return "" if high is None else f" of at most {counted(high, one)}"

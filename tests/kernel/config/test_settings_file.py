@@ -108,3 +108,30 @@ def test_what_is_wrong_with_a_whole_mapping_has_no_remedy_of_its_type(tmp_path: 
     (tmp_path / "card.yaml").write_text(text)
     (mistake,) = mistakes(tmp_path / "card.yaml")
     assert (mistake.what, mistake.remedy) == ("low is above high", "")
+
+
+class Lengths(Settings):
+    least_one: str = Field(default="x", min_length=1)
+    least_two: str = Field(default="xx", min_length=2)
+    most: str = Field(default="", max_length=1)
+    between: str = Field(default="x", min_length=1, max_length=4)
+    exact: tuple[int, ...] = Field(default=(0, 0), min_length=2, max_length=2)
+    list_of_most: tuple[int, ...] = Field(default=(), max_length=1)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("least_one: ''", "a text of at least 1 character"),
+        ("least_two: ''", "a text of at least 2 characters"),
+        ("most: abc", "a text of at most 1 character"),
+        ("between: abcde", "a text of 1 to 4 characters"),
+        ("exact: [1]", "a list of 2 items"),
+        ("list_of_most: [1, 2]", "a list of at most 1 item"),
+    ],
+)
+def test_lengths_are_said_as_a_person_says_them(file: Path, text: str, expected: str) -> None:
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as refused:
+        load_settings(file, Lengths)
+    assert [mistake.remedy for mistake in refused.value.mistakes] == [f"expected {expected}"]
