@@ -120,6 +120,7 @@ class Network:
     def connect(self, scheduler: Scheduler, sock: socket.socket, address: Any) -> None:
         host, port = str(address[0]), int(address[1])
         place = _place(host, port)
+        scheduler.settle()
         listening = self._listening.get(place)
         if listening is None or not listening.is_open:
             if place in self._known or scheduler.place is Place.DOORS:

@@ -133,6 +133,15 @@ class Scheduler:
         self._hand_on(me)
         self._resume(me)
 
+    def settle(self) -> None:
+        """Let the rig and its ports first do what this thread has caused at this instant, such as a fault."""
+        if self.place is not Place.MEMBER:
+            return
+        next_ns = self.rig.next_ns()
+        if next_ns is not None and next_ns <= self.rig.now_ns:
+            self.wait(self.rig.now_ns)
+        self.serve()
+
     def count_read(self) -> None:
         """Count a look at the clock, or at anything else that may have changed; time passes after very many."""
         me = self.running

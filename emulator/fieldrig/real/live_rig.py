@@ -167,8 +167,28 @@ class LiveRig(UpProcess):
         return LiveRecording(self.endpoint, self.status()["rig"], *wish_of(signals, rhythm))
 
     def restart(self, name: str) -> None:
-        """Restart the process of a device or a bus, a power cycle for its devices.  ControlError for any other name."""
+        """Restart the process of a device or a bus, a power cycle for its devices, and wait until it is ready again.
+
+        ControlError for any other name; RigError if the process or the rig ends instead.
+        """
+        before = self.status()["processes"]
         self.ask("rig/restart", {"name": name})
+        while not self._has_restarted(name, before):
+            self._check_lives(f"while {name} was restarted")
+            time.sleep(POLL_S)
+
+    def _has_restarted(self, name: str, before: Mapping[str, Any]) -> bool:
+        try:
+            now = self.status()["processes"]
+        except ControlError:  # the rig ends
+            return False
+        for process, entry in now.items():
+            if name in (process, *entry["devices"], *entry["buses"]):
+                if entry["state"] == "gone":
+                    raise RigError(f"{name} has not started again:\n{self.output()}")
+                if entry["restarts"] == before[process]["restarts"]:
+                    return False
+        return all(entry["state"] in ("ready", "gone") for entry in now.values())
 
     def add_fault(self, where: str, fault: Mapping[str, Any]) -> int:
         """Add a fault of a bus or a device from now on, and return its number.
@@ -194,9 +214,12 @@ class LiveRig(UpProcess):
     def _wait_until_ready(self) -> None:
         """Wait as long as the process lives; a rig that cannot start ends by its own `start_timeout_s`."""
         while not self._is_ready():
-            if (code := self.process.poll()) is not None:
-                raise RigError(f"the rig ended with exit code {code} before it was ready:\n{self.output()}")
+            self._check_lives("before it was ready")
             time.sleep(POLL_S)
+
+    def _check_lives(self, when: str) -> None:
+        if (code := self.process.poll()) is not None:
+            raise RigError(f"the rig ended with exit code {code} {when}:\n{self.output()}")
 
     def _is_ready(self) -> bool:
         try:

@@ -5,6 +5,7 @@ import ftplib
 import http.client
 import io
 import logging
+import socket
 import threading
 import time
 import urllib.request
@@ -72,6 +73,18 @@ def test_the_time_outs_of_a_modbus_client_take_virtual_time_only(fieldrig_master
         with pytest.raises(Exception, match="No response"):
             client.read_holding_registers(0, device_id=99)
         assert rig.now_ns - begin_ns == 12 * S
+
+
+def test_a_fault_acts_on_a_connection_of_its_own_instant(fieldrig_master: MasterRigMaker) -> None:
+    """In real time the port refuses when the call that adds the fault returns."""
+    rig = lab(fieldrig_master)
+    fault = rig.add_fault("mb_tcp", {"what": "refuse"})
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", 5020))
+    assert (rig.now_ns, rig.faults("mb_tcp")[fault]["applied"]) == (0, 1)
+    rig.clear_fault("mb_tcp", fault)
+    with ModbusTcpClient("127.0.0.1", port=5020) as client:
+        assert client.read_input_registers(1).registers == [0]
 
 
 def test_two_modbus_clients_of_asyncio_share_the_device(fieldrig_master: MasterRigMaker) -> None:
