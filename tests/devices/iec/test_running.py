@@ -643,7 +643,7 @@ def test_a_step_beyond_the_end_of_a_cycle_can_be_forgotten() -> None:
     bench.thread.start()
     bench.thread.step(Step.OUT)
     bench.thread.run(ENOUGH_NS)
-    assert bench.thread.state is WorkState.ENDED
+    assert state_of(bench) is WorkState.ENDED
     bench.thread.forget_step()
     bench.thread.start()
-    assert bench.thread.state is WorkState.READY
+    assert state_of(bench) is WorkState.READY

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from fieldrig.errors import RigError
+from fieldrig_devices.begin.named_files import named_files
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.mutation import switch
@@ -43,12 +44,17 @@ class BlockSource:
         unique = list({case.name: case for case in reversed(made)}.values())[::-1]
         return unique or [Case(COMPILES, str(self._file), self._file, 1)]
 
+    @property
+    def path(self) -> Path:
+        return self._file
+
     def files(self) -> Collection[Path]:
         """Return the files on which the tests depend: a change of one of them may change an outcome."""
         found, _ = gathered.with_code(self._test, self._dialect)
         rigs = [test.rig for test in self._test.unit.tests if test.rig is not None]
         rigs += [self._test.unit.rig] if self._test.unit.rig is not None else []
-        return {*(one.path for one in found), *(self._file.parent / rig.file for rig in rigs)}
+        named = {rig.file: named_files(self._file.parent / rig.file) for rig in rigs}
+        return {one.path for one in found}.union(*named.values())
 
     def mistakes(self) -> Sequence[Mistake]:
         """Return the mistakes and notes of the test file, of its code, and of its rigs and their places."""

@@ -65,6 +65,10 @@ class PytestSource:
                     break
         return [Case(IMPORTS, str(self._file), self._file, 1)]
 
+    @property
+    def path(self) -> Path:
+        return self._file
+
     def files(self) -> Collection[Path]:
         """Return the test file, and the sources beside it: which of them it loads, only its run would tell."""
         return {self._file, *files_in(self._file.parent)}

@@ -114,4 +114,8 @@ class Source(Protocol):
 class Dependent(Protocol):
     """A source that knows the files on which its tests depend, for `--watch`."""
 
+    @property
+    def path(self) -> Path:
+        """The file or folder of its tests."""
+
     def files(self) -> Collection[Path]: ...

@@ -64,6 +64,10 @@ class SuiteSource:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._project, self._bench = state["_project"], None
 
+    @property
+    def path(self) -> Path:
+        return self._project
+
     def files(self) -> Collection[Path]:
         """Return the files on which the tests depend: a change of one of them may change an outcome."""
         given = opened(self._project)

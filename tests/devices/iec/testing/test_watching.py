@@ -47,6 +47,28 @@ def test_a_change_of_the_code_runs_the_tests_that_need_it(folder: Path, monkeypa
     assert touched(folder, monkeypatch, *changes) == [["motor_test.st"], ["other_test.st"]]
 
 
+def test_a_file_of_code_that_is_deleted_runs_the_tests_that_needed_it(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changes: list[Callable[[], object]] = [
+        (folder / "motor.st").unlink,
+        lambda: written(folder, unrelated="PROGRAM Unrelated END_PROGRAM"),
+        lambda: written(folder, motor=MOTOR),
+    ]
+    assert touched(folder, monkeypatch, *changes) == [["motor_test.st"], ["motor_test.st"]]
+
+
+def test_a_file_that_the_rig_of_a_test_names_runs_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "base.yaml").write_text("devices: {plc: {kind: max4, program: plc.st}}")
+    (folder / "rig.yaml").write_text("extends: base.yaml")
+    written(folder, plc="PROGRAM Main END_PROGRAM", rig_test="TEST 'it' RIG 'rig.yaml' ASSERT_TRUE(TRUE); END_TEST")
+    changes: list[Callable[[], object]] = [
+        lambda: written(folder, plc="PROGRAM Main VAR a : INT; END_VAR END_PROGRAM"),
+        lambda: (folder / "base.yaml").write_text("devices: {plc: {kind: max4}}"),
+    ]
+    assert touched(folder, monkeypatch, *changes) == [["rig_test.st"], ["rig_test.st"]]
+
+
 def test_a_new_file_of_tests_runs(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert touched(folder, monkeypatch, lambda: written(folder, third_test=TEST)) == [["third_test.st"]]
 
