@@ -13,7 +13,6 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core.core_schema import DictSchema
 
 from fieldrig.config.yaml_source import KeyPath
-from fieldrig.points.values import counted
 from fieldrig.settings import Settings, WrongKey, WrongSettingsError
 from fieldrig.text.nearest import closest
 from fieldrig.text.yaml_value import show
@@ -221,8 +220,8 @@ def _limits(part: dict[str, Any]) -> str:
 def _length(part: dict[str, Any], limited: str, one: str) -> str:
     """Return words such as ` of 1 to 40 characters`; "" without a limit."""
     low, high = part.get(f"min{limited}"), part.get(f"max{limited}")
-    if low is not None and high is not None:
-        return f" of {low} to {counted(high, one)}" if low < high else f" of {counted(high, one)}"
-    if low is not None:
-        return f" of at least {counted(low, one)}"
-    return "" if high is None else f" of at most {counted(high, one)}"
+    if low is None and high is None:
+        return ""
+    words = f"at most {high}" if low is None else f"at least {low}" if high is None else f"{low} to {high}"
+    most = low if high is None else high
+    return f" of {high if low == high else words} {one if most == 1 else f'{one}s'}"
