@@ -148,6 +148,13 @@ class Device:
         points = self.points()
         return {key: points[key].read() for key in self.trouble_keys if key in points}
 
+    def limits_reached(self) -> Mapping[str, float]:
+        """Return how often clients that the device itself serves, such as callers by modem, reached each limit.
+
+        `fieldrig status` shows them (`outside.limits.Reached`).  The ports of buses count their clients themselves.
+        """
+        return {}
+
     def add_fault(self, fault: Mapping[str, Any]) -> int:
         """Add a fault that begins now, in the words of the device, and return its number.
 

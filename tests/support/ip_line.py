@@ -121,11 +121,16 @@ class Peer:
         self.sent: list[Segment] = []
         self.others: list[Packet] = []
         """The packets of the stack that are no segments."""
-        self.stack = Stack(CONTROLLER, mtu, self._on_packet, window=window)
+        self.limits: list[str] = []
+        """The limits that the stack says are reached, with what has happened."""
+        self.stack = Stack(CONTROLLER, mtu, self._on_packet, window=window, on_limit=self._on_limit)
         self.users: list[User] = []
         self.stack.listen(PORT, lambda connection: self.users.append(User(connection)))
         self.theirs = 0
         """The stack's initial sequence number."""
+
+    def _on_limit(self, limit: str, what: str) -> None:
+        self.limits.append(f"{limit}: {what}")
 
     def _on_packet(self, data: bytes) -> None:
         packet = Packet.decode(data)

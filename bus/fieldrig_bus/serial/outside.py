@@ -14,7 +14,7 @@ from typing import Protocol
 
 from fieldrig.loop.pace import Pace
 from fieldrig.outside.addresses import split_address
-from fieldrig.outside.limits import FIRST_MESSAGE_S, Limits
+from fieldrig.outside.limits import FIRST_MESSAGE_S, OVER_LIMIT, Limits
 from fieldrig.outside.vanished import notice_silence
 from fieldrig_bus.net import Connection, TcpServer, cancel
 
@@ -114,7 +114,7 @@ class ClientPlace:
     def _refuse(self, connection: "_Connection") -> None:
         if connection in self._waiting:
             what = f"{connection} refused, {self._current} is on the line"
-            self.server.door.reached.note("connections over the limit", what)
+            self.server.door.reached.note(OVER_LIMIT, what)
             connection.transport.abort()
 
     async def _dial(self) -> None:

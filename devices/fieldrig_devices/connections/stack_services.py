@@ -1,14 +1,12 @@
 """The services of a device at the end of an IP link of its own, such as a telephone line."""
 
-import logging
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final
 
+from fieldrig.outside.limits import OVER_LIMIT, OnLimit
 from fieldrig_devices.connections.connection import Serve, Session
 from fieldrig_devices.ip.kernel_end import Accepted, IpEnd
-
-log = logging.getLogger(__name__)
 
 EXTRA_PORTS: Final = range(50_000, 50_032)
 """Ports for the data of passive FTP; as many connections can have one at a time."""
@@ -25,10 +23,11 @@ class StackServices:
         stack: IpEnd,
         services: Mapping[int, Serve],
         wake: Callable[[], None],
-        on_connected: Callable[[str], None] = lambda _: None,
+        on_connected: Callable[[str], None],
+        on_limit: OnLimit,
     ) -> None:
         """`services` are by TCP port; `wake` is called after calls to the stack from outside of its handlers."""
-        self.wake = wake
+        self.wake, self.on_limit = wake, on_limit
         self.local = str(stack.address)
         self._on_connected = on_connected
         self._extra: dict[int, tuple[_StackConnection, Serve]] = {}
@@ -49,6 +48,7 @@ class StackServices:
             if port not in self._extra:
                 self._extra[port] = owner, serve
                 return port
+        self.on_limit(OVER_LIMIT, f"{len(EXTRA_PORTS)} extra ports of FTP are open")
         return 0
 
     def connect(self, owner: "_StackConnection", port: int, on_failed: Callable[[], None], serve: Serve) -> None:
@@ -135,7 +135,7 @@ class _StackConnection:
         self._feed()
 
     def cut(self, limit: str) -> None:
-        log.warning("a connection of %s is closed (%s)", self.peer, limit)
+        self._services.on_limit(limit, f"a connection of {self.peer} is closed")
         self._waiting.clear()
         self.close()
 

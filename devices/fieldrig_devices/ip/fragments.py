@@ -5,7 +5,7 @@ fragments that overlap is dropped, as the kernels of today do, because only an a
 """
 
 from bisect import bisect, insort
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from ipaddress import IPv4Address
 from typing import Final
@@ -61,7 +61,9 @@ class _Partial:
 class Reassembly:
     """The packets of one host that are not complete."""
 
-    def __init__(self) -> None:
+    def __init__(self, on_dropped: Callable[[], object] = lambda: None) -> None:
+        """`on_dropped` is called when a packet gives way to a further one."""
+        self._on_dropped = on_dropped
         self._waiting: dict[Key, _Partial] = {}
 
     def take(self, now_ns: int, packet: Packet) -> Packet | None:
@@ -103,6 +105,7 @@ class Reassembly:
     def _begin(self, key: Key, now_ns: int) -> _Partial:
         if len(self._waiting) >= MOST_WAITING:
             del self._waiting[next(iter(self._waiting))]
+            self._on_dropped()
         partial = self._waiting[key] = _Partial(now_ns + WAIT_NS)
         return partial
 

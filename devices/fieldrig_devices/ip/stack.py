@@ -16,8 +16,9 @@ from hashlib import blake2b
 from ipaddress import IPv4Address
 from typing import Final
 
+from fieldrig.outside.limits import OVER_LIMIT, OnLimit
 from fieldrig_devices.ip import icmp
-from fieldrig_devices.ip.fragments import Reassembly, fragments_of
+from fieldrig_devices.ip.fragments import MOST_WAITING, Reassembly, fragments_of
 from fieldrig_devices.ip.ipv4 import HEADER_BYTES, Packet, Protocol
 from fieldrig_devices.ip.tcp import segment as tcp
 from fieldrig_devices.ip.tcp.arrival import arrive, refusal
@@ -53,10 +54,11 @@ class Stack:
         window: int = WINDOW,
         secret: bytes = b"",
         has_room: HasRoom = always,
+        on_limit: OnLimit = lambda _limit, _what: None,
     ) -> None:
         """`mtu` is the longest packet of the link, 68 to 65535 bytes; `window` the receive window, 1 to 65535 bytes.
 
-        `has_room` returns whether the link takes a further packet with data.
+        `has_room` returns whether the link takes a further packet with data.  `on_limit` hears of limits of peers.
         `secret`, of up to 64 bytes, makes the initial sequence numbers hard to guess (RFC 9293, 3.4.1).
         ValueError for numbers outside of these ranges.
         """
@@ -76,7 +78,12 @@ class Stack:
         self._held: dict[Connection, None] = {}
         """Connections that wait for room on the link, each behind those that have waited for longer."""
         self._arrived: deque[bytes] = deque()
-        self._reassembly = Reassembly()
+        self._on_limit = on_limit
+        self._reassembly = Reassembly(
+            lambda: on_limit(
+                "packets over the limit", f"{MOST_WAITING} packets wait for fragments; the oldest is dropped"
+            )
+        )
         self._is_running = False
         self._identification = self._last_own_port = 0
 
@@ -262,10 +269,12 @@ class Stack:
         if len(half_open) >= MOST_HALF_OPEN:
             (busiest, _), *_ = Counter(key.remote_address for key in half_open).most_common(1)
             del self._connections[next(key for key in half_open if key.remote_address == busiest)]
+            self._on_limit(OVER_LIMIT, f"{MOST_HALF_OPEN} connections are half open; the oldest is given up")
         if len(self._connections) < MOST_CONNECTIONS:
             return True
         oldest = next((key for key, old in self._connections.items() if old.state is TcpState.TIME_WAIT), None)
         if oldest is None:
+            self._on_limit(OVER_LIMIT, f"{MOST_CONNECTIONS} connections are open")
             return False
         del self._connections[oldest]
         return True

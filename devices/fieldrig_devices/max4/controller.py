@@ -144,6 +144,9 @@ class Max4(Device):
         axes = self.firmware.axes
         return {**super().troubles(), **{f"{symbol}.DiagCode": axis.diag_code for symbol, axis in axes.items()}}
 
+    def limits_reached(self) -> Mapping[str, float]:
+        return self._network.limits_reached()
+
     def further_point(self, key: str) -> Point | None:
         return self._debugging.point(key)
 

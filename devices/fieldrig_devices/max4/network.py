@@ -64,6 +64,10 @@ class Network:
         if self._tcp is not None:
             self._tcp.open()
 
+    def limits_reached(self) -> dict[str, float]:
+        """Return how often callers reached each limit; the clients at `tcp` are counted there."""
+        return self._dial_in.reached.figures()
+
     def end(self) -> None:
         """End all connections and calls, at power-off or before another boot."""
         self.com1.end()

@@ -98,6 +98,8 @@ def _show(rig: dict[str, Any]) -> None:
         typer.echo(f"{device} cannot store anything: {trouble}; see its log in {rig['run']}/log")
     for process, limits in rig.get("limits", {}).items():
         typer.echo(f"limits that tools have reached at {process}: {_figures(limits)}")
+    for device, limits in rig.get("client_limits", {}).items():
+        typer.echo(f"limits that clients have reached at {device}: {_figures(limits)}")
     if silent := rig.get("silent_connections"):
         typer.echo(f"connections at the control endpoint that have said nothing yet: {silent}")
     for line in _lateness(rig):

@@ -55,6 +55,9 @@ def joined(rig: dict[str, Any], details: dict[str, Any], page: dict[str, Any]) -
         )
         if limits := detail.get("limits"):
             rig.setdefault("limits", {})[name] = limits
+        for device, reached in detail.get("client_limits", {}).items():
+            if reached:
+                rig.setdefault("client_limits", {})[device] = reached
         for bus, statistics in detail["buses"].items():
             rig["buses"].setdefault(bus, {})["statistics"] = statistics
         if stores := detail.get("stores"):  # a device that cannot store works on, but keeps nothing new

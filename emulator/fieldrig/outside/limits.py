@@ -19,8 +19,13 @@ log = logging.getLogger(__name__)
 
 QUIET_S: Final = 10.0
 """Time between two lines of the log about the same limit of a service."""
+OVER_LIMIT: Final = "connections over the limit"
+"""The name of the limit of a client whose connection was refused, or closed for another one."""
 FIRST_MESSAGE_S: Final = 30.0
 """Time for the first complete message of a connection."""
+
+OnLimit = Callable[[str, str], object]
+"""Counts and logs that a client has reached a limit: the name of it in lower-case words, and what has happened."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,13 +96,9 @@ class Door:
             others, "connections over the limit of a peer", f"{peer} has {limits.of_a_peer} connections"
         )
         if is_room and len(self._peers) >= limits.connections:
-            is_room = self._make_room(
-                list(self._peers), "connections over the limit", f"{limits.connections} connections are open"
-            )
+            is_room = self._make_room(list(self._peers), OVER_LIMIT, f"{limits.connections} connections are open")
         if is_room and limits.silent is not None and len(self._silent) >= limits.silent:
-            return self._make_room(
-                list(self._silent), "connections over the limit", f"{limits.silent} connections have sent nothing yet"
-            )
+            return self._make_room(list(self._silent), OVER_LIMIT, f"{limits.silent} connections have sent nothing yet")
         return is_room
 
     def enter(self, guest: Guest, peer: str) -> None:

@@ -236,6 +236,7 @@ class Host:
             "troubles": self._troubles(),
             "buses": {name: subject.statistics() for name, subject in process.served.items()},
             "limits": control.limits(),
+            "client_limits": {name: dict(device.limits_reached()) for name, device in process.devices.items()},
             "stores": {name: trouble for name, store in process.stores.items() if (trouble := store.trouble())},
         }
 

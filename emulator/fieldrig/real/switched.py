@@ -81,6 +81,9 @@ class Switched(Device):
     def troubles(self) -> Mapping[str, Value]:
         return self.present.troubles() if self.is_on else {}
 
+    def limits_reached(self) -> Mapping[str, float]:
+        return self.present.limits_reached()
+
     def answer(self, question: str, message: Any) -> Any:
         self._check_on()
         return self.present.answer(question, message)

@@ -115,6 +115,14 @@ def test_a_packet_arrives_whole_in_any_order(payload: bytes, mtu: int, seed: int
     assert (early, last) == ([None] * len(early), packet)
 
 
+def test_a_packet_that_gives_way_to_another_one_is_told() -> None:
+    dropped: list[int] = []
+    reassembly = Reassembly(lambda: dropped.append(1))
+    for number in range(10):
+        reassembly.take(0, Packet(CALLER, CONTROLLER, 1, bytes(8), number, offset=0, has_more=True))
+    assert len(dropped) == 2, "8 wait"
+
+
 class Payload(bytes):
     """Counts how often lengths are looked at."""
 

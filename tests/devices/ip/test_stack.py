@@ -98,6 +98,7 @@ def test_the_number_of_connections_is_limited() -> None:
     open_connections(peer, MOST_CONNECTIONS)
     peer.give(Segment(1999, PORT, 1, 0, SYN, 1000))
     assert (peer.take(), len(peer.stack.connections)) == ([], MOST_CONNECTIONS)
+    assert peer.limits == ["connections over the limit: 256 connections are open"]
 
 
 def test_half_open_connections_of_one_peer_lock_no_other_out() -> None:
@@ -109,6 +110,7 @@ def test_half_open_connections_of_one_peer_lock_no_other_out() -> None:
     for port in range(2000, 2000 + 2 * MOST_CONNECTIONS):
         peer.give(Segment(port, PORT, 1, 0, SYN, 1000))
     assert len(peer.stack.connections) == MOST_HALF_OPEN
+    assert set(peer.limits) == {"connections over the limit: 64 connections are half open; the oldest is given up"}
     ack = Segment(1000, PORT, 2, theirs + 1, ACK, 1000)
     peer.stack.receive(0, Packet(other, CONTROLLER, 6, ack.encode(other, CONTROLLER)).encode())
     assert [user.connection.key.remote_address for user in peer.users] == [other]

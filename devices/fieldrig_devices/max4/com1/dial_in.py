@@ -13,7 +13,8 @@ from collections.abc import Callable, Mapping
 from ipaddress import IPv4Address
 from typing import Final, Protocol
 
-from fieldrig.clock import NEVER_NS, Clock
+from fieldrig.clock import NEVER_NS, Clock, S
+from fieldrig.outside.limits import Reached
 from fieldrig_devices.connections.connection import Serve
 from fieldrig_devices.connections.stack_services import StackServices
 from fieldrig_devices.ip.kernel_end import IpEnd
@@ -65,6 +66,7 @@ class DialIn:
         """`services` are by TCP port; `relayed` are services of others; `parameters` are those of the present boot."""
         self._clock, self._random, self._owner, self._services = clock, random, owner, services
         self._parameters, self._relayed = parameters, relayed
+        self.reached = Reached("calls at COM1", lambda: clock.now_ns() / S)
         self._watchdog = clock.watch(self._on_due)
         self._send: Callable[[bytes], None] = _drop
         self._hang_up: Callable[[], None] = _do_nothing
@@ -162,11 +164,12 @@ class DialIn:
             window=WINDOW,
             secret=self._random.randbytes(16),
             has_room=lambda: self._waiting() < FULL,
+            on_limit=self.reached.note,
         )
         if self._relayed is not None and isinstance(end, Stack):
             end = self._relayed.end_of(end, link.peer_address, link.mtu, self._transmit, self._waiting)
         self._end = end
-        StackServices(end, self._services, self.wake, self._owner.tcp_connected)
+        StackServices(end, self._services, self.wake, self._owner.tcp_connected, self.reached.note)
         if self._relayed is not None:
             self._relayed.attach(end)
 
