@@ -158,7 +158,8 @@ class Homing(Mode):
         assert move.switch is not None
         self._home = position
         is_on, was_on = bool(inputs & move.switch), bool(self._inputs & move.switch)
-        return is_on is move.ends_when and was_on is not is_on and self._way * move.direction > 0
+        # A switch at whose very edge the axis stands opens before the first whole increment.
+        return is_on is move.ends_when and was_on is not is_on and self._way * move.direction >= 0
 
     def _is_at_stop(self, move: Move, position: int) -> bool:
         """True if the torque pushes the axis against something; the motion then begins again from there."""

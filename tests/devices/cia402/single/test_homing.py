@@ -60,3 +60,26 @@ def test_a_slow_speed_misses_no_edge(slow: int) -> None:
     bench.control(0x1F)
     bench.until(lambda: bench.drive.axis.status_word & 0x3400 == 0x1400)
     assert bench.read("position") - bench.get(0x6064) * tau / 4_096 == pytest.approx(3.0, abs=0.01)
+
+
+def edge_cases() -> list[tuple[float, int, float]]:
+    """The two edges of a home switch from 2 to 3 rad as places of the start, with methods that find them."""
+    lower = [19, 20, 23, 24, 29, 30]
+    upper = [21, 22, 25, 26, 27, 28]
+    from_inside = [(2.0, method, home) for methods, home in ((lower, 2.0), (upper, 3.0)) for method in methods]
+    from_outside = [(3.0, method, home) for methods, home in ((lower[2:], 2.0), (upper, 3.0)) for method in methods]
+    return from_inside + from_outside
+
+
+@pytest.mark.parametrize(("begin", "method", "home"), edge_cases())
+def test_an_axis_that_stands_at_the_very_edge_of_the_switch_finds_home(begin: float, method: int, home: float) -> None:
+    """The switch opens before the encoder counts the first increment of the way."""
+    switches = {"home": {"low": 2.0, "high": 3.0}, "negative_limit": {"low": -99.0, "high": -8.0}}
+    bench = SingleDriveBench(
+        switches={**switches, "positive_limit": {"low": 8.0, "high": 99.0}}, initial_position_rad=begin
+    )
+    bench.put(0x6099, 500_000, 1).put(0x6099, 50_000, 2).put(0x609A, 2_000_000)
+    bench.put(0x6098, method).put(0x6060, HM).control(0x06).control(0x07).control(0x0F).after(8)
+    bench.control(0x1F)
+    bench.until(lambda: bench.drive.axis.status_word & 0x3400 in (0x1400, 0x2400))
+    assert bench.read("position") - bench.get(0x6064) * tau / 1_000_000 == pytest.approx(home, abs=0.002)
