@@ -49,20 +49,28 @@ FUNCTIONS: Final = {
     6: "write register",
     7: "read exception status",
     8: "diagnostics",
+    11: "event counter",
+    12: "event log",
     15: "write coils",
     16: "write registers",
     17: "report server id",
+    20: "read file records",
+    21: "write file records",
     22: "mask write register",
     23: "read/write registers",
     24: "read FIFO",
     43: "encapsulated interface",
 }
 
-EXCEPTIONS: Final = {
+EXCEPTIONS: Final = {  # V1.1b3, chapter 7; 07h is that of the Modicon protocol (PI-MBUS-300), and still in use
     1: "illegal function",
     2: "illegal data address",
     3: "illegal data value",
     4: "server device failure",
+    5: "acknowledge",
+    6: "server device busy",
+    7: "negative acknowledge",
+    8: "memory parity error",
     10: "gateway path unavailable",
     11: "gateway target failed to respond",
 }

@@ -1,7 +1,7 @@
 """Modbus messages by name: function, unit, and the registers and bits by the names of the register table.
 
-Source: Modbus application protocol V1.1b3, chapter 6.  A response has no addresses, so it is named by its request,
-which has the same exchange.
+Source: Modbus application protocol V1.1b3, chapter 6.  A response with registers has no addresses, so it is named by
+its request, which has the same exchange.
 """
 
 import struct
@@ -14,6 +14,7 @@ from fieldrig.traces.names import Member, Named, Namer
 from fieldrig.traces.parts import Parts
 from fieldrig_bus.modbus.codec import EXCEPTIONS, FUNCTIONS, show
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
+from fieldrig_devices.modbus.function_words import request_of, response_of
 from fieldrig_devices.modbus.parts import request_parts, response_parts
 from fieldrig_devices.registers.described import HasRegisterNames, HasTables, RegisterNames
 from fieldrig_devices.registers.named import NamedRegisters
@@ -22,6 +23,9 @@ from fieldrig_devices.registers.table import Table, load_table
 READ_SPACES: Final = {1: "coils", 2: "discrete_inputs", 3: "holding_registers", 4: "input_registers"}
 BIT_READS: Final = (1, 2)
 WRITE_COIL, WRITE_REGISTER, WRITE_COILS, WRITE_REGISTERS, MASK_WRITE, READ_WRITE = 5, 6, 15, 16, 22, 23
+OF_REGISTERS: Final = frozenset(
+    (*READ_SPACES, WRITE_COIL, WRITE_REGISTER, WRITE_COILS, WRITE_REGISTERS, MASK_WRITE, READ_WRITE)
+)
 EXCEPTION: Final = 0x80
 MOST_OPEN: Final = 256
 """Requests without a response that are remembered."""
@@ -113,12 +117,14 @@ def request_words(registers: RegisterNames, pdu: bytes) -> str:
                 return f"write {written}; read {registers.names('holding_registers', *read)}"
     except struct.error:
         pass  # a PDU that is cut short
-    return data.hex(" ").upper()
+    return request_of(pdu)
 
 
 def response_words(registers: RegisterNames, pdu: bytes, request: bytes | None) -> str:
     """Return the values of a response that is no exception, by its request."""
     function, data = pdu[0], pdu[1:]
+    if function not in OF_REGISTERS:
+        return response_of(pdu)
     if request is None or request[0] != function or len(request) < 1 + _RANGE.size:
         return data.hex(" ").upper()
     address, count = _RANGE.unpack_from(request, 1)
@@ -126,10 +132,8 @@ def response_words(registers: RegisterNames, pdu: bytes, request: bytes | None) 
         return registers.bits(READ_SPACES[function], address, count, data[1:])
     if function in READ_SPACES or function == READ_WRITE:
         return registers.registers(READ_SPACES.get(function, "holding_registers"), address, data[1:])
-    if function in (WRITE_COIL, WRITE_REGISTER, WRITE_COILS, WRITE_REGISTERS, MASK_WRITE):
-        space = "coils" if function in (WRITE_COIL, WRITE_COILS) else "holding_registers"
-        return registers.names(space, address, count if function in (WRITE_COILS, WRITE_REGISTERS) else 1)
-    return data.hex(" ").upper()
+    space = "coils" if function in (WRITE_COIL, WRITE_COILS) else "holding_registers"
+    return registers.names(space, address, count if function in (WRITE_COILS, WRITE_REGISTERS) else 1)
 
 
 def namer(bus: Bus[Any], members: Sequence[Member]) -> Namer:

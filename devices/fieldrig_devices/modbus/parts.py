@@ -9,6 +9,7 @@ from typing import Final
 
 from fieldrig.traces.parts import Part
 from fieldrig_bus.modbus.codec import EXCEPTIONS, FUNCTIONS
+from fieldrig_devices.modbus.function_words import request_of, response_of
 from fieldrig_devices.registers.described import RegisterNames
 from fieldrig_devices.registers.named import NamedRegisters
 
@@ -19,6 +20,8 @@ SPACES: Final = {
     4: "input_registers",
     23: "holding_registers",
 }
+OF_RANGES: Final = frozenset((*SPACES, 5, 6, 15, 16))
+"""Functions with an address, and a number or a value after it."""
 BITS: Final = (1, 2)
 EXCEPTION: Final = 0x80
 _RANGE: Final = struct.Struct(">HH")
@@ -29,8 +32,8 @@ def request_parts(registers: RegisterNames, pdu: bytes) -> Sequence[Part]:
     """Return the function of a request with its addresses, and the values that it writes."""
     function = pdu[0]
     name = FUNCTIONS.get(function, f"function {function}")
-    if len(pdu) < HEAD:
-        return Part("function", "", function, name), _raw(pdu)
+    if len(pdu) < HEAD or function not in OF_RANGES:
+        return Part("function", "", function, name), Part("data", "", pdu.hex(), request_of(pdu))
     address, count = _RANGE.unpack_from(pdu, 1)
     if function == 5:
         return Part("function", "", function, name), *_bits(registers, "coils", address, 1, bytes((count == 0xFF00,)))
@@ -41,7 +44,8 @@ def request_parts(registers: RegisterNames, pdu: bytes) -> Sequence[Part]:
         return place, *_bits(registers, "coils", address, count, pdu[HEAD + 1 :])
     if function == 16:
         return place, *_registers(registers, "holding_registers", address, pdu[HEAD + 1 :])
-    return (place,) if len(pdu) == HEAD else (place, _raw(pdu[HEAD:]))
+    rest = pdu[HEAD:]
+    return (place, Part("data", "", rest.hex(), rest.hex(" ").upper())) if rest else (place,)
 
 
 def response_parts(registers: RegisterNames, pdu: bytes, request: bytes) -> Sequence[Part]:
@@ -51,7 +55,7 @@ def response_parts(registers: RegisterNames, pdu: bytes, request: bytes) -> Sequ
         code = pdu[1] if len(pdu) > 1 else 0
         return (Part("exception", "", code, f"{code:02X}h {EXCEPTIONS.get(code, '')}".rstrip()),)
     if len(request) < HEAD or request[0] != function or function not in SPACES:
-        return (_raw(pdu),)
+        return (Part("data", "", pdu.hex(), response_of(pdu)),)
     address, count = _RANGE.unpack_from(request, 1)
     if function in BITS:
         return _bits(registers, SPACES[function], address, count, pdu[2:])
@@ -78,7 +82,3 @@ def _bits(registers: RegisterNames, space: str, address: int, count: int, data: 
         Part(registers.names(space, address + at, 1), "", number >> at & 1, "on" if number >> at & 1 else "off")
         for at in range(min(count, 8 * len(data)))
     ]
-
-
-def _raw(pdu: bytes) -> Part:
-    return Part("data", "", pdu.hex(), pdu.hex(" ").upper())

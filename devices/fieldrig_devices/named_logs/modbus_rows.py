@@ -5,12 +5,12 @@ from functools import partial
 from typing import Any, Final
 
 from fieldrig.traces.instants import span
-from fieldrig.traces.names import MOST_LISTED
 from fieldrig.traces.parts import Part
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.codec import EXCEPTIONS, FUNCTIONS, decode
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_devices.dialogues import ModbusExchange
+from fieldrig_devices.modbus.function_words import request_of, response_of, words
 from fieldrig_devices.modbus.names import EMPTY, ModbusNames, request_words, response_words
 from fieldrig_devices.modbus.parts import request_parts, response_parts
 from fieldrig_devices.named_logs.row import Row, row_of
@@ -93,7 +93,7 @@ class ModbusRows:
         elif request[0] == READ_WRITE:
             asked += f": {response_words(registers, response, request) if is_named else _values(response)}"
         elif request[0] not in WRITES:
-            asked = f"{asked}: {response[1:].hex(' ').upper()}".removeprefix(": ")
+            asked = f"{asked}: {response_of(response)}".removeprefix(": ")
         return f"{asked}, in {span((exchange.end_ns or exchange.begin_ns) - exchange.begin_ns)}"
 
     def _details(self, exchange: ModbusExchange) -> dict[str, Any]:
@@ -119,7 +119,7 @@ def plain_request(request: bytes) -> str:
     """Return the addresses of a request to a unit without names, such as `0-3`, with the values that it writes."""
     found, function = registers_of(request), request[0]
     if not found:
-        return request[1:].hex(" ").upper()
+        return request_of(request)
     *read, (_, address, count) = found
     place = f"{address}-{address + count - 1}" if count > 1 else f"{address}"
     before = "".join(f"{first}-{first + number - 1}, write " for _, first, number in read)
@@ -127,27 +127,21 @@ def plain_request(request: bytes) -> str:
         case 5:
             return f"{place} = {'on' if request[3:5] == ON else 'off'}"
         case 6:
-            return f"{place} = {_words(request[3:5])}"
+            return f"{place} = {words(request[3:5])}"
         case 15:
             return f"{place} = {request[6:].hex(' ').upper()}"
         case 16:
-            return f"{place} = {_words(request[6:])}"
+            return f"{place} = {words(request[6:])}"
         case 22:
-            return f"{place} and {_words(request[3:5])} or {_words(request[5:7])}"
+            return f"{place} and {words(request[3:5])} or {words(request[5:7])}"
         case 23:
-            return f"{before}{place} = {_words(request[10:])}"
+            return f"{before}{place} = {words(request[10:])}"
     return place
 
 
 def _values(response: bytes) -> str:
     """Return the values of a response that has them: bits as bytes, registers as words."""
-    return response[2:].hex(" ").upper() if response[0] in (1, 2) else _words(response[2:])
-
-
-def _words(data: bytes) -> str:
-    shown = [f"{data[at : at + 2].hex().upper()}h" for at in range(0, min(len(data), 2 * MOST_LISTED), 2)]
-    rest = (len(data) + 1) // 2 - MOST_LISTED
-    return " ".join(shown) + (f" and {rest} more" if rest > 0 else "")
+    return response[2:].hex(" ").upper() if response[0] in (1, 2) else words(response[2:])
 
 
 def services_of(pdu: bytes) -> tuple[str, ...]:

@@ -171,7 +171,7 @@ READ, VALUES = bytes.fromhex("04 00 00 00 02"), bytes.fromhex("04 04 01 F4 01 C2
         (2, bytes.fromhex("05 00 AC FF 00"), bytes.fromhex("05 00 AC FF 00"), "write coil unit 2 172 = on, in 1 ms"),
         (2, bytes.fromhex("17 00 03 00 02 00 0E 00 01 02 00 FF"), bytes.fromhex("17 04 00 FE 0A CD"),
          "read/write registers unit 2 3-4, write 14 = 00FFh: 00FEh 0ACDh, in 1 ms"),
-        (2, b"\x07", b"\x07\x6d", "read exception status unit 2 6D, in 1 ms"),
+        (2, b"\x07", b"\x07\x6d", "read exception status unit 2 6Dh, in 1 ms"),
     ],
 )  # fmt: skip
 def test_a_modbus_request_and_its_answer_are_one_row(

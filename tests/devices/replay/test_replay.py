@@ -367,7 +367,7 @@ EXCHANGES = [
         "04 02 0007",
         "read input registers at 256 with exception 02h illegal data address, the log says 256",
     ),
-    ("06 0000 01f4", None, "write register at 0 with data 06 00 00 01 F4, the log has no answer"),
+    ("06 0000 01f4", None, "write register at 0 with data 00 00 01 F4, the log has no answer"),
 ]
 
 
