@@ -36,6 +36,8 @@ MODES: Final[tuple[type[Mode], ...]] = (
 )  # fmt: skip
 REFERENCE_LIMIT: Final = 0x8612
 """Error code in 603Fh."""
+LONGEST_OVERRUN_S: Final = 1.0
+"""How long an axis that a load turns, against the torque of the drive, has power after the end of its ramp."""
 SHOWS_FOLLOWING_ERROR: Final = (ProfilePosition.number, CyclicPosition.number)
 
 
@@ -52,6 +54,8 @@ class AxisDrive:
         """True while the mode gives the set values, and not a ramp."""
         self.is_ramp = False
         """True while a ramp brings the axis to rest and holds it there."""
+        self._overrun_s = 0.0
+        """Time since the end of the ramp, at which the axis may still turn."""
         self._is_halt_wanted = self._is_halted = False
         self.own_error = 0
         self._limit_switch, self._switches = context.behaviour.limit_switch, NewSwitches(motor)
@@ -124,7 +128,9 @@ class AxisDrive:
 
     @property
     def is_at_rest(self) -> bool:
-        return self._context.motion.is_done and self.is_ramp
+        context = self._context
+        is_over = self.is_ramp and context.motion.is_done
+        return is_over and (context.is_standing(self._motor.velocity) or self._overrun_s >= LONGEST_OVERRUN_S)
 
     @property
     def error(self) -> int:
@@ -155,7 +161,7 @@ class AxisDrive:
             self.mode.end()
             self.mode.is_halted = False
         self.is_moving = self._is_halted = False
-        self.is_ramp = True
+        self.is_ramp, self._overrun_s = True, 0.0
         limits = self._context.ramp_limits(ramp) if self.shown_mode == NO_MODE else self.mode.ramp_limits(ramp)
         motion.start(brake(motion.speed, limits, motion.acceleration))
 
@@ -196,6 +202,8 @@ class AxisDrive:
             if context.has_following_window:
                 self._watch_following()
         elif self.is_moving or self.is_ramp:
+            if context.motion.is_done:
+                self._overrun_s += context.cycle_s
             context.motion.step(context.cycle_s)
             self.kind, self.set_value = Kind.POSITION, round(context.motion.position)
         else:

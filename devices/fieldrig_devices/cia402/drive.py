@@ -27,7 +27,7 @@ class Drive(Protocol):
 
     @property
     def is_at_rest(self) -> bool:
-        """True if the ramp that was started has ended."""
+        """True if the ramp that was started has ended and the axis stands."""
 
     @property
     def error(self) -> int:

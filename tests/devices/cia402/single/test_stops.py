@@ -1,0 +1,57 @@
+"""Stops of a drive with inertia by each option code of CiA 402-2: power is kept until the axis stands.
+
+6085h and 60C6h are what the profile may do, and the torque is what the motor can do: with the largest 60C6h the set
+value is 0 in a cycle, and the motor follows later.
+"""
+
+import pytest
+from single_drive_bench import SingleDriveBench
+
+PV = 3
+STATE = 0x6F
+QUICK_STOP_ACTIVE, SWITCH_ON_DISABLED = 0x07, 0x40
+THRESHOLD = 10_000
+"""What 606Fh has from the start: an axis that is slower stands."""
+FAULT_REACTION, FAULT = 0x0F, 0x08
+
+
+def turning() -> SingleDriveBench:
+    """A drive at two turns per second."""
+    bench = SingleDriveBench()
+    bench.put(0x6083, 20_000_000).put(0x6084, 2_000_000).put(0x6085, 10_000_000).enabled(PV)
+    bench.put(0x60FF, 2_000_000).after(500)
+    assert bench.get(0x606C) == pytest.approx(2_000_000, rel=0.01)
+    return bench
+
+
+def speed_after(bench: SingleDriveBench, mask: int, state: int) -> int:
+    """The speed when a state is left, which is soon."""
+    assert bench.status(mask) == state
+    bench.until(lambda: bench.status(mask) != state, within_ms=2_000)
+    return abs(bench.get(0x606C))
+
+
+@pytest.mark.parametrize("code", [1, 2, 3, 4])
+def test_a_quick_stop_keeps_the_power_until_the_axis_stands(code: int) -> None:
+    bench = turning()
+    bench.put(0x605A, code).control(0x02)
+    assert speed_after(bench, STATE, QUICK_STOP_ACTIVE) <= THRESHOLD
+    assert bench.status(STATE) == SWITCH_ON_DISABLED
+
+
+@pytest.mark.parametrize("code", [1, 2, 3, 4])
+def test_a_fault_reaction_keeps_the_power_until_the_axis_stands(code: int) -> None:
+    bench = turning()
+    bench.put(0x605E, code)
+    bench.drive.add_fault({"what": "error", "code": 0x5441})
+    bench.after(2)
+    assert speed_after(bench, 0x4F, FAULT_REACTION) <= THRESHOLD
+    assert bench.status(0x4F) == FAULT
+
+
+def test_a_load_that_goes_on_turning_the_axis_does_not_keep_the_drive_from_its_fault() -> None:
+    bench = turning()
+    bench.put(0x605E, 2).put(0x6072, 100).wire("axis.load_torque", -1.0)
+    bench.drive.add_fault({"what": "error", "code": 0x5441})
+    bench.until(lambda: bench.status(0x4F) == FAULT, within_ms=2_000)
+    assert bench.get(0x606C) > 10 * THRESHOLD
