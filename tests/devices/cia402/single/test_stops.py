@@ -11,7 +11,7 @@ PV = 3
 STATE = 0x6F
 QUICK_STOP_ACTIVE, SWITCH_ON_DISABLED = 0x07, 0x40
 THRESHOLD = 10_000
-"""What 606Fh has from the start: an axis that is slower stands."""
+"""The speed of 606Fh: an axis that is slower stands."""
 FAULT_REACTION, FAULT = 0x0F, 0x08
 
 
