@@ -140,7 +140,8 @@ def _say_unknown(checker: Checker, node: tree.Call, called: tree.Name) -> None:
             f"write x := {name}(...);",
         )
         return
-    context.say_unknown(called, name, "an instance, program, action or function")
+    words = context.extension.words if context.extension is not None else ()
+    context.say_unknown(called, name, "an instance, program, action or function", words)
 
 
 def _member_action(checker: Checker, node: tree.Member) -> Resolved | None:

@@ -85,7 +85,7 @@ def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression 
         context.say(node, f"{name} is a type", "a function", hint if name.upper() in Elementary.__members__ else "")
         return None
     functions = [known for known, pou in context.project.pous.items() if pou.kind is PouKind.FUNCTION]
-    hint = context.project.reports.closest(name, functions)
+    hint = context.project.reports.closest(name, [*functions, *intrinsics.alike(name)])
     expected = "" if hint else "a declared or standard function"
     context.say(node, f"the function {name} is not declared", expected, hint, Code.NO_FUNCTION, name)
     return None

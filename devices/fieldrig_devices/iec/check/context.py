@@ -1,7 +1,7 @@
 """The surroundings of an expression or statement: its POU, its file, and what names mean there."""
 
 from collections import ChainMap
-from collections.abc import Mapping, MutableMapping
+from collections.abc import Iterable, Mapping, MutableMapping
 from itertools import chain
 from typing import Final, NamedTuple
 
@@ -105,8 +105,8 @@ class Context:
         """Return whether this is the name of a type: elementary, STRING and WSTRING, or declared."""
         return name.upper() in ("STRING", "WSTRING") or self.project.named_type(name) is not None
 
-    def say_unknown(self, node: Node, name: str, expected: str = "") -> None:
-        """Report an unknown name, once in each body."""
+    def say_unknown(self, node: Node, name: str, expected: str = "", others: Iterable[str] = ()) -> None:
+        """Report an unknown name, once in each body; `others` are words that may have been meant besides names."""
         if not name or name[0].isdigit():  # the parser has reported it
             return
         if self.key(name) in self._unknown or self.project.lacks_base(self.block):
@@ -123,7 +123,7 @@ class Context:
             return
         entities = chain(self.names.items(), self.project.names.items())
         known = (getattr(entity, "name", name) for name, entity in entities)
-        hint = _KNOWN_ELSEWHERE.get(name.casefold()) or self.project.reports.closest(name, known)
+        hint = _KNOWN_ELSEWHERE.get(name.casefold()) or self.project.reports.closest(name, chain(known, others))
         if name.startswith("_") and not hint:
             hint = (
                 f"{name} is the logical address of the object {name[1:]}, which the control configuration does not have"

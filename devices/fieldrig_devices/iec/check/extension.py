@@ -3,7 +3,7 @@
 The checker knows only that there may be such a thing: it asks the extension about the calls in its files.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any, Protocol
 
 from fieldrig_devices.iec import tree
@@ -21,6 +21,10 @@ class Extension(Protocol):
 
     def applies(self, file: str) -> bool:
         """True for a file whose code may use its statements, and write variables that belong to other blocks."""
+
+    @property
+    def words(self) -> Collection[str]:
+        """The words of its statements, for hints."""
 
     def statement(self, checker: Any, node: tree.Call, line: int) -> list[AnyStatement] | None:
         """Return the statements of a call; None for one that is not its own."""

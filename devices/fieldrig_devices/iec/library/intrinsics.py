@@ -67,6 +67,12 @@ def is_standard(name: str) -> bool:
     return conversions.pair(key) is not None or _bcd(key) or _overloaded(key) is not None
 
 
+def alike(name: str) -> list[str]:
+    """Return the standard functions that may have been meant by a name: as long, or a letter longer or shorter."""
+    known = {*_RULES, *fixed.FIXED, *OPERATORS}
+    return sorted(each for each in known if abs(len(each) - len(name)) <= 1 and each[0] == name[:1].upper())
+
+
 def find(name: str, arguments: Sequence[Argument], wanted: Type | None = None) -> Overload | str:
     """Return the function for these arguments, or a message with what was expected.
 

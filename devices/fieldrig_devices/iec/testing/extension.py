@@ -1,6 +1,6 @@
 """Test files for the checker: TEST blocks become function blocks, and assertions native calls."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -126,6 +126,10 @@ class CaseExtension:
 
     def applies(self, file: str) -> bool:
         return file in self._files
+
+    @property
+    def words(self) -> Collection[str]:
+        return WORDS
 
     def statement(self, checker: Checker, node: tree.Call, line: int) -> list[AnyStatement] | None:
         name = node.called.text.upper() if isinstance(node.called, tree.Name) else ""

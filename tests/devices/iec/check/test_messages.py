@@ -108,6 +108,7 @@ HINTS = [
     ("cuter := 3;", "the closest known name is cutter"),
     ("x := l.iOm;", "the closest known name is iOn"),
     ("l(iCount := x, iOnn := 3);", "the closest known name is iOn"),
+    ("x := LIMITT(1, x, 3);", "the closest known name is LIMIT"),
     ("b := 20 > 30 > 40;", "write 20 > 30 AND 30 > 40"),
     ("t := 300;", "write T#300ms for milliseconds"),
     ("IF x THEN ; END_IF", "write x <> 0"),

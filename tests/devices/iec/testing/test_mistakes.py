@@ -21,6 +21,7 @@ MISTAKES = [
     ("TEST 'a' ASSERT_EQ(1); END_TEST", 1, "ASSERT_EQ without expected"),
     ("TEST 'a' ASSERT_EQ(1, 2, 'm', 4); END_TEST", 1, "one argument too many for ASSERT_EQ"),
     ("TEST 'a' ASSERT_EQ(got := 1, expected := 2); END_TEST", 1, "ASSERT_EQ has no argument got"),
+    ("TEST 'a' ASSERT_EQUALS(1, 2); END_TEST", 1, "the closest known name is ASSERT_EQUAL"),
     ("TEST 'a' ASSERT_TRUE(5); END_TEST", 1, "5 is"),
     ("TEST 'it''s a' END_TEST", 1, "A quote within a text is $'."),
     ("TEST 'a' ASSERT_TRUE a.b; END_TEST", 1, "Write ASSERT_TRUE(a...);"),
