@@ -71,10 +71,13 @@ def draw_timing(drawing: Drawing, lanes: Sequence[Lane], start_ns: int, end_ns: 
         for bar, row in zip(lane.bars, above, strict=True):
             x = left + (bar.start_ns - start_ns) * scale
             drawing.rect(bar.style, x, y - BAR, _length(bar, scale), BAR, radius=2)
+            if row != INSIDE:
+                drawing.line("grid", [(x, y - BAR), (x, y - BAR - LABEL * row - 12)])
+        for bar, row in zip(lane.bars, above, strict=True):  # behind all lines, which their halos interrupt
+            x = left + (bar.start_ns - start_ns) * scale
             if row == INSIDE:
                 drawing.text(x + _length(bar, scale) / 2, y - 9, bar.label, "tiny", "middle")
             else:
-                drawing.line("grid", [(x, y - BAR), (x, y - BAR - LABEL * row - 12)])
                 drawing.text(x + 2, y - BAR - LABEL * row - 4, bar.label, "tiny halo")
     return ends[-1] + 40
 

@@ -97,9 +97,11 @@ class _Reader:
 
     def _commands(self, data: bytes, sender: str) -> list[str]:
         *lines, rest = (self._texts.get(sender, b"") + data).split(b"\r")
+        if rest == b"+++":  # it ends without a carriage return
+            lines, rest = [*lines, rest], b""
         self._texts[sender] = rest[-40:]
         shown = [line.strip(b"\n").decode("ascii", "replace") for line in lines]
-        return [text.replace("+++", "+++, ") for text in shown if text.isascii() and text.isprintable() and text]
+        return [text for text in shown if text.isascii() and text.isprintable() and text]
 
 
 def is_echo(label: str, sender: int) -> bool:
