@@ -17,6 +17,11 @@ COMMANDS: tuple[Iterable[int], ...] = ((0x1003, 0x1010, 0x1011), range(0x1023, 0
 """Objects that trigger an action when written: error history, storing, OS commands, program download."""
 LIVE = (0x1001, 0x1002, 0x1003, 0x1010, 0x1011, 0x1012, 0x1013, 0x1020)
 """Objects that change by themselves: errors, capabilities, time, the configuration date."""
+ACTUAL = (
+    0x603F, 0x6041, 0x6043, 0x6044, 0x6061, 0x6062, 0x6063, 0x6064, 0x6069, 0x606B, 0x606C, 0x6074, 0x6077, 0x6078,
+    0x6079, *range(0x60B9, 0x60BE), *range(0x60D1, 0x60D9), 0x60F4, 0x60FA, 0x60FC, 0x60FD,
+)  # fmt: skip
+"""Actual values of a drive (CiA 402-2), which some files do not let be mapped."""
 SERIAL_NUMBER = (0x1018, 4)
 COB_IDS = ((0x1005, 0), (0x1012, 0), (0x1014, 0))
 """Identifiers of SYNC, TIME and EMCY; those of PDOs and SDOs are in their communication parameters."""
@@ -51,4 +56,11 @@ def is_plain(entry: Entry) -> bool:
 def is_live(entry: Entry) -> bool:
     """True if the value may differ from the default without having been written."""
     is_input = entry.is_mappable and entry.access in ("ro", "rwr") and entry.index > LAST_OF_COMMUNICATION
-    return is_input or entry.index in LIVE or (entry.index, entry.sub) == SERIAL_NUMBER or entry.type == DOMAIN
+    is_actual = entry.access == "ro" and entry.index in ACTUAL
+    return (
+        is_input
+        or is_actual
+        or entry.index in LIVE
+        or (entry.index, entry.sub) == SERIAL_NUMBER
+        or entry.type == DOMAIN
+    )

@@ -11,6 +11,7 @@ from eds_oddities import DEVICE_TYPE, MISTAKES, ODD, WRONG
 from fieldrig.errors import UsageError
 from fieldrig_devices.canopen.eds.reader import load
 from fieldrig_devices.conformance.description import Description
+from fieldrig_devices.conformance.objects import is_live
 
 COMPACT = """[2100]
 ObjectType=8
@@ -65,6 +66,16 @@ def test_exceptions_of_a_compact_array_are_promised(tmp_path: Path) -> None:
 def test_value_that_the_file_does_not_give_is_no_promise(tmp_path: Path) -> None:
     described = Description(file_of(tmp_path, DEVICE_TYPE), NODE_ID)
     assert [entry.default for entry in described] == [None]
+
+
+def test_an_actual_value_of_a_drive_is_none_that_a_file_can_promise(tmp_path: Path) -> None:
+    """A public file has 6079h, the voltage of the DC link, with the default 0 and without PDOs."""
+    objects = "".join(
+        f"[{index:04X}]\nDataType=7\nAccessType={access}\nDefaultValue=0\nPDOMapping=0\n"
+        for index, access in ((0x6079, "ro"), (0x607F, "rw"), (0x6502, "ro"))
+    )
+    described = Description(file_of(tmp_path, DEVICE_TYPE + objects), NODE_ID)
+    assert [entry.index for entry in described if is_live(entry)] == [0x6079]
 
 
 @pytest.mark.parametrize("text", [text for text, _ in WRONG])
