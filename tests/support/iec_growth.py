@@ -296,6 +296,9 @@ DEEP: Final[dict[str, Callable[[int], str]]] = {
     "signs": lambda n: main("", f"x := {'- ' * n}y;"),
     "calls": lambda n: main("", f"x := {nested(n, 'ABS(', 'x', ')')};"),
     "shifted literals": lambda n: main("d : DWORD;", f"x := {nested(n, 'BOOL_TO_INT(SHL(1, ', '1', ') = d)')};"),
+    "structures in the other byte order": lambda n: main(
+        "d, e : ARRAY[0..1] OF DWORD;", f"e := {nested(n, 'TO_BIG_ENDIAN(', 'd', ')')};"
+    ),
     "indexes": lambda n: main("a : ARRAY[0..9] OF INT;", f"x := {nested(n, 'a[', 'x', ']')};"),
     "powers": lambda n: main("r : REAL;", f"r := {chain(n, 'r', ' ** ')};"),
     "operators to the right": lambda n: main("", f"x := {nested(n, '1 + (', '1', ')')};"),

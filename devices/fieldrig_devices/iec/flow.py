@@ -246,7 +246,7 @@ def _indices(place: ir.Place) -> list[object]:
             case ir.Element() | ir.OpenElement():
                 indices.append(place.index)
                 place = place.of
-            case ir.Component() | ir.Bit():
+            case ir.Component() | ir.Bit() | ir.Swapped():
                 place = place.of
             case ir.Target():
                 return [*indices, place.pointer]
@@ -273,6 +273,8 @@ def where_is(pou: ir.Pou, place: ir.Place) -> Where | None:
             return _whole(place.area, first, 1 if place.bit >= 0 else 8 * place.type.size)
         case ir.This():
             return _whole(*_home(pou), place.type.size)
+        case ir.Swapped(of=whole):
+            return where_is(pou, whole)
         case ir.Component() | ir.Element() | ir.OpenElement() | ir.Bit():
             of = where_is(pou, place.of)
             return None if of is None else _part(of, place)

@@ -296,6 +296,14 @@ class Memory:
                 values[offset] = self.peek(address + offset, number)
         return values
 
+    def swapped_cells(self, cells: Sequence[Value], form: int) -> list[Value]:
+        """Return the cells of a type with the bytes of each value in the opposite order; texts stay as they are."""
+        swapped = [*cells]
+        for offset, number in enumerate(self._form(form)[0]):
+            if number != _INSIDE and number not in _TEXTS and BY_NUMBER[number].size > 1:
+                swapped[offset] = decoded(encoded(swapped[offset], number)[::-1], number)
+        return swapped
+
     def poke_cells(self, address: int, form: int, cells: list[Value]) -> None:
         kinds, size = self._form(form)
         if self.kinds[address : address + size] == kinds:
@@ -462,6 +470,7 @@ class Memory:
             "poke": self.poke,
             "peek_cells": self.peek_cells,
             "poke_cells": self.poke_cells,
+            "swapped_cells": self.swapped_cells,
             "of_form": self.of_form,
             "mark": self.mark,
             "allocate": self.allocate,

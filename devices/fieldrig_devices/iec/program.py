@@ -5,8 +5,8 @@ are statements here already, so the rest knows one form only.  A program, functi
 
     expressions, each with its `type`        Constant, Load, Unary, Binary, Convert, Intrinsic, CallFunction, Enabled,
                                              AddressOf, Description, Allocate
-    places, which are read and written       Cell, Element, OpenElement, Component, Target, This, Result, Kept, Located,
-                                             Parameter, Bit
+    places, which are read and written       Cell, Element, OpenElement, Component, Target, This, Result, Kept, Swapped,
+                                             Located, Parameter, Bit
     statements, each with its source line    Assign, Evaluate, CallBlock, CallAction, If, Case, For, Loop, Exit,
                                              Continue, Return, Label, Jump, Free
 
@@ -163,6 +163,20 @@ class Kept:
 
 
 @dataclass(slots=True)
+class Swapped:
+    """A structure or an array with the bytes of each of its elementary values in the opposite order.
+
+    It has no address: it is read as a whole, into a hidden variable (`Kept`).
+    """
+
+    of: "Place"
+
+    @property
+    def type(self) -> Type:
+        return self.of.type
+
+
+@dataclass(slots=True)
 class Located:
     """A directly represented variable, as in PD-364: `byte` counts bytes of the area, `bit` is -1 without X."""
 
@@ -194,7 +208,7 @@ class Bit:
     type: Type = Elementary.BOOL
 
 
-Place = Cell | Element | OpenElement | Component | Target | This | Result | Kept | Located | Parameter | Bit
+Place = Cell | Element | OpenElement | Component | Target | This | Result | Kept | Swapped | Located | Parameter | Bit
 
 
 # ---- expressions

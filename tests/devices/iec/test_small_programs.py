@@ -91,6 +91,31 @@ def test_a_part_that_a_value_does_not_have_is_refused(dialect: Dialect, body: st
 
 
 @pytest.mark.parametrize(
+    ("kind", "body", "expected"),
+    [
+        (
+            "U : UNION a : WORD; b : DWORD; END_UNION;",
+            "v := TO_BIG_ENDIAN(u);",
+            "TO_BIG_ENDIAN with a U; expected one of",
+        ),
+        ("U : STRUCT p : POINTER TO INT; END_STRUCT;", "v := FROM_BIG_ENDIAN(u);", "FROM_BIG_ENDIAN with a U"),
+        ("U : STRUCT t : ARRAY[0..1] OF TOD; END_STRUCT;", "v := TO_LITTLE_ENDIAN(u);", "TO_LITTLE_ENDIAN with a U"),
+        ("U : STRUCT w : WSTRING; END_STRUCT;", "v := TO_BIG_ENDIAN(u);", "TO_BIG_ENDIAN with a U"),
+        ("U : STRUCT b : TON; END_STRUCT;", "v := TO_BIG_ENDIAN(u);", "TO_BIG_ENDIAN with a U"),
+        ("U : STRUCT a : INT; END_STRUCT;", "n := Changed(TO_BIG_ENDIAN(u));", "is passed to the VAR_IN_OUT one"),
+        ("U : STRUCT a : INT; END_STRUCT;", "n := TO_BIG_ENDIAN(u);", "TO_BIG_ENDIAN(...) is a U; expected INT"),
+    ],
+)
+@pytest.mark.parametrize("dialect", [EDITION_3, CODESYS], ids=str)
+def test_a_structure_whose_bytes_have_no_other_order_is_refused(
+    dialect: Dialect, kind: str, body: str, expected: str
+) -> None:
+    changed = "FUNCTION Changed : INT VAR_IN_OUT one : U; END_VAR Changed := 1; END_FUNCTION "
+    found = refused(f"TYPE {kind} END_TYPE {changed}{program('u, v : U; n : INT;', body)}", dialect)
+    assert [message for message in found if "note:" not in message and expected in message], found
+
+
+@pytest.mark.parametrize(
     ("dialect", "declaration", "expected"),
     [
         (EPAS_4, "w AT %QW0.0.2 : WORD;", "the address %QW0.0.2 does not exist in the control configuration"),

@@ -19,6 +19,7 @@ from fieldrig_devices.iec.program import (
     Component,
     Constant,
     Element,
+    Kept,
     Load,
     Located,
     OpenElement,
@@ -249,7 +250,10 @@ def _is_text(given: Type, wanted: Type) -> bool:
 
 def _is_value(checker: Checker, node: tree.Expression) -> bool:
     """True for a call without a reference as its result."""
-    return isinstance(node, tree.Call) and not isinstance(checker.expression(node), Load)
+    if not isinstance(node, tree.Call):
+        return False
+    value = checker.expression(node)
+    return not isinstance(value, Load) or isinstance(value.place, Kept)
 
 
 def _is_of_result(place: object) -> bool:

@@ -23,10 +23,14 @@ from fieldrig_devices.iec.library.arguments import plain
 from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.program import (
     COMPARISONS,
+    CallFunction,
     Constant,
     Expression,
+    Kept,
     Load,
     Operator,
+    Result,
+    Swapped,
     Target,
 )
 from fieldrig_devices.iec.types import ArrayType, StringType, StructType, Type
@@ -155,6 +159,8 @@ def of_values(
         _note_number(checker.context, values, nodes[0] if nodes else at)
     if name in ("SEL", "MUX") and values and isinstance(values[-1].type, StructType | ArrayType):
         return _selected(checker, name, values, at)
+    if name in intrinsics.BYTE_ORDERS and len(values) == 1 and isinstance(values[0].type, StructType | ArrayType):
+        return _in_byte_order(checker, name, values[0], at)
     if name in templates.SHIFTS:
         values = [*values[:1], *map(_steps, values[1:])]
     name, values = registers.conversion(name, values)
@@ -238,6 +244,21 @@ def _selected(checker: Checker, name: str, values: Sequence[Expression], at: tre
         addresses.append(address)
     selection = of_values(checker, name, [values[0], *addresses], at)
     return Load(Target(selection, kind)) if selection is not None else None
+
+
+def _in_byte_order(checker: Checker, name: str, value: Expression, at: tree.Node) -> Expression | None:
+    """Return a structure or an array with each of its values in the byte order of the function (table 38)."""
+    context = checker.context
+    if not isinstance(value, Load | CallFunction) or not intrinsics.has_byte_order(value.type):
+        expected = "one of numbers, bit strings, durations, dates with time and STRINGs"
+        context.say(at, f"{name} with {a(value.type)}", expected)
+        return None
+    if context.source is None:
+        context.say(at, f"{name} where no statement is", "assign its result in a statement")
+        return None
+    place = value.place if isinstance(value, Load) else Result(value)
+    in_order = value if "LITTLE" in name else Load(Swapped(place))
+    return Load(Kept(in_order, context.hidden("order", value.type)))
 
 
 def _whole(

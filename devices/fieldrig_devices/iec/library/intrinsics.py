@@ -43,11 +43,20 @@ from fieldrig_devices.iec.library.templates import (
 )
 from fieldrig_devices.iec.library.timed import TIMED
 from fieldrig_devices.iec.program import Operator
-from fieldrig_devices.iec.types import BlockType, EnumType, PointerType, StringType, SubrangeType, Type
+from fieldrig_devices.iec.types import (
+    ArrayType,
+    BlockType,
+    EnumType,
+    PointerType,
+    StringType,
+    StructType,
+    SubrangeType,
+    Type,
+)
 
 __all__ = [
-    "BINARY_ONLY", "IMPLEMENTATIONS", "OPERATORS", "REAL_FUNCTIONS", "SHIFTS",
-    "evaluate", "find", "formal_names", "implementation", "is_standard", "of_today", "transferring",
+    "BINARY_ONLY", "BYTE_ORDERS", "IMPLEMENTATIONS", "OPERATORS", "REAL_FUNCTIONS", "SHIFTS",
+    "evaluate", "find", "formal_names", "has_byte_order", "implementation", "is_standard", "of_today", "transferring",
 ]  # fmt: skip
 
 OPERATORS: Final[Mapping[str, Operator]] = {
@@ -364,9 +373,32 @@ def _valid_bcd(name: str, arguments: Sequence[Argument], wanted: Type | None) ->
     return _overload(name, [kind], Elementary.BOOL)
 
 
+BYTE_ORDERS: Final = frozenset({"TO_BIG_ENDIAN", "FROM_BIG_ENDIAN", "TO_LITTLE_ENDIAN", "FROM_LITTLE_ENDIAN"})
 _OF_ONE_BYTE: Final = frozenset(kind for kind in Elementary if kind.size == 1)
 _NOT_OF_ALL_BITS: Final = frozenset({Elementary.TOD, Elementary.LTOD, Elementary.LDATE})
 """Types whose values do not use all of their bits, so that bytes in another order are no value."""
+
+
+def has_byte_order(kind: Type) -> bool:
+    """Return whether each value in a structure or an array is one of its type with its bytes in another order, too.
+
+    The characters of a STRING are bytes, and stay where they are.
+    """
+    waiting, seen = [kind], set[int]()
+    while waiting:
+        part = waiting.pop()
+        if id(part) in seen:
+            continue
+        seen.add(id(part))
+        if isinstance(part, ArrayType):
+            waiting.append(part.element)
+        elif isinstance(part, StructType) and not part.is_union:
+            waiting.extend(field.type for field in part.fields.values())
+        elif not (isinstance(part, StringType) and not part.is_wide):
+            base = plain(part)
+            if not isinstance(base, Elementary) or base in _NOT_OF_ALL_BITS:
+                return False
+    return True
 
 
 def _byte_order(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
@@ -386,7 +418,7 @@ _RULES: Final[dict[str, Rule]] = {
     "ATAN2": _of_reals(2),
     "IS_VALID": _of_reals(1, Elementary.BOOL),
     "IS_VALID_BCD": _valid_bcd,
-    **dict.fromkeys(("TO_BIG_ENDIAN", "FROM_BIG_ENDIAN", "TO_LITTLE_ENDIAN", "FROM_LITTLE_ENDIAN"), _byte_order),
+    **dict.fromkeys(BYTE_ORDERS, _byte_order),
     "EXPT": _power,
     **dict.fromkeys(SHIFTS, _shift),
     "SEL": _selection,

@@ -30,6 +30,7 @@ from fieldrig_devices.iec.program import (
     Parameter,
     Place,
     Result,
+    Swapped,
     Target,
     Unary,
     Variable,
@@ -64,7 +65,7 @@ def has_call(node: Expression | Place) -> bool:
             return any(map(has_call, arguments))
         case Element(of, index) | OpenElement(of, index):
             return has_call(of) or has_call(index)
-        case Component(of) | Bit(of):
+        case Component(of) | Bit(of) | Swapped(of):
             return has_call(of)
         case Target(pointer):
             return has_call(pointer)
@@ -168,7 +169,7 @@ class Hoisting:
                 return self._caller.call(call)
             case Kept(value, variable):
                 return self._caller.keep_in(variable, self.out_of(value))
-            case Component() | Bit():
+            case Component() | Bit() | Swapped():
                 return replace(place, of=self.out_of_place(place.of))
             case Target():
                 return replace(place, pointer=self._caller.keep(self.out_of(place.pointer)))

@@ -18,7 +18,9 @@ AREA_TABLES: Final = {"I": "I", "Q": "Q", "M": "X"}
 
 TABLES: Final = frozenset({"M", "K", "F", *AREA_TABLES.values(), "INFINITY", "NAN"})
 CHECKS: Final = frozenset({"outside_array", "outside_range", "null_reference"})
-POINTERS: Final = frozenset({"allocate", "free", "peek", "poke", "peek_cells", "poke_cells", "of_form", "mark"})
+POINTERS: Final = frozenset(
+    {"allocate", "free", "peek", "poke", "peek_cells", "poke_cells", "swapped_cells", "of_form", "mark"}
+)
 AREAS: Final = frozenset({"fetch", "put", "on_output"})
 PARAMETERS: Final = frozenset({"parameter", "set_parameter", "begin_read", "begin_write"})
 WAITING: Final = frozenset({"is_waiting", "taken", "finish"})

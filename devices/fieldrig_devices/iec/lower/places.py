@@ -26,6 +26,7 @@ from fieldrig_devices.iec.program import (
     Place,
     Pou,
     Space,
+    Swapped,
     Target,
     This,
     Variable,
@@ -244,6 +245,9 @@ class Places:
 
     def cells(self, place: Place, emitter: Emitter) -> str:
         """Return all cells of a structure or an array."""
+        if isinstance(place, Swapped):
+            emitter.charge(emitter.costs.copy_ns * place.type.size)
+            return emitter.new(f"swapped_cells({self.cells(place.of, emitter)}, {self._form_of(place.type)})")
         where, size = self.address(place, emitter), place.type.size
         emitter.charge(emitter.costs.copy_ns * size)
         if isinstance(where, AreaAddress):
