@@ -7,6 +7,7 @@ wait for the program pauses the program.
 from collections.abc import Callable
 from typing import Final
 
+from fieldrig.points.values import counted
 from fieldrig_devices.arp.card_access import CardState
 from fieldrig_devices.arp.user_port import quantities, wording
 from fieldrig_devices.arp.user_port.client import ArpPort
@@ -225,7 +226,7 @@ class Debugger:
         if arguments and not gone <= self._stops:
             raise ValueError("there is no such breakpoint\n`break` lists them")
         self._stop_at(self._stops - gone)
-        self._say(f"{len(self._stops)} breakpoints left")
+        self._say(f"{counted(len(self._stops), 'breakpoint')} left")
 
     def _stop_at(self, lines: set[int]) -> None:
         self._stops = set(self._card.break_at(lines))

@@ -7,6 +7,7 @@ wait for the program pauses the program.  `ask` raises the errors of the connect
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final
 
+from fieldrig.points.values import counted
 from fieldrig.text.durations import duration_ns
 from fieldrig_devices.languages.debugging import values
 from fieldrig_devices.languages.debugging.adapter import Ask
@@ -90,10 +91,13 @@ class Debugger:
         self._acts[WORDS.find(word)](values.words_of(rest))
 
     def begin(self) -> None:
-        """Say where the program is, and which breakpoints another session has left."""
+        """Say where the program is, and what another session has left: breakpoints, and values watched or forced."""
         self.show_place()
         if self._stops():
             self._break([])
+        if self._is_watching():
+            self._watch([])
+        self._say_all(values.forced(self._ask))
 
     def show_place(self) -> None:
         """Say where the program is: one line for each task that stands, or the state of the program."""
@@ -272,7 +276,7 @@ class Debugger:
             raise ValueError("such a variable is not watched\n`watch` lists them")
         left = [name for name in names if arguments and name not in arguments]
         self._ask({"command": "watch", "names": left})
-        self._say(f"{len(left)} watched variables left")
+        self._say(f"{counted(len(left), 'watched variable')} left")
 
     # ---- looking
 
@@ -402,7 +406,7 @@ class Debugger:
         left = {place: condition for place, condition in stops.items() if place not in gone}
         for file in {place.file for place in gone}:
             self._set_breakpoints(file, left)
-        self._say(f"{len(left)} breakpoints left")
+        self._say(f"{counted(len(left), 'breakpoint')} left")
 
     # ---- leaving
 
@@ -416,8 +420,10 @@ class Debugger:
         self.is_over = True
         if self._stops():
             self._delete([])
-        if self._ask({"command": "watch"})["names"]:
+        if self._is_watching():
             self._unwatch([])
+        if forced := values.forced(self._ask):
+            self._say(f"{counted(len(forced), 'forced value')} left, until `release`")
         if self._ask({"command": "state"})["state"] == "paused":
             self._ask({"command": "continue"})
             self._say("the program continues")

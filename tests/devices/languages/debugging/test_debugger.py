@@ -287,13 +287,26 @@ def test_every_end_removes_breakpoints_and_lets_the_program_go_on(
 
 
 def test_a_session_shows_what_another_one_has_left(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
-    session.do(f"break {CALL} if a > 5", "run", "leave")
+    session.do("force Main.b=7", f"break {CALL} if a > 5", "run", "leave")
     other = DebugSession(session._ask, session.bench.run)
     other.debugger.begin()
     shown = f"plc.st:{CALL}: b := Twice(a);"
-    assert other.said == [f"T paused at Main, {shown}", f"breakpoint at {shown} if a > 5"]
+    assert other.said == [
+        f"T paused at Main, {shown}",
+        f"breakpoint at {shown} if a > 5",
+        "Main.b = 7 (forced)",
+    ]
     assert other.do(f"delete {CALL}") == ["0 breakpoints left"]
     assert session.do("break") == ["no breakpoints"]
+    assert other.do("quit") == ["1 forced value left, until `release`", "the program continues"]
+
+
+def test_the_words_of_help_stand_in_columns(session: Session) -> None:
+    lines = [line for line in session.do("help") if line.startswith("  ")]
+    beginnings = {
+        line.index(about) for line in lines for about in ("start the program;", "go back to the last") if about in line
+    }
+    assert len(beginnings) == 1, lines
 
 
 def test_a_breakpoint_goes_to_the_next_instruction_however_far_it_is(tmp_path: Path) -> None:
