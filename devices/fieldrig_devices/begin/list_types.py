@@ -13,7 +13,8 @@ from fieldrig_devices.registers.type_names import meant
 KINDS: Final = (
     ("string[n]", {"string", "str", "text", "ascii", "char", "chars", "utf", "zeichenkette", "cadena", "stringa"}),
     ("bcd", {"bcd"}),
-    ("f", {"float", "floating", "ieee", "real", "lreal", "single", "double", "gleitkomma", "flottant", "flotante"}),
+    ("f", {"f", "float", "floating", "ieee", "real", "lreal", "single", "double", "gleitkomma", "flottant",
+           "flotante"}),
     ("u", {"unsigned", "uint", "ui", "u", "word", "dword", "ulong", "ushort", "uchar", "byte", "vorzeichenlos", "ohne",
            "non", "sans", "sin", "senza", "enum", "enumeration", "bitmap", "bitfield", "bitmask", "flags", "hex"}),
     ("s", {"signed", "int", "integer", "sint", "si", "s", "i", "complement", "short", "long", "ganzzahl", "entier",
@@ -41,7 +42,9 @@ def type_of(text: str, length: int | None) -> str | None:
         return known
     words = re.findall(r"[^\W\d_]+|\d+", plain)
     kind = _kind(words)
-    if kind is None or kind == "string[n]":
+    if kind is None:  # a name of its own beside an order of bytes, such as `sunssf cdab`
+        return next((name for word in plain.split() if (name := meant(word)) is not None), None)
+    if kind == "string[n]":
         return kind
     bits = _bits(words, kind) or BITS_BY_LENGTH.get(length or 0)
     if kind == "bool":

@@ -98,6 +98,7 @@ def test_a_list_becomes_a_table_and_says_what_was_assumed_and_left_out(tmp_path:
         ("address,type\n1,signed int 32\n", "type: s32"),
         ("address,type\n1,32-bit IEEE float\n", "type: f32"),
         ("address,type\n1,double precision\n", "type: f64"),
+        ("address,type\n1,f32 word swap\n", "type: f32, word_order: little"),
         ("address,type\n1,double word\n", "type: u32"),
         ("address,type\n1,INT (unsigned)\n", "type: u16"),
         ("address,type,length\n1,bitmap,2\n", "type: u32"),
