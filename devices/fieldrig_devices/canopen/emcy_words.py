@@ -5,6 +5,10 @@ Source: CiA 301 version 4.2, 7.2.7 and table 26 (error code classes), table 39 (
 
 from typing import Final
 
+from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.drive_profile.errors import PROFILE
+from fieldrig_devices.drive_profile.words import error_words
+
 ERROR_CLASSES: Final = {
     0x00: "error reset or no error",
     0x10: "generic error",
@@ -46,14 +50,28 @@ ERROR_CODES: Final = {
 }
 REGISTER_BITS: Final = ("generic", "current", "voltage", "temperature", "communication", "profile", "", "manufacturer")
 LENGTH: Final = 8
+DEVICE_TYPE: Final = 0x1000
 
 
-def emcy_words(data: bytes) -> str:
+def is_drive(dictionary: Dictionary) -> bool:
+    """True if the device type of a node is that of a drive."""
+    return dictionary.number(DEVICE_TYPE, 0) & 0xFFFF == PROFILE
+
+
+def meaning_of(code: int, *, is_drive: bool = False) -> str:
+    """Return the meaning of an error code, or of its class; a drive's is that of CiA 402."""
+    of_profile = error_words(code) if is_drive else ""
+    return (
+        of_profile or ERROR_CODES.get(code) or ERROR_CLASSES.get(code >> 8) or ERROR_CLASSES.get(code >> 8 & 0xF0, "")
+    )
+
+
+def emcy_words(data: bytes, *, is_drive: bool = False) -> str:
     """Return code, meaning, error register and further bytes of an EMCY message."""
     if len(data) != LENGTH:
         return f"{data.hex(' ').upper()} (expected eight bytes)"
     code, register = int.from_bytes(data[:2], "little"), data[2]
-    meaning = ERROR_CODES.get(code) or ERROR_CLASSES.get(code >> 8, "")
+    meaning = meaning_of(code, is_drive=is_drive)
     bits = " ".join(name for bit, name in enumerate(REGISTER_BITS) if register >> bit & 1 and name)
     further = data[3:].hex(" ").upper() if any(data[3:]) else ""
     parts = [f"{code:04X}h {meaning}".strip(), f"register {register:02X}h{f' ({bits})' if bits else ''}", further]

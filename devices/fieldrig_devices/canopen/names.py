@@ -7,6 +7,7 @@ not seen.
 """
 
 from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
 from typing import Any, Final, NamedTuple
 
 from fieldrig.bus import Bus
@@ -17,7 +18,8 @@ from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.described import nodes_of
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds.reader import load
-from fieldrig_devices.canopen.emcy_words import emcy_words
+from fieldrig_devices.canopen.emcy_words import emcy_words, is_drive
+from fieldrig_devices.canopen.lss_words import lss_words
 from fieldrig_devices.canopen.node_settings import CanopenSettings
 from fieldrig_devices.canopen.parts import emcy_parts, frame_parts, object_part, sdo_parts
 from fieldrig_devices.canopen.pdo_maps import Accessed
@@ -33,13 +35,7 @@ NMT_COMMANDS: Final = {
 }
 NMT_STATES: Final = {0: "boot-up", 4: "stopped", 5: "operational", 127: "pre-operational"}
 LSS_MASTER, LSS_SLAVE = 0x7E5, 0x7E4
-LSS_SERVICES: Final = {
-    4: "switch state global", 17: "configure node-ID", 19: "configure bit timing", 21: "activate bit timing",
-    23: "store configuration", 64: "select vendor-ID", 65: "select product code", 66: "select revision number",
-    67: "select serial number", 68: "selected", 76: "identify non-configured", 79: "identify slave",
-    80: "non-configured slave", 81: "fastscan", 90: "inquire vendor-ID", 91: "inquire product code",
-    92: "inquire revision number", 93: "inquire serial number", 94: "inquire node-ID",
-}  # fmt: skip
+FIRST_DAY: Final = datetime(1984, 1, 1)  # noqa: DTZ001 - the standard names no time zone
 NMT, SYNC, TIME, EMCY, ERROR_CONTROL = 0x000, 0x080, 0x100, 0x080, 0x700
 SDO_RESPONSE, SDO_REQUEST = 0x580, 0x600
 NODES: Final = range(1, 128)
@@ -124,7 +120,7 @@ class CanopenNames:
         base, node_id, data = frame.identifier & 0x780, frame.identifier & 0x7F, frame.data
         if node_id in NODES and not frame.is_remote:
             if base == EMCY:
-                return emcy_parts(data)
+                return emcy_parts(data, is_drive=self.is_drive(node_id))
             if base == ERROR_CONTROL and len(data) == 1:
                 state = data[0] & 0x7F
                 return (Part("state", "", data[0], NMT_STATES.get(state, f"state {state}")),)
@@ -154,6 +150,11 @@ class CanopenNames:
         node = self._nodes.get(node_id)
         return f"node {node_id}" if node is None else node.name
 
+    def is_drive(self, node_id: int) -> bool:
+        """True if the dictionary of a node says that it is a drive."""
+        dictionary = self._known.get(node_id)
+        return dictionary is not None and is_drive(dictionary)
+
     def _by_identifier(self, frame: CanFrame) -> Named:
         identifier, data = frame.identifier, frame.data
         base, node_id = identifier & 0x780, identifier & 0x7F
@@ -165,15 +166,12 @@ class CanopenNames:
             case 0x100:
                 return Named("TIME", "", _time(data))
             case 0x7E5 | 0x7E4:
-                service = LSS_SERVICES.get(data[0], f"service {data[0]}") if data else ""
-                rest = data[1:].hex(" ").upper()
-                return Named(
-                    "LSS request" if identifier == LSS_MASTER else "LSS answer", "", f"{service} {rest}".strip()
-                )
+                is_request = identifier == LSS_MASTER
+                return Named(f"LSS {'request' if is_request else 'answer'}", "", lss_words(data, is_request=is_request))
         if node_id in NODES:
             match base:
                 case 0x080:
-                    return Named("EMCY", self.name(node_id), emcy_words(data))
+                    return Named("EMCY", self.name(node_id), emcy_words(data, is_drive=self.is_drive(node_id)))
                 case 0x700:
                     return Named(*_error_control(frame, self.name(node_id)))
                 case 0x600 | 0x580 if not frame.is_remote:
@@ -204,11 +202,12 @@ def _error_control(frame: CanFrame, name: str) -> tuple[str, str, str]:
 
 
 def _time(data: bytes) -> str:
-    """Return TIME_OF_DAY (7.1.6.5) in words: days since 1 January 1984, and milliseconds after midnight."""
+    """Return TIME_OF_DAY (7.1.6.5) as a date: days since 1 January 1984, and milliseconds after midnight."""
     if len(data) != 6:
         return data.hex(" ").upper()
     milliseconds = int.from_bytes(data[:4], "little") & 0x0FFF_FFFF
-    return f"day {int.from_bytes(data[4:], 'little')}, {milliseconds} ms after midnight"
+    instant = FIRST_DAY + timedelta(days=int.from_bytes(data[4:], "little"), milliseconds=milliseconds)
+    return instant.isoformat(" ", "milliseconds")
 
 
 def namer(bus: Bus[Any], members: Sequence[Member]) -> Namer:

@@ -12,7 +12,7 @@ from fieldrig_devices.canopen.abort import NAMES
 from fieldrig_devices.canopen.bit_names import ERROR_REGISTER, bits_of
 from fieldrig_devices.canopen.datatypes import Integer
 from fieldrig_devices.canopen.dictionary import Dictionary
-from fieldrig_devices.canopen.emcy_words import ERROR_CLASSES, ERROR_CODES, LENGTH
+from fieldrig_devices.canopen.emcy_words import LENGTH, meaning_of
 from fieldrig_devices.canopen.sdo_names import (
     ABORT,
     ANSWERS,
@@ -49,12 +49,12 @@ def object_part(dictionary: Dictionary | None, index: int, subindex: int, data: 
     return Part(key, variable.name, value, text, bits)
 
 
-def emcy_parts(data: bytes) -> Sequence[Part]:
+def emcy_parts(data: bytes, *, is_drive: bool = False) -> Sequence[Part]:
     """Return error code, error register and manufacturer-specific field."""
     if len(data) != LENGTH:
         return (raw_part(data),)
     code, register = int.from_bytes(data[:2], "little"), data[2]
-    meaning = ERROR_CODES.get(code) or ERROR_CLASSES.get(code >> 8, "")
+    meaning = meaning_of(code, is_drive=is_drive)
     return (
         Part("error code", "", code, f"{code:04X}h {meaning}".strip()),
         Part("error register", "", register, f"{register:02X}h", ERROR_REGISTER),

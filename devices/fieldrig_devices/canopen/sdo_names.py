@@ -11,6 +11,7 @@ from fieldrig_devices.canopen.abort import NAMES
 from fieldrig_devices.canopen.datatypes import Integer
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.variable import Variable
+from fieldrig_devices.drive_profile.words import meaning_of
 
 REQUESTS: Final = {
     0: "SDO write segment", 1: "SDO write", 2: "SDO read", 3: "SDO read segment", 4: "SDO abort",
@@ -108,8 +109,9 @@ def typed_words(variable: Variable | None, data: bytes) -> str:
     if variable is None or variable.type.size not in (None, len(data)):
         return raw_words(data)
     value = variable.type.decode(data)
-    is_word = isinstance(variable.type, Integer) and not variable.type.is_signed and not isinstance(value, str)
-    return f"{value} ({int(value):X}h)" if is_word and int(value) > 9 else str(value)
+    if not isinstance(variable.type, Integer) or isinstance(value, str):
+        return str(value)
+    return _numbers(variable)(int(value))
 
 
 def number_words(variable: Variable | None, length: int) -> Callable[[int], str] | None:
@@ -119,16 +121,31 @@ def number_words(variable: Variable | None, length: int) -> Callable[[int], str]
     """
     if variable is None or type(variable.type) is not Integer or variable.type.bits != length:
         return None
-    return _signed_words(length) if variable.type.is_signed else _unsigned_words
+    words = _numbers(variable)
+    if not variable.type.is_signed:
+        return words
+    sign, above = 1 << length - 1, 1 << length
+    return lambda number: words(number - above if number & sign else number)
+
+
+def _numbers(variable: Variable) -> Callable[[int], str]:
+    """Return what says a number of an object: `4663 (1237h, operation enabled)`."""
+    is_signed = isinstance(variable.type, Integer) and variable.type.is_signed
+    meaning = meaning_of(variable.index, variable.name)
+    if meaning is None:
+        return str if is_signed else _unsigned_words
+    said = meaning
+
+    def words(number: int) -> str:
+        notes = [f"{number:X}h"] if number > 9 and not is_signed else []
+        notes += [meant] if (meant := said(number)) else []
+        return f"{number} ({', '.join(notes)})" if notes else str(number)
+
+    return words
 
 
 def _unsigned_words(number: int) -> str:
     return f"{number} ({number:X}h)" if number > 9 else str(number)
-
-
-def _signed_words(length: int) -> Callable[[int], str]:
-    sign, above = 1 << length - 1, 1 << length
-    return lambda number: str(number - above if number & sign else number)
 
 
 def raw_words(data: bytes) -> str:

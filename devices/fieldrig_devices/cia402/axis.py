@@ -27,8 +27,8 @@ from fieldrig_devices.cia402.modes.mode import HALT
 from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.shown import show
 from fieldrig_devices.cia402.state_machine import StateMachine
-from fieldrig_devices.cia402.states import Command, State
 from fieldrig_devices.cia402.touch_probe import TouchProbes
+from fieldrig_devices.drive_profile.states import Command, State
 
 # Bits of the status word in addition to those of the state and of the mode
 VOLTAGE_ENABLED: Final = 0x0010

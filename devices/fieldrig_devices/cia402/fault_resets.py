@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from fieldrig.clock import MS
 from fieldrig_devices.cia402.behaviour import Behaviour, FaultReset
-from fieldrig_devices.cia402.states import FAULT_RESET
+from fieldrig_devices.drive_profile.states import FAULT_RESET
 
 
 class FaultResets:

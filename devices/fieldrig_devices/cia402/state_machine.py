@@ -19,7 +19,7 @@ from fieldrig_devices.cia402.options import (
     SHUTDOWN_OPTIONS,
     Ramp,
 )
-from fieldrig_devices.cia402.states import ENDS, TRANSITIONS, Command, State, command_of
+from fieldrig_devices.drive_profile.states import ENDS, TRANSITIONS, Command, State, command_of
 
 _NOTHING: Final[tuple[Ramp | None, bool]] = None, False
 

@@ -12,19 +12,17 @@ from typing import Final, NamedTuple
 from fieldrig_devices.canopen.bit_names import CONTROLWORD, STATUSWORD, bits_of
 from fieldrig_devices.canopen.datatypes import Integer, Real
 from fieldrig_devices.canopen.dictionary import Dictionary
-from fieldrig_devices.canopen.emcy_words import ERROR_CLASSES, ERROR_CODES
+from fieldrig_devices.canopen.emcy_words import ERROR_CLASSES, ERROR_CODES, is_drive
 from fieldrig_devices.canopen.parts import object_key
 from fieldrig_devices.canopen.signals import Binding
 from fieldrig_devices.canopen.variable import Variable
-from fieldrig_devices.cia402.states import COMMANDS, State
+from fieldrig_devices.drive_profile.errors import DRIVE_ERRORS
+from fieldrig_devices.drive_profile.states import COMMANDS, State
+from fieldrig_devices.drive_profile.words import MODES
 from fieldrig_devices.export.network import NO_CHOICES, Signal
 
 ERROR_NAMES: Final = {**{code << 8: name for code, name in ERROR_CLASSES.items()}, **ERROR_CODES}
-MODES: Final = {
-    0: "no mode", 1: "profile position", 2: "velocity", 3: "profile velocity", 4: "profile torque", 6: "homing",
-    7: "interpolated position", 8: "cyclic synchronous position", 9: "cyclic synchronous velocity",
-    10: "cyclic synchronous torque",
-}  # fmt: skip
+ERROR_NAMES_OF_DRIVES: Final = {**ERROR_NAMES, **DRIVE_ERRORS}
 STATE_BITS, COMMAND_BITS = 7, 4
 MASKED_BY_6F: Final = frozenset(
     (State.READY_TO_SWITCH_ON, State.SWITCHED_ON, State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE)
@@ -122,11 +120,16 @@ def _of_first_axis(index: int) -> int | None:
     return _FIRST + (index - _FIRST) % _AXIS if _FIRST <= index <= _LAST else None
 
 
+def error_names(dictionary: Dictionary | None) -> Mapping[int, str]:
+    """Return the meaning of the error codes of a node."""
+    return ERROR_NAMES_OF_DRIVES if dictionary is not None and is_drive(dictionary) else ERROR_NAMES
+
+
 def _choices(variable: Variable) -> Mapping[int, str]:
     of_profile, words = _of_first_axis(variable.index), variable.name.lower()
     if of_profile in (0x6060, 0x6061) and "mode" in words:
         return MODES
-    return ERROR_NAMES if of_profile == 0x603F and "error" in words else NO_CHOICES
+    return ERROR_NAMES_OF_DRIVES if of_profile == 0x603F and "error" in words else NO_CHOICES
 
 
 def _bits(name: str, words: Mapping[int, str], first: int, end: int) -> Iterator[Signal]:

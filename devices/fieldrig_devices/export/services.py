@@ -14,11 +14,11 @@ from fieldrig_devices.canopen.abort import NAMES
 from fieldrig_devices.canopen.bit_names import ERROR_REGISTER
 from fieldrig_devices.canopen.cob_id import EXTENDED, is_valid
 from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.lss_words import SERVICES
 from fieldrig_devices.canopen.names import (
     EMCY,
     ERROR_CONTROL,
     LSS_MASTER,
-    LSS_SERVICES,
     LSS_SLAVE,
     NMT,
     NMT_COMMANDS,
@@ -30,7 +30,7 @@ from fieldrig_devices.canopen.names import (
 )
 from fieldrig_devices.canopen.sdo_names import ANSWERS, REQUESTS
 from fieldrig_devices.export.network import NO_CHOICES, Message, Signal, with_unique_names
-from fieldrig_devices.export.objects import ERROR_NAMES
+from fieldrig_devices.export.objects import error_names
 
 ABORTS: Final = {code: name.lower().replace("_", " ") for code, name in NAMES.items()}
 SEGMENT: Final = (Signal("data", 8, 56),)
@@ -61,7 +61,7 @@ def of_network(names: Mapping[int, str], master: str, sync_by: str, *, counts_sy
     clock = Signal("time_of_day", 0, 28, unit="ms", about="after midnight")
     yield Message(TIME, "TIME", 6, (clock, Signal("day", 32, 16, unit="d", about="since 1 January 1984")), master)
     for identifier, name, sender in ((LSS_MASTER, "LSS_request", master), (LSS_SLAVE, "LSS_answer", "")):
-        yield Message(identifier, name, 8, (Signal("service", 0, 8, choices=LSS_SERVICES), *REST), sender)
+        yield Message(identifier, name, 8, (Signal("service", 0, 8, choices=SERVICES), *REST), sender)
 
 
 def of_node(node: str, node_id: int, dictionary: Dictionary | None, master: str) -> Iterator[Message]:
@@ -72,7 +72,7 @@ def of_node(node: str, node_id: int, dictionary: Dictionary | None, master: str)
         ERROR_CONTROL + node_id, f"{node}_heartbeat", 1, (state, Signal("toggle", 7, 1, about="of node guarding")),
         node, (master,), f"state of {node}; boot-up at its start", period_ms=period_ms or None,
     )  # fmt: skip
-    yield _at(_emcy(node, EMCY + node_id, master), dictionary, 0x1014, 0)
+    yield _at(_emcy(node, EMCY + node_id, master, error_names(dictionary)), dictionary, 0x1014, 0)
     objects = _objects(dictionary)
     request, answer = _sdo(REQUESTS, OF_REQUESTS, objects), _sdo(ANSWERS, OF_ANSWERS, objects)
     asks = Message(SDO_REQUEST + node_id, f"{node}_SDO_request", 8, request, master, (node,))
@@ -81,9 +81,9 @@ def of_node(node: str, node_id: int, dictionary: Dictionary | None, master: str)
     yield _at(answers, dictionary, 0x1200, 2)
 
 
-def _emcy(node: str, identifier: int, master: str) -> Message:
+def _emcy(node: str, identifier: int, master: str, names: Mapping[int, str]) -> Message:
     bits = (Signal(name, 16 + bit, 1, about="of the error register") for bit, name in ERROR_REGISTER.items())
-    signals = (Signal("error_code", 0, 16, choices=ERROR_NAMES), *bits, Signal("manufacturer_field", 24, 40))
+    signals = (Signal("error_code", 0, 16, choices=names), *bits, Signal("manufacturer_field", 24, 40))
     return Message(
         identifier, f"{node}_EMCY", 8, tuple(with_unique_names(signals)), node, (master,), f"errors of {node}"
     )

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from fieldrig.clock import MS
 from fieldrig_devices.cia402.objects import STATUS_WORD
-from fieldrig_devices.cia402.states import State
+from fieldrig_devices.drive_profile.states import State
 from fieldrig_devices.from_recording.drive_signs import FEWEST_WORDS, STATE_MASK, VOLTAGE
 from fieldrig_devices.from_recording.drive_words import Word
 

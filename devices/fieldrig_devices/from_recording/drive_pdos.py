@@ -5,7 +5,7 @@ Source: CiA 402-3, the PDOs of the generic mapping, as our own drive has them.
 
 from fieldrig_devices.canopen.cob_id import is_valid
 from fieldrig_devices.cia402.objects import STATUS_WORD
-from fieldrig_devices.cia402.states import State
+from fieldrig_devices.drive_profile.states import State
 from fieldrig_devices.from_recording.identifiers import Identifier
 from fieldrig_devices.from_recording.known_objects import of_drives
 from fieldrig_devices.from_recording.layout import Layout, part_of

@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple
 from fieldrig.clock import MS
 from fieldrig_devices.canopen.nmt import Command
 from fieldrig_devices.cia402.objects import CONTROL_WORD, MODE, MODE_DISPLAY, STATUS_WORD, SUPPORTED_MODES
-from fieldrig_devices.cia402.states import State
+from fieldrig_devices.drive_profile.states import State
 from fieldrig_devices.from_recording.can_log import NodeLog
 from fieldrig_devices.from_recording.drive_words import Word
 

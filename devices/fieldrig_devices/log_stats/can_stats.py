@@ -116,7 +116,8 @@ class CanStats:
         if base == ERROR_CONTROL:
             self._count_heartbeat(frame, node_id, time_ns)
         elif base == EMCY:
-            emergencies, words = self.node(node_id).emergencies, emcy_words(frame.data)
+            words = emcy_words(frame.data, is_drive=self.names.is_drive(node_id))
+            emergencies = self.node(node_id).emergencies
             if words in emergencies or len(emergencies) < MOST_CODES:
                 emergencies[words] += 1
 

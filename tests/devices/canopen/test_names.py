@@ -58,7 +58,8 @@ def frame(text: str) -> CanFrame:
         ("605#21 08 10 00 14 00 00 00", "SDO write", "io", "1008:00 Manufacturer device name = 20 bytes in segments"),
         ("608#40 41 60 00 00 00 00 00", "SDO read", "belt", "6041:00 Statusword"),
         ("70A#05", "heartbeat", "node 10", "operational"),
-        ("7E5#04 01 00 00 00 00 00 00", "LSS request", "", "switch state global 01 00 00 00 00 00 00"),
+        ("100#40 77 1B 00 52 36", "TIME", "", "2022-01-27 00:30:00.000"),
+        ("7E5#04 01 00 00 00 00 00 00", "LSS request", "", "switch state global configuration"),
     ],
 )  # fmt: skip
 def test_frame_has_the_name_of_its_service(name: Namer, sent: str, kind: str, node: str, text: str) -> None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fieldrig_devices.cia402.behaviour import Behaviour
 from fieldrig_devices.cia402.options import Options, Ramp
 from fieldrig_devices.cia402.state_machine import StateMachine
-from fieldrig_devices.cia402.states import Command, State, command_of
+from fieldrig_devices.drive_profile.states import Command, State, command_of
 
 NOT_READY, DISABLED, READY, ON = (
     State.NOT_READY_TO_SWITCH_ON,

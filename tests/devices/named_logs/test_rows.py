@@ -82,7 +82,7 @@ def test_a_drive_without_eds_has_the_names_of_its_profile() -> None:
     asked = ("606#40 41 60 00 00 00 00 00", "586#4B 41 60 00 37 02 00 00")
     before, _, after = words(*asked, "606#40 00 10 00 00 00 00 00", "586#43 00 10 00 92 01 02 00", *asked)
     assert before == "SDO read node 6 6041:00 = 37 02 (567), in 1 ms"
-    assert after.lower() == "sdo read node 6 6041:00 statusword = 567 (237h), in 1 ms"
+    assert after.lower() == "sdo read node 6 6041:00 statusword = 567 (237h, operation enabled), in 1 ms"
 
 
 def test_a_pdo_has_the_fields_of_its_eds_until_the_log_shows_another_mapping(named: NamedLog) -> None:

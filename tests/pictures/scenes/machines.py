@@ -9,7 +9,7 @@ from tests.pictures.states import states
 
 from fieldrig_devices.arp.card.states import NEXT_STATE, Event
 from fieldrig_devices.arp.card_access import CardState
-from fieldrig_devices.cia402.states import ENDS, TRANSITIONS, Command, State
+from fieldrig_devices.drive_profile.states import ENDS, TRANSITIONS, Command, State
 from fieldrig_devices.max4.axes.axis import AxisState
 from fieldrig_devices.mc4.enable import TASKS, Stage, Task
 

@@ -10,7 +10,7 @@ from fieldrig_devices.cia402.axis import Cia402Axis
 from fieldrig_devices.cia402.single.servo import RPM, Servo
 from fieldrig_devices.cia402.single.settings import INPUTS
 from fieldrig_devices.cia402.single.terminals import Inputs
-from fieldrig_devices.cia402.states import State
+from fieldrig_devices.drive_profile.states import State
 from fieldrig_devices.drives.position_wire import DECIMALS, POSITION_DECIMALS
 
 MOST_NM: Final = 1e6
