@@ -14,6 +14,7 @@ from importlib.machinery import ExtensionFileLoader
 from typing import Any, Final
 
 from fieldrig.master_time.active import activate, any_scheduler
+from fieldrig.master_time.alarms import alarm_swaps
 from fieldrig.master_time.clocks import clock_swaps, with_real_dates
 from fieldrig.master_time.descriptors import descriptor_swaps, selector_methods
 from fieldrig.master_time.doors import RigDoors, addresses_of
@@ -106,7 +107,7 @@ def _swap(swaps: Swaps, network: Network, terminals: Terminals) -> None:
     swaps.everywhere(
         [
             *clock_swaps(), *descriptor_swaps(), *thread_swaps(), *sockets.names(), *_terminal_swaps(terminals),
-            *_refusals(), *_loop_swaps(),
+            *_refusals(), *alarm_swaps(), *_loop_swaps(),
             (threading.Lock, Lock), (queue.SimpleQueue, queue._PySimpleQueue),  # type: ignore[attr-defined]
         ]
     )  # fmt: skip

@@ -23,6 +23,10 @@ from fieldrig.master_time.pairs import Pairs
 from fieldrig.master_time.scheduler import Place, Scheduler
 from fieldrig.master_time.threads import refused
 
+OUTSIDE: Final = {
+    getattr(socket, name) for name in ("AF_CAN", "AF_PACKET", "AF_BLUETOOTH", "AF_VSOCK") if hasattr(socket, name)
+}
+"""Families whose sockets lead to devices of the host, such as a CAN adapter."""
 LOOPBACK: Final = ("", "localhost", "::1", "::", "0.0.0.0")
 FIRST_FREE: Final = 49152
 """The first port that is given to sockets that ask for any (RFC 6335, 6)."""
@@ -204,6 +208,8 @@ class SocketStandIns:
 
         def bind(sock: socket.socket, address: Any) -> None:
             scheduler = seeing_scheduler()
+            if scheduler is not None and sock.family in OUTSIDE:
+                raise network.outside(scheduler, repr(address))
             if scheduler is None or not _is_internet(sock):
                 _REAL["bind"](sock, address)
             else:

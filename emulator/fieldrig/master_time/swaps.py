@@ -25,6 +25,11 @@ _LOCK: Final = type(new_lock())
 _MISSING: Final = object()
 
 
+def is_of_tool(module: str) -> bool:
+    """True for a module of the tools around a test."""
+    return module.partition(".")[0] in SKIPPED
+
+
 class Swaps:
     """The list of all replacements, in their order."""
 
@@ -67,7 +72,7 @@ class Swaps:
         stand_ins = {id(real): stand_in for real, stand_in in pairs}
         for name, module in list(sys.modules.items()):
             space = getattr(module, "__dict__", None) if module is not None else None
-            if type(space) is dict and name.partition(".")[0] not in SKIPPED and not name.startswith(OURS):
+            if type(space) is dict and not is_of_tool(name) and not name.startswith(OURS):
                 self._module(module, name, space, stand_ins)
 
     def undo(self) -> None:

@@ -4,6 +4,7 @@ import _thread
 import asyncio
 import multiprocessing
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -131,6 +132,48 @@ def test_an_executor_that_still_waits_at_the_end_says_nothing_and_leaves_nothing
     assert "plc.example is outside of the rig" in refusal(lambda _: asyncio.run(main()))
     assert caplog.records == []
     assert threading.enumerate() == before
+
+
+class AdapterSocket(socket.socket):
+    """A socket of a family that leads to a device of the host, which this host may not have."""
+
+    family = property(lambda self: getattr(socket, "AF_PACKET"))  # noqa: B009  not there on Windows
+
+
+@pytest.mark.skipif(not hasattr(socket, "AF_PACKET"), reason="only Linux has sockets of this family")
+def test_a_can_adapter_of_the_host_is_refused() -> None:
+    def body(_: Rig) -> None:
+        with AdapterSocket(socket.AF_UNIX, socket.SOCK_DGRAM) as sock:
+            sock.bind(("vcan0",))
+
+    assert "('vcan0',) is outside of the rig" in refusal(body)
+
+
+# ---- alarms
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="Windows has no alarms")
+@pytest.mark.parametrize(
+    "start",
+    [lambda _: signal.alarm(2), lambda _: signal.setitimer(signal.ITIMER_REAL, 0.5, 0.5)],
+)
+def test_an_alarm_of_the_system_is_refused(start: Callable[[Rig], Any]) -> None:
+    """It would come after two seconds of real time, when the master is over."""
+    message = refusal(start)
+    assert "an alarm of the system comes in real time; threading.Timer is in virtual time" in message
+    assert "thread MainThread at" in message
+    assert "test_refusals.py:" in message
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="Windows has no alarms")
+def test_the_tools_around_a_test_have_their_alarms_and_anybody_may_end_one() -> None:
+    tool = {"signal": signal, "__name__": "pytest_timeout"}
+    with Rig(from_dict(EMPTY)) as rig, virtual_time(rig):
+        exec("signal.setitimer(signal.ITIMER_REAL, 1000.0)", tool)
+        left_s, _ = signal.setitimer(signal.ITIMER_REAL, 0)
+        assert signal.alarm(0) == 0
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+    assert 900 < left_s <= 1000
 
 
 # ---- processes

@@ -1,0 +1,40 @@
+"""The alarms of the system, `signal.alarm` and `signal.setitimer`, which come in real time, and so too late or never.
+
+A member cannot set one.  The tools around a test can, such as pytest-timeout, which ends a test that hangs.
+"""
+
+import signal
+import sys
+from typing import Any, Final
+
+from fieldrig.master_time.active import seeing_scheduler
+from fieldrig.master_time.swaps import is_of_tool
+from fieldrig.master_time.threads import refused
+
+ALARM: Final = "an alarm of the system comes in real time; threading.Timer is in virtual time"
+
+
+def alarm_swaps() -> list[tuple[Any, Any]]:
+    """Return the calls with their stand-ins, where the system has them."""
+    if sys.platform == "win32" or not hasattr(signal, "setitimer"):
+        return []
+    real_alarm, real_timer = signal.alarm, signal.setitimer
+
+    def alarm(seconds: int) -> int:
+        if seconds:
+            _check()
+        return real_alarm(seconds)
+
+    def setitimer(which: int, seconds: float, interval: float = 0.0) -> tuple[float, float]:
+        if seconds and which == signal.ITIMER_REAL:
+            _check()
+        return real_timer(which, seconds, interval)
+
+    return [(real_alarm, alarm), (real_timer, setitimer)]
+
+
+def _check() -> None:
+    """VirtualTimeError if the caller of a stand-in is a member, and none of the tools around a test."""
+    scheduler = seeing_scheduler()
+    if scheduler is not None and not is_of_tool(sys._getframe(2).f_globals.get("__name__", "")):
+        raise refused(scheduler, ALARM)
