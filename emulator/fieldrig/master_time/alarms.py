@@ -16,21 +16,21 @@ ALARM: Final = "an alarm of the system comes in real time; threading.Timer is in
 
 def alarm_swaps() -> list[tuple[Any, Any]]:
     """Return the calls with their stand-ins, where the system has them."""
-    if sys.platform == "win32" or not hasattr(signal, "setitimer"):
-        return []
-    real_alarm, real_timer = signal.alarm, signal.setitimer
+    if sys.platform != "win32" and hasattr(signal, "setitimer"):
+        real_alarm, real_timer = signal.alarm, signal.setitimer
 
-    def alarm(seconds: int) -> int:
-        if seconds:
-            _check()
-        return real_alarm(seconds)
+        def alarm(seconds: int) -> int:
+            if seconds:
+                _check()
+            return real_alarm(seconds)
 
-    def setitimer(which: int, seconds: float, interval: float = 0.0) -> tuple[float, float]:
-        if seconds and which == signal.ITIMER_REAL:
-            _check()
-        return real_timer(which, seconds, interval)
+        def setitimer(which: int, seconds: float, interval: float = 0.0) -> tuple[float, float]:
+            if seconds and which == signal.ITIMER_REAL:
+                _check()
+            return real_timer(which, seconds, interval)
 
-    return [(real_alarm, alarm), (real_timer, setitimer)]
+        return [(real_alarm, alarm), (real_timer, setitimer)]
+    return []
 
 
 def _check() -> None:
