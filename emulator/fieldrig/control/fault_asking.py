@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 
 from fieldrig.control.messages import Client, NoAnswerError
 from fieldrig.errors import ControlError
-from fieldrig.faults.condition import condition_of
+from fieldrig.faults.condition import condition_of, never
 from fieldrig.text.nearest import closest
 
 NAMING: Final = ("node", "receivers")
@@ -89,7 +89,12 @@ def _check_condition(fault: Mapping[str, Any], devices: list[str]) -> Asking:
     if condition is not None:
         if condition.device not in devices:
             raise ControlError(f"when: there is no device {condition.device!r}", closest(condition.device, devices))
-        yield Question(f"device/{condition.device}/get", {"keys": [condition.key]})
+        values = yield Question(f"device/{condition.device}/get", {"keys": [condition.key]})
+        facts = yield Question(f"device/{condition.device}/keys")
+        wrong = never(condition, values[condition.key], facts.get(condition.key, {}).get("states", ()))
+        if wrong is not None:
+            what, _, remedy = wrong.partition("\n")
+            raise ControlError(f"when: {what}", remedy)
 
 
 def _names(given: Any) -> Iterable[str]:

@@ -2,10 +2,11 @@
 
 import operator
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple
 
 from fieldrig.config.yaml_source import read
+from fieldrig.text.nearest import closest
 
 Value = bool | int | float | str
 OPERATORS: Final[dict[str, Callable[[Any, Any], bool]]] = {
@@ -58,6 +59,20 @@ def condition_of(text: str) -> Condition:
     if found["operator"] is None:
         return Condition(found["device"], found["key"], mask, "!=", 0)
     return Condition(found["device"], found["key"], mask, found["operator"], _value(found["value"]))
+
+
+def never(condition: Condition, present: Value, states: Sequence[str]) -> str | None:
+    """Return why a condition can never be met, and in the next line what would be right; None if it can.
+
+    `present` is a value of its point, and `states` are all values that the point has; none for a point with others.
+    """
+    expected = condition.value
+    if states and expected not in states:
+        return f"{condition.point} is never {expected!r}\n{closest(expected, states)}"
+    if isinstance(present, str) is not isinstance(expected, str):
+        sort = "a text" if isinstance(present, str) else "a number"
+        return f"{condition.point} is never {expected!r}\nexpected {sort}, such as {present!r}"
+    return None
 
 
 def _value(text: str) -> Any:

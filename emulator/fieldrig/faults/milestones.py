@@ -9,7 +9,7 @@ from fieldrig.config.kinds import constructor_parameters
 from fieldrig.config.yaml_source import KeyPath, Source, key_text
 from fieldrig.device import FAULTS_KEY, Point
 from fieldrig.errors import ConfigError, Mistake
-from fieldrig.faults.condition import Condition, condition_of
+from fieldrig.faults.condition import Condition, condition_of, never
 from fieldrig.text.nearest import closest
 
 
@@ -60,12 +60,9 @@ def _wrong_point(condition: Condition, entry: DeviceEntry) -> Iterator[str]:
 
 
 def _wrong_state(condition: Condition, point: Point) -> Iterator[str]:
-    value, expected = point.read(), condition.value
-    if point.states and expected not in point.states:
-        yield f"{condition.point} is never {expected!r}\n{closest(expected, point.states)}"
-    elif isinstance(value, str) is not isinstance(expected, str):
-        sort = "a text" if isinstance(value, str) else "a number"
-        yield f"{condition.point} is never {expected!r}\nexpected {sort}, such as {value!r}"
+    wrong = never(condition, point.read(), point.states)
+    if wrong is not None:
+        yield wrong
 
 
 def _mapping(data: Any) -> Mapping[Any, Any]:

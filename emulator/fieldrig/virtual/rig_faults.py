@@ -5,7 +5,7 @@ from typing import Any
 
 from fieldrig.control.fault_asking import check_members
 from fieldrig.errors import ControlError, refusals
-from fieldrig.faults.condition import condition_of
+from fieldrig.faults.condition import Condition, condition_of, never
 from fieldrig.faults.faults import Timed, fault_of
 from fieldrig.faults.mains import Mains
 from fieldrig.faults.power import MODELS, loses_power
@@ -17,7 +17,7 @@ class RigFaults:
     """All calls are at the present instant; `where` is the name of a bus or a device that the rig has."""
 
     def __init__(self, engine: Engine, points: Points) -> None:
-        self._engine = engine
+        self._engine, self._points = engine, points
         self._triggers = Triggers(engine.clock, points, self._begin, engine.plan)
         self._mains: Mains | None = None
         """The power of the devices, once it has been switched."""
@@ -95,12 +95,23 @@ class RigFaults:
         if not isinstance(when, str):
             return
         self._engine.catch_up()
+        condition = condition_of(when)
         try:
-            self._triggers.add(self._engine.now_ns, where, number, condition_of(when))
+            self._check(condition)
+            self._triggers.add(self._engine.now_ns, where, number, condition)
         except ControlError:
             self.clear(where, number)
             raise
         self._engine.plan()
+
+    def _check(self, condition: Condition) -> None:
+        """ControlError for a condition that can never be met."""
+        present = self._points.get(condition.point)
+        states = self._engine.nodes[condition.device].facts().get(condition.key, {}).get("states", ())
+        wrong = never(condition, present, states)
+        if wrong is not None:
+            what, _, remedy = wrong.partition("\n")
+            raise ControlError(f"when: {what}", remedy)
 
     def _begin(self, where: str, number: int) -> None:
         engine = self._engine

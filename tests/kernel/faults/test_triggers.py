@@ -119,6 +119,9 @@ def test_a_rig_file_has_conditions_too_and_a_cleared_fault_waits_no_longer() -> 
         ("oi/nmt.state == operational", "no device 'oi'"),
         ("level > 3", "no condition"),
         ("io/nmt.state & x == 1", "no mask"),
+        ("io/nmt.state == opertional", "when: io/nmt.state is never 'opertional'"),
+        ("io/nmt.state == 5", "when: io/nmt.state is never 5"),
+        ("tank/level > high", "when: tank/level is never 'high'"),
     ],
 )
 def test_a_condition_that_cannot_be_is_refused(when: str, wrong: str) -> None:
