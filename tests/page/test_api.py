@@ -1,5 +1,6 @@
 """The HTTP API as its OpenAPI document says: every operation is in it, and answers as described."""
 
+import asyncio
 import re
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,8 @@ from in_loop import in_loop
 from jsonschema import Draft202012Validator
 from page_api import described, filled
 from page_bench import bearer, page_of
+
+from fieldrig.clock import S
 
 LAB = Path(__file__).parents[2] / "configs" / "lab.yaml"
 pytestmark = pytest.mark.long
@@ -105,6 +108,24 @@ async def test_virtual_time_is_paused_stepped_and_let_run() -> None:
         assert (await page.call("POST", "rig/run", {"speed": -1})).status == 422
         assert (await page.call("POST", "restart/tank")).status == 200
         assert (await page.call("POST", "restart/nothing")).status == 409
+
+
+@in_loop
+@pytest.mark.parametrize(("ending", "body", "is_paused"), [("pause", None, True), ("run", {"speed": 1}, False)])
+async def test_a_step_ends_where_it_is_when_someone_needs_the_rig(
+    ending: str, body: dict[str, object] | None, *, is_paused: bool
+) -> None:
+    async with page_of(LAB) as page:
+        step = asyncio.get_running_loop().create_task(page.call("POST", "rig/step", {"for": "100000000 s"}))
+        while (status := (await page.get("status")).json)["now_ns"] == 0:
+            assert not step.done()
+            await asyncio.sleep(0)  # an answer within the process lets no other task run
+        assert status["state"] == "ready"  # it moves
+        ended = await page.call("POST", f"rig/{ending}", body)
+        assert (ended.status, (await step).status) == (200, 200)
+        status = (await page.get("status")).json
+        assert status["state"] == ("paused" if is_paused else "ready")
+        assert status["now_ns"] < 100_000_000 * S
 
 
 @in_loop

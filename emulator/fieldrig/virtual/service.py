@@ -123,6 +123,8 @@ class VirtualService:
         self._base_ns = 0
         self._standing = asyncio.Lock()
         """Held while the past is looked at, and the rig stands still."""
+        self._steps, self._interruptions = 0, 0
+        """Steps that run or wait for their turn, and how often such steps were ended."""
 
     async def run(self) -> Exit:
         """Run until `end` is called.  RigError if a device cannot be built, or devices answer each other endlessly."""
@@ -169,6 +171,7 @@ class VirtualService:
         return Journey(keeper, why_no_way_back(self._config))
 
     def end(self) -> None:
+        self._interruptions += 1
         if not self._ended.done():
             self._ended.set_result(Exit.OK)
 
@@ -207,19 +210,16 @@ class VirtualService:
             case "stop", _:
                 self.end()
             case "pause", _:
-                self._may_run.clear()
+                self._stand()
             case "run", {"speed": int() | float() | None as speed} if speed is None or 0 < speed <= FASTEST:
                 self._speed = speed
-                self._rebase()
-                self._may_run.set()
+                self._go_on()
             case "run", None:
-                self._rebase()
-                self._may_run.set()
+                self._go_on()
             case "step", {"ns": int(duration_ns)} if 0 <= duration_ns < NEVER_NS - self._journey.now_ns:
-                self._may_run.clear()
-                await self._run_until(self._journey.now_ns + duration_ns)
+                await self._step(duration_ns)
             case "back", {"ns": int(instant_ns)} if instant_ns >= 0:
-                self._may_run.clear()
+                self._stand()
                 async with self._standing:
                     self._journey.back(instant_ns)
                     self._go_on_from_the_past()
@@ -230,7 +230,34 @@ class VirtualService:
             case _:
                 remedy = "it can: status, stop, pause, run, step, back, last, restart"
                 raise ControlError(f"this rig cannot {asked(verb, message)}", remedy)
-        return {"now_ns": self._journey.now_ns, "is_paused": not self._may_run.is_set()}
+        return self._where()
+
+    def _stand(self) -> None:
+        """Stand still; a step ends where it is."""
+        self._may_run.clear()
+        self._interruptions += 1
+
+    def _go_on(self) -> None:
+        """Run from now on; a step ends where it is."""
+        self._rebase()
+        self._may_run.set()
+        self._interruptions += 1
+
+    async def _step(self, duration_ns: int) -> None:
+        """Run for a duration, or until the rig is paused, let run, taken back or stopped."""
+        until_ns, before = self._journey.now_ns + duration_ns, self._interruptions
+        self._may_run.clear()
+        self._steps += 1
+        try:
+            await self._run_until(until_ns, lambda: self._interruptions == before)
+        finally:
+            self._steps -= 1
+
+    def _where(self) -> dict[str, Any]:
+        return {"now_ns": self._journey.now_ns, "is_paused": self._is_paused()}
+
+    def _is_paused(self) -> bool:
+        return not self._may_run.is_set() and self._steps == 0
 
     async def _search(self, message: Any, *, is_to_go: bool) -> dict[str, Any]:
         """Answer what a device has found in the past, and go there if that is wanted."""
@@ -250,7 +277,7 @@ class VirtualService:
             if self._journey.backs > backs:
                 self._may_run.clear()
                 self._go_on_from_the_past()
-        return {"found": found, "now_ns": self._journey.now_ns, "is_paused": not self._may_run.is_set()}
+        return {"found": found, **self._where()}
 
     def _go_on_from_the_past(self) -> None:
         """Have everybody outside take note that what came after this instant has never been."""
@@ -285,9 +312,9 @@ class VirtualService:
             self._rebase()
         return False
 
-    async def _run_until(self, until_ns: int) -> None:
+    async def _run_until(self, until_ns: int, may_go_on: Callable[[], bool] = lambda: True) -> None:
         async with self._standing:
-            while not self._play(until_ns).is_reached:
+            while may_go_on() and not self._play(until_ns).is_reached:
                 await asyncio.sleep(0)
                 await self._recorders.until_room()
 
@@ -324,7 +351,7 @@ class VirtualService:
         return {
             **rig_status(self._config, self._control, self._started_s, lambda _device: self._config.name),
             "run": None,
-            "state": "ready" if self._may_run.is_set() else "paused",
+            "state": "paused" if self._is_paused() else "ready",
             "now_ns": self._journey.now_ns,
             "first_ns": self._journey.first_ns,
             "speed": self._speed,

@@ -28,12 +28,11 @@ function keptBy(rig, life) {
 }
 
 function Virtual({ rig, mayOperate }) {
-  const [step, setStep] = useState('10 ms'), [until, setUntil] = useState(''), [refusal, setRefusal] = useState(null), [isBusy, setBusy] = useState(false);
+  const [step, setStep] = useState('10 ms'), [until, setUntil] = useState(''), [refusal, setRefusal] = useState(null);
   const act = async (path, body) => {
-    setBusy(true);
-    try { await api('POST', `rig/${path}`, body); setRefusal(null); } catch (cause) { setRefusal(cause); } finally { setBusy(false); }
+    try { await api('POST', `rig/${path}`, body); setRefusal(null); } catch (cause) { setRefusal(cause); }
   };
-  const isPaused = rig.state === 'paused', isOff = !mayOperate || isBusy;
+  const isPaused = rig.state === 'paused', isOff = !mayOperate; // a long step is ended by Pause
   const left = Number(until) - (rig.now_ns ?? 0) / S;
   const goUntil = event => { event.preventDefault(); act('step', { for: `${Math.round(left * S)} ns` }); };
   return html`<section aria-labelledby="time"><h2 id="time">Virtual time</h2>
