@@ -1,6 +1,7 @@
 // The shell of the page: its head, the ways to its views, and the view that the address names.
 import { html, render } from 'htm/preact';
 import { useEffect, useLayoutEffect, useState } from 'preact/hooks';
+import { keepFocus } from './focus.js';
 import { live, role, useAnswer, useLive, useModule, useWish } from './live.js';
 
 // Each view is a module with `export function View({rig, path, role})`; `path` is what follows its hash.  One that needs
@@ -120,5 +121,7 @@ function focusMain(event) {
   document.getElementById('main').focus();
 }
 
-render(html`<${App} />`, document.getElementById('app'));
+const root = document.getElementById('app');
+keepFocus(root, () => document.getElementById('main'));
+render(html`<${App} />`, root);
 live.open();
