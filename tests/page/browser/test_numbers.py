@@ -137,3 +137,16 @@ def test_the_words_of_a_drive_have_hexadecimal_digits_as_in_its_manual(browser: 
         facts = page.locator(".fact")
         expect(facts.filter(has_text="status word")).to_contain_text("0218h")
         expect(facts.filter(has=page.get_by_text("error", exact=True))).to_contain_text("4310h")
+
+
+def test_a_number_on_a_card_is_short_and_has_the_digits_that_a_person_reads(
+    browser: Browser, counters: ServedRig
+) -> None:
+    shown = "async values => { const { show } = await import('/static/picture/life.js'); return values.map(show); }"
+    texts = {
+        0: "0", 1.5: "1.500", -12.345: "-12.35", 0.0011523: "0.00115", 1234.5: "1235", 2719755: "2\u202f719\u202f755",
+        82_614_321: "82.6 M", -165_234_000: "-165 M", 12_000_000: "12.0 M", 4_294_967_295: "4.29 G", 1e15: "1000 T",
+        999_999_999: "1000 M", float("inf"): "Infinity",
+    }  # fmt: skip
+    with opened(browser, counters) as page:
+        assert page.evaluate(shown, list(texts)) == list(texts.values())

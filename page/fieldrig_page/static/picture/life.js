@@ -26,15 +26,22 @@ function withRows(before, rows) {
 }
 
 const DIGITS = 4, LONG = 1e7;
+const PREFIXES = [[1e12, 'T'], [1e9, 'G'], [1e6, 'M']];
 
-// A value as text: four digits are enough for a card, and do not jump.
+// A value as text: four digits are enough for a card, and do not jump; three and a prefix leave room for its name.
 export function show(value) {
   if (value === true) return 'on';
   if (value === false) return 'off';
-  if (typeof value !== 'number') return String(value ?? '').trim() || '–';
+  if (typeof value !== 'number' || !Number.isFinite(value)) return String(value ?? '').trim() || '–';
   const size = Math.abs(value);
-  if (size >= LONG) return `${(value / 1e6).toFixed(2)} M`;
+  if (size >= LONG) return long(value);
   if (Number.isInteger(value)) return value.toLocaleString('en').replaceAll(',', '\u202f');
   if (size < 0.1) return String(Number(value.toPrecision(DIGITS - 1)));
   return value.toFixed(Math.max(DIGITS - 1 - Math.floor(Math.log10(Math.max(size, 1))), 0));
+}
+
+function long(value) {
+  const [scale, prefix] = PREFIXES.find(([least]) => Math.abs(value) >= least);
+  const digits = (value / scale).toPrecision(DIGITS - 1);
+  return `${digits.includes('e') ? Number(digits) : digits} ${prefix}`;
 }
