@@ -9,13 +9,15 @@
 The kernel knows no language: each is an entry point "fieldrig.programs", a module that is a `Language`.
 """
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
-from fieldrig.clock import MS
+from fieldrig.clock import MS, S
 from fieldrig.errors import ArgumentError, UnmetError, UsageError
 from fieldrig.outside.untrusted import shown
 from fieldrig.text import durations
@@ -31,12 +33,20 @@ MOST_EVENTS = 5
 R = TypeVar("R")
 
 
+_UNITS_NS: Final = {**durations.UNITS_NS, "d": 86_400 * S, "h": 3_600 * S, "m": 60 * S}
+_PART: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ns|us|ms|min|[dhms])")
+
+
 def T(duration: str) -> int:  # noqa: N802  the prefix of a time in the language
-    """Return a duration in nanoseconds: `T("1.5s")`, `T("10ms")`.  ArgumentError for anything else."""
-    try:
-        return durations.duration_ns(duration)
-    except (ValueError, AttributeError):
-        raise ArgumentError(f"{shown(duration)} is not a duration", 'expected one such as T("10ms")') from None
+    """Return a duration in nanoseconds: `T("1.5s")`, `T("10ms")`, and as in the language `T("T#1h30m")`.
+
+    The units are d, h, m (or min), s, ms, us and ns.  ArgumentError for anything else.
+    """
+    text = re.sub(r"^(?:L?T|L?TIME)#|_", "", duration.lower(), flags=re.IGNORECASE) if isinstance(duration, str) else ""
+    parts = _PART.findall(text)
+    if not parts or "".join(number + unit for number, unit in parts) != text:
+        raise ArgumentError(f"{shown(duration)} is not a duration", 'expected one such as T("10ms") or T("1h30m")')
+    return sum(round(Fraction(number) * _UNITS_NS[unit]) for number, unit in parts)
 
 
 class ProgramBench(ABC):

@@ -46,7 +46,8 @@ class Function:
         """Return the arguments by their declared names."""
         if len(values) > len(self._inputs):
             expected = ", ".join(self._inputs) or "none"
-            raise ArgumentError(f"{self._name} takes {len(self._inputs)} arguments", f"expected {expected}")
+            count = f"{len(self._inputs)} argument{'s' if len(self._inputs) != 1 else ''}"
+            raise ArgumentError(f"{self._name} takes {count}", f"expected {expected}")
         given = dict(zip(self._inputs, values, strict=False))
         for name, value in named.items():
             known = next((one for one in self._inputs if one.casefold() == name.casefold()), None)

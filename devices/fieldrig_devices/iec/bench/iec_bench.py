@@ -16,6 +16,7 @@ from fieldrig_devices.iec.bench.wrappers import BLOCK, Wrapper
 from fieldrig_devices.iec.program import Pou
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.tree import PouKind
+from fieldrig_devices.iec.types import ArrayType
 from fieldrig_devices.languages.source_file import SourceFile
 
 
@@ -87,10 +88,19 @@ class IecBench(ProgramBench):
         symbols = self._program.runtime.symbols
         symbol = symbols.find(path) if isinstance(path, str) else None
         if symbol is None:
-            near = symbols.closest(path) if isinstance(path, str) else ""
-            hint = f"did you mean {near}?" if near else 'expected a path such as "Main.level"'
-            raise ArgumentError(f"the program has no variable {path!r}", hint)
+            raise ArgumentError(f"the program has no variable {path!r}", self._meant(path))
         return symbol
+
+    def _meant(self, path: object) -> str:
+        """Return a hint for a path that no variable has."""
+        symbols = self._program.runtime.symbols
+        if not isinstance(path, str):
+            return 'expected a path such as "Main.level"'
+        whole = symbols.find(path.rpartition("[")[0]) if path.endswith("]") else None
+        if whole is not None and isinstance(whole.type, ArrayType):
+            return f"expected an index from {whole.type.low} to {whole.type.high}"
+        near = symbols.closest(path)
+        return f"did you mean {near}?" if near else 'expected a path such as "Main.level"'
 
     def values(self, path: str) -> Any:
         symbol = self._symbol(path)

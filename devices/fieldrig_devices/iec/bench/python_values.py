@@ -159,7 +159,10 @@ def _plain(runtime: Runtime, kind: Type, stored: object, value: Any) -> Value:
             raise ValueError(f"expected a text of one character up to {chr(int(stored.high))!a}")
         return ord(value)
     if isinstance(stored, Elementary) and stored.is_time:
-        return _counts(stored, value)
+        counts = _counts(stored, value)
+        if not stored.low <= counts <= stored.high and not isinstance(value, int):
+            raise ValueError(f"expected {single(kind, stored.low)} to {single(kind, stored.high)}")
+        return counts
     if isinstance(stored, Elementary) and not stored.is_real and isinstance(value, float):
         raise ValueError("expected a whole number")
     if not isinstance(value, bool | int | float | str):

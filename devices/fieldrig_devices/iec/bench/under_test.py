@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 from fieldrig.clock import MS, VirtualClock
@@ -21,6 +22,7 @@ from fieldrig_devices.iec.tasks.scheduler import Scheduler
 from fieldrig_devices.iec.tasks.task import Task, WorkState
 from fieldrig_devices.iec.testing.beginning import begin_program
 from fieldrig_devices.iec.testing.compiled import NO_LIMITS
+from fieldrig_devices.iec.testing.gathered import with_files_to_give
 from fieldrig_devices.iec.testing.judge import Judge
 from fieldrig_devices.iec.testing.mocks import Mock, Mocks
 from fieldrig_devices.iec.thread import Fault, Thread
@@ -114,7 +116,8 @@ class UnderTest:
                 extension=extension,
             )
         except CompileError as wrong:
-            raise ConfigError([_mistake(one) for one in wrong.mistakes if not one.is_note]) from wrong
+            told = with_files_to_give(wrong.mistakes, [Path(file.name) for file in self._files], self.dialect)
+            raise ConfigError([_mistake(one) for one in told if not one.is_note]) from wrong
         if extension.mocks.unknown:
             name = extension.mocks.unknown[-1]
             raise ArgumentError(f"{name} cannot be mocked", "expected a function or a block with code in the program")

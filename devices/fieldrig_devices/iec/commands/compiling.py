@@ -37,6 +37,8 @@ def compiled(
     from fieldrig.clock import VirtualClock
     from fieldrig_devices.iec.compiler import compile_project
     from fieldrig_devices.iec.standalone import StandaloneHost
+    from fieldrig_devices.iec.testing.gathered import with_files_to_give
+    from fieldrig_devices.languages.mistakes import CompileError
 
     rules = dialect_named(dialect)
     if rig is not None and resource:
@@ -45,7 +47,11 @@ def compiled(
         return _holder(rig, device).compile_sources(sources)
     if device is not None:
         raise typer.BadParameter("--device needs --rig FILE")
-    return compile_project(sources, StandaloneHost(VirtualClock()), rules, resource=resource)
+    try:
+        return compile_project(sources, StandaloneHost(VirtualClock()), rules, resource=resource)
+    except CompileError as wrong:
+        told = with_files_to_give(wrong.mistakes, [Path(source.name) for source in sources], rules)
+        raise CompileError(told) from wrong
 
 
 def _holder(rig: Path, device: str | None) -> "ProgramHolder":

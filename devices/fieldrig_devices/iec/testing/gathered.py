@@ -5,7 +5,8 @@ tests reach, so what does not compile elsewhere in the folder does not matter.
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -28,6 +29,7 @@ _PART: Final = re.compile(
     re.DOTALL | re.IGNORECASE,
 )
 """A comment, a text or the word: one in a comment or in a text, such as `'Error in test'`, begins no test."""
+_UNKNOWN: Final = " is not declared"
 _RUNS_TASKS: Final = frozenset({"run_for", "assert_within", "assert_never", "assert_stays", "assert_until"})
 """Words of tests that need the tasks of the program, and so its configuration."""
 
@@ -84,6 +86,28 @@ def with_code(test: Read, dialect: Dialect) -> tuple[list[Read], list[Mistake]]:
             what = f"there is no {use.file!r} beside this file"
             mistakes.append(Mistake(*use.position, what, "a source file, or a folder with some", file=str(test.path)))
     return list(dict.fromkeys(found)), mistakes
+
+
+def with_files_to_give(mistakes: Sequence[Mistake], files: Sequence[Path], dialect: Dialect) -> list[Mistake]:
+    """Return the mistakes of a program; one for a name that a file beside it declares has that file as its hint."""
+    if not any(mistake.what.endswith(_UNKNOWN) for mistake in mistakes):
+        return list(mistakes)
+    given = {path.resolve() for path in files}
+    folders = [folder for folder in {path.parent: None for path in files} if folder.is_dir()]
+    beside = (other for folder in folders for other in sorted(folder.iterdir()))
+    declared: dict[str, Path] = {}
+    for other in beside:
+        if other.suffix.lower() in SUFFIXES and other.is_file() and other.resolve() not in given:
+            with suppress(UsageError):  # it is no text
+                declared |= dict.fromkeys(_names(read(other, dialect)), other)
+    return [_with_file(mistake, declared) for mistake in mistakes]
+
+
+def _with_file(mistake: Mistake, declared: Mapping[str, Path]) -> Mistake:
+    name = mistake.what.removesuffix(_UNKNOWN).rpartition(" ")[2].casefold()
+    if not mistake.what.endswith(_UNKNOWN) or name not in declared:
+        return mistake
+    return replace(mistake, expected="", hint=f"{declared[name].name} beside it declares it: give this file too")
 
 
 def _beside(test: Read, dialect: Dialect) -> Iterator[Read]:

@@ -351,7 +351,30 @@ def test_an_unknown_option_is_refused(file: Path, options: dict[str, str]) -> No
         program(file, **options)
 
 
-@pytest.mark.parametrize("duration", ["soon", "10", 10, None, "-1s"])
+def test_t_takes_durations_as_the_language_writes_them() -> None:
+    assert T("T#1h_30m") == T("1h30m") == T("90min") == 5_400 * S
+    assert (T("TIME#1d"), T("LTIME#5ns"), T("1.5ms"), T("0s")) == (86_400 * S, 5, 1_500_000, 0)
+
+
+def test_a_name_that_a_file_beside_the_program_declares_has_that_file_as_its_hint(tmp_path: Path) -> None:
+    (tmp_path / "types.st").write_text("TYPE Box : STRUCT n : INT; END_STRUCT; END_TYPE")
+    (tmp_path / "main.st").write_text("PROGRAM Main VAR b : Box; c : Unheard; END_VAR END_PROGRAM")
+    with pytest.raises(ConfigError) as refused:
+        program(tmp_path / "main.st")
+    assert "types.st beside it declares it: give this file too" in str(refused.value)
+    assert "Unheard is not declared\n    expected a type" in str(refused.value)
+
+
+def test_an_index_outside_an_array_and_a_date_outside_its_type_say_what_is_possible(tmp_path: Path) -> None:
+    (tmp_path / "main.st").write_text("PROGRAM Main VAR l : ARRAY[1..4] OF INT; d : DATE; END_VAR END_PROGRAM")
+    plc = program(tmp_path / "main.st")
+    with pytest.raises(ArgumentError, match="expected an index from 1 to 4"):
+        plc["Main.l[5]"] = 1
+    with pytest.raises(ArgumentError, match="expected 1970-01-01 to 2106-02-07"):
+        plc["Main.d"] = date(1969, 12, 31)
+
+
+@pytest.mark.parametrize("duration", ["soon", "10", 10, None, "-1s", "", "1h30", "T#", "1 s"])
 def test_t_takes_durations_only(duration: Any) -> None:
     with pytest.raises(ArgumentError, match="is not a duration"):
         T(duration)
@@ -453,7 +476,7 @@ def test_methods_and_properties_are_those_of_the_instance(counter: Any) -> None:
     counter.Clear()
     assert counter.n == 100  # the method of the block that extends the other one
     assert counter.Secret() == 1  # a test sees all of a block
-    with pytest.raises(ArgumentError, match="takes 1 arguments"):
+    with pytest.raises(ArgumentError, match="takes 1 argument\n"):
         counter.Inc(1, 2)
 
 
