@@ -130,6 +130,8 @@ class Dialect:
     has_constant_arguments: bool = _rule(Origin.TOOLS)
     """VAR_IN_OUT CONSTANT, to which constants and texts of any length may be passed, and which is only read; and
     VAR_INPUT CONSTANT, which is an input."""
+    gives_open_arrays_as_addresses: bool = _rule(Origin.TOOLS)
+    """An ARRAY[*] where a pointer is expected is its address, `MEMSET(destAddr := list, ...)`, as TwinCAT takes it."""
     has_any_inputs: bool = _rule(Origin.TOOLS)
     """`VAR_INPUT value : ANY`, which describes the variable that is passed; also ANY_NUM and so on."""
     has_system_names: bool = _rule(Origin.TOOLS)

@@ -231,3 +231,25 @@ END_FUNCTION
     )
     bench.cycle()
     assert (bench["n"], bench["m"]) == (12, 122)
+
+
+CLEAR = """\
+FUNCTION Clear : BOOL
+VAR_IN_OUT list : ARRAY[*] OF INT; END_VAR
+VAR size : UDINT; END_VAR
+size := MEMSET(destAddr := list, fillByte := 255, n := SIZEOF(list));
+Clear := TRUE;
+END_FUNCTION
+"""
+
+
+def test_an_open_array_is_its_address_where_one_is_expected() -> None:
+    bench = IecBench(CLEAR + program("x : ARRAY[3..5] OF INT; after : INT; b : BOOL;", "b := Clear(x);"), CODESYS)
+    bench.cycle()
+    assert (bench["x[3]"], bench["x[5]"], bench["after"]) == (-1, -1, 0)
+
+
+def test_an_open_array_is_no_number_where_none_is_expected() -> None:
+    text = CLEAR.replace("fillByte := 255", "fillByte := list")
+    messages = refused(text + program("x : ARRAY[3..5] OF INT; b : BOOL;", "b := Clear(x);"), CODESYS)
+    assert "list is an ARRAY[*] OF INT and has no value as a whole" in messages[0]

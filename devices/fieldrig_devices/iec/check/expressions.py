@@ -22,6 +22,7 @@ from fieldrig_devices.iec.check import (
     places,
     properties,
     references,
+    special,
     standard,
     writing,
 )
@@ -206,6 +207,9 @@ def _named(checker: Checker, node: tree.Expression, wanted: Type | None) -> Expr
         return None
     if isinstance(meaning, Place):
         if isinstance(meaning.type, OpenArrayType):
+            has_address = checker.context.project.dialect.gives_open_arrays_as_addresses
+            if has_address and isinstance(wanted, PointerType) and not wanted.is_reference:
+                return special.address_of(checker, meaning, node)
             hint = f"choose an element: {text(node)}[...]"
             checker.context.say(
                 node, f"{text(node)} is {a(meaning.type)} and has no value as a whole", "an element", hint
