@@ -1,1 +1,1 @@
-"""What CiA 402 says in tables: states, commands, modes and error codes of drives, to name them or to compute them."""
+"""The tables of CiA 402: states, commands, modes and error codes of drives, to name them or to compute them."""
