@@ -28,6 +28,8 @@ class Ends:
                 return STATUS
             case ["device", "b", "get"]:
                 return {"x": 0}
+            case ["device", "b", "keys"]:
+                return {"x": {"unit": ""}}
             case ["end", "air", "a", "add_fault"]:
                 return {"number": 1}
             case ["end", "air", "b", "add_fault"]:

@@ -105,6 +105,20 @@ def test_a_fault_waits_for_a_point_of_its_process(file: Path) -> None:
         assert list(rig.faults("wires")) == [given]
 
 
+@pytest.mark.parametrize("process", ["tank", "hub"])
+def test_a_fault_waits_for_a_wire(file: Path, process: str) -> None:
+    """The hub of the wires is in the process of the tank, or in one of its own."""
+    file.write_text(RIG.replace("{kind: wires.hub}", f"{{kind: wires.hub, process: {process}}}"), encoding="utf-8")
+    with LiveRig(file) as rig:
+        of_bus = rig.add_fault("wires", {"what": "drop_out", "wire": "tank.empty", "when": "wires/tank.level > 1"})
+        of_device = rig.add_fault("tank", {"what": "leak", "area_m2": 0.001, "when": "wires/tank.level > 1"})
+        assert rig.faults("wires")[of_bus]["state"] == rig.faults("tank")[of_device]["state"] == "waiting"
+        rig.set("tank/level", 1.25)
+        until(lambda: rig.faults("wires")[of_bus]["state"] == rig.faults("tank")[of_device]["state"] == "on")
+        with pytest.raises(ControlError, match=r"wires has no value of a signal 'tank\.levle'"):
+            rig.add_fault("tank", {"what": "power_off", "when": "wires/tank.levle > 1"})
+
+
 def test_a_fault_waits_for_a_point_of_another_process_also_after_its_restart(file: Path) -> None:
     file.write_text(
         RIG.replace("{kind: wires.hub}", "{kind: wires.hub, process: hub, faults: [FAULT]}").replace(

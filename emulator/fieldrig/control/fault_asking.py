@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 from fieldrig.control.messages import Client, NoAnswerError
 from fieldrig.errors import ControlError
 from fieldrig.faults.condition import condition_of, never
+from fieldrig.faults.signals import value_of
 from fieldrig.text.nearest import closest
 
 NAMING: Final = ("node", "receivers")
@@ -56,7 +57,7 @@ def about_faults(where: str, verb: str, message: Any) -> Asking:
     if verb == "add_fault":
         if where in known:
             check_members(message["fault"], list(devices))
-        yield from _check_condition(message["fault"], list(devices))
+        yield from _check_condition(message["fault"], list(devices), list(known))
     try:
         return (yield Question(f"{'bus' if where in known else 'device'}/{where}/{verb}", message))
     except NoAnswerError:
@@ -79,22 +80,38 @@ def check_members(fault: Mapping[str, Any], devices: list[str]) -> None:
                 raise ControlError(f"{key}: there is no device {name!r}", closest(name, devices))
 
 
-def _check_condition(fault: Mapping[str, Any], devices: list[str]) -> Asking:
-    """Check that the point of a condition exists; its device may run in another process than the fault."""
+def _check_condition(fault: Mapping[str, Any], devices: list[str], buses: list[str]) -> Asking:
+    """Check that the point of a condition exists; its device or bus may run in another process than the fault."""
     when = fault.get("when")
     try:
         condition = condition_of(when) if isinstance(when, str) else None
     except ValueError:
         return  # what takes the fault says what is wrong
-    if condition is not None:
-        if condition.device not in devices:
-            raise ControlError(f"when: there is no device {condition.device!r}", closest(condition.device, devices))
-        values = yield Question(f"device/{condition.device}/get", {"keys": [condition.key]})
-        facts = yield Question(f"device/{condition.device}/keys")
-        wrong = never(condition, values[condition.key], facts.get(condition.key, {}).get("states", ()))
-        if wrong is not None:
-            what, _, remedy = wrong.partition("\n")
-            raise ControlError(f"when: {what}", remedy)
+    if condition is None:
+        return
+    device, key = condition.device, condition.key
+    if device in buses:
+        present, states = value_of(device, key, (yield from _signals_of(device))), ()
+    elif device in devices:
+        present = (yield Question(f"device/{device}/get", {"keys": [key]}))[key]
+        facts = yield Question(f"device/{device}/keys")
+        states = facts.get(key, {}).get("states", ())
+    else:
+        raise ControlError(f"when: there is no device {device!r}", closest(device, [*devices, *buses]))
+    wrong = never(condition, present, states)
+    if wrong is not None:
+        what, _, remedy = wrong.partition("\n")
+        raise ControlError(f"when: {what}", remedy)
+
+
+def _signals_of(bus: str) -> Asking:
+    try:
+        return (yield Question(f"bus/{bus}/keys"))
+    except NoAnswerError:
+        raise ControlError(
+            f"when: {bus} has no process of its own that knows its signals",
+            "name the point of a device that drives or hears the signal",
+        ) from None
 
 
 def _names(given: Any) -> Iterable[str]:

@@ -41,7 +41,9 @@ def _conditions(data: Any) -> Iterator[tuple[KeyPath, str]]:
 
 def _wrong(condition: Condition, path: KeyPath, data: Any, entries: Mapping[str, DeviceEntry]) -> Iterator[str]:
     """Yield what is wrong with a condition, and in the next line what would be right."""
-    names = [str(name) for name in _mapping(data["devices"])]
+    names, buses = ([str(name) for name in _mapping(_mapping(data).get(part))] for part in ("devices", "buses"))
+    if condition.device in buses:
+        return  # its signals are known once a device drives them
     if condition.device not in names:
         yield f"there is no device {condition.device!r}\n{closest(condition.device, names)}"
     elif condition.device in entries:

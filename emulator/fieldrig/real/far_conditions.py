@@ -1,7 +1,7 @@
 """The conditions of faults on points of devices in other processes of a rig in real time.
 
-The process of a fault gives the process of the device all conditions that it waits for there, and hears once of each
-that it is met:
+The process of a fault gives the process of the device, or of a bus with signals, all conditions that it waits for
+there, and hears once of each that it is met:
 
     condition/DEVICE/await   {"process": "can0", "conditions": [[1, "axis/6041:00 & 0x6f == 0x27"]]}
                              -> {"unknown": [[1, "axis has no value ..."]]}

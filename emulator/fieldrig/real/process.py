@@ -103,7 +103,7 @@ class DeviceProcess:
         self._direct: list[tuple[DirectBus[Any], str]] = []
         self._waits: set[asyncio.Task[None]] = set()
         self.background = BackgroundProcesses(clock)
-        points = ProcessPoints(plan.name, self.devices)
+        points = ProcessPoints(plan.name, self.devices, self.hubs)
         self._far = FarConditions(plan.name, control)
         self.waiting = WaitingFaults(clock, points, points.tell, self._far)
         """The faults that wait until a point has a value."""
@@ -155,6 +155,7 @@ class DeviceProcess:
             await hub.open()
             self.hubs[name] = hub
             self.serve(name, hub)
+            self.control.serve(f"condition/{name}/*", self._of_others.answers(name))
 
     def serve(self, bus: str, subject: Subject) -> None:
         """Answer questions about a bus, instead of what answered them before."""

@@ -1,24 +1,59 @@
 """The faults of a rig in virtual time: of its buses, of its devices, and of their power, in one list for each."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Container, Iterable, Mapping
+from typing import Any, Protocol
 
+from fieldrig.bus import Bus, Delivery
 from fieldrig.control.fault_asking import check_members
+from fieldrig.device import Value
 from fieldrig.errors import ControlError, refusals
 from fieldrig.faults.condition import Condition, condition_of, never
 from fieldrig.faults.faults import Timed, fault_of
 from fieldrig.faults.mains import Mains
 from fieldrig.faults.power import MODELS, loses_power
+from fieldrig.faults.signals import value_of
 from fieldrig.faults.triggers import Points, Triggers
+from fieldrig.points.names import split_point
 from fieldrig.virtual.engine import Engine
+
+
+class RigPoints(Points, Protocol):
+    def facts(self, device: str) -> Mapping[str, Mapping[str, Any]]: ...
+
+    def signals(self, bus: str, names: Iterable[str] | None = None) -> Mapping[str, Mapping[str, Any]]: ...
+
+    def on_delivery(self, call: Callable[[Bus[Any], Delivery[Any]], None]) -> Callable[[], None]: ...
+
+
+class _WithSignals:
+    """The points of a rig, and the signals of its buses beside them."""
+
+    def __init__(self, points: RigPoints, buses: Container[str]) -> None:
+        self._points, self._buses = points, buses
+
+    def get(self, point: str, key: str | None = None) -> Value:
+        name, key = split_point(point, key)
+        return value_of(name, key, self._points.signals(name)) if name in self._buses else self._points.get(name, key)
+
+    def on_change(self, point: str, call: Callable[[Value], None]) -> Callable[[], None]:
+        name, key = split_point(point)
+        if name not in self._buses:
+            return self._points.on_change(point, call)
+
+        def heard(bus: Bus[Any], _: Delivery[Any]) -> None:
+            if bus.name == name and key in self._points.signals(name, [key]):
+                call(self.get(point))
+
+        return self._points.on_delivery(heard)
 
 
 class RigFaults:
     """All calls are at the present instant; `where` is the name of a bus or a device that the rig has."""
 
-    def __init__(self, engine: Engine, points: Points) -> None:
+    def __init__(self, engine: Engine, points: RigPoints) -> None:
         self._engine, self._points = engine, points
-        self._triggers = Triggers(engine.clock, points, self._begin, engine.plan)
+        self._values = _WithSignals(points, engine.models)
+        self._triggers = Triggers(engine.clock, self._values, self._begin, engine.plan)
         self._mains: Mains | None = None
         """The power of the devices, once it has been switched."""
 
@@ -106,8 +141,9 @@ class RigFaults:
 
     def _check(self, condition: Condition) -> None:
         """ControlError for a condition that can never be met."""
-        present = self._points.get(condition.point)
-        states = self._engine.nodes[condition.device].facts().get(condition.key, {}).get("states", ())
+        name = condition.device
+        facts = self._points.facts(name) if name in self._engine.nodes else {}
+        present, states = self._values.get(condition.point), facts.get(condition.key, {}).get("states", ())
         wrong = never(condition, present, states)
         if wrong is not None:
             what, _, remedy = wrong.partition("\n")

@@ -13,6 +13,7 @@ from fieldrig.errors import ControlError
 from fieldrig.faults.condition import condition_of
 from fieldrig.virtual.rig import Rig
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_bus.wires import Signal
 
 ROOT = Path(__file__).parents[3]
 LAB: dict[str, Any] = {
@@ -112,6 +113,31 @@ def test_a_rig_file_has_conditions_too_and_a_cleared_fault_waits_no_longer() -> 
         assert len(found) >= 4
 
 
+def test_a_fault_begins_when_a_wire_crosses_a_value() -> None:
+    with Rig(from_dict(LAB)) as rig:
+        rises = rig.add_fault("can0", {"what": "drop", "when": "wires/tank.level > 1.5"})
+        falls = rig.add_fault("can0", {"what": "drop", "when": "wires/tank.level < 0.4"})
+        rig.set("tank/level", 1.4)
+        rig.run_until(1 * S)
+        assert [rig.faults("can0")[number]["state"] for number in (rises, falls)] == ["waiting", "waiting"]
+        rig.set("tank/level", 1.6)
+        rig.run_for(1 * MS)
+        assert [rig.faults("can0")[number]["state"] for number in (rises, falls)] == ["on", "waiting"]
+
+
+def test_a_pulse_on_a_wire_that_is_over_at_once_begins_a_fault() -> None:
+    with Rig(from_dict(LAB)) as rig:
+        wire = rig.attach("bench").link("wires")
+        wire.send(Signal("lamp", False))
+        rig.run_for(1 * MS)
+        fault = rig.add_fault("can0", {"what": "drop", "when": "wires/lamp == true"})
+        wire.send(Signal("lamp", True))
+        rig.step()
+        wire.send(Signal("lamp", False))
+        rig.run_for(1 * MS)
+        assert rig.faults("can0")[fault]["state"] == "on"
+
+
 @pytest.mark.parametrize(
     ("when", "wrong"),
     [
@@ -122,6 +148,9 @@ def test_a_rig_file_has_conditions_too_and_a_cleared_fault_waits_no_longer() -> 
         ("io/nmt.state == opertional", "when: io/nmt.state is never 'opertional'"),
         ("io/nmt.state == 5", "when: io/nmt.state is never 5"),
         ("tank/level > high", "when: tank/level is never 'high'"),
+        ("wires/tank.level > high", "when: wires/tank.level is never 'high'"),
+        ("wires/tank.lebel > 1", "wires has no value of a signal 'tank.lebel'"),
+        ("can0/load > 1", "can0 has no value of a signal 'load'"),
     ],
 )
 def test_a_condition_that_cannot_be_is_refused(when: str, wrong: str) -> None:
