@@ -337,7 +337,7 @@ class Front:
 
 def part_of(key: str, point: Shown) -> Part:
     """Return the part that fits a point, by the type of its present value."""
-    value, label, is_operated = point.read(), _split(key)[1], point.write is not None
+    value, label, is_operated = point.read(), _split(key)[1] or key, point.write is not None
     if isinstance(value, bool):
         return Switch(label, key, point.about) if is_operated else Led(label, key, point.about)
     if point.states and is_operated:

@@ -5,6 +5,7 @@ import { live, useAnswer, useLive, useWish } from './live.js';
 import { Active, useFaults } from './faults.js';
 import { Front } from './fronts/front.js';
 import { operate } from './fronts/operate.js';
+import { named } from './named.js';
 import { Refused } from './rows.js';
 import { instant } from './traffic.js';
 import { Values } from './values.js';
@@ -28,7 +29,7 @@ function Device({ name, role }) {
   const [rig] = useAnswer('rig');
   const [refused, setRefused] = useState(null);
   const { faults } = useFaults();
-  const state = useLive('front', (before, message) => merged(before, message, name), { values: {}, why: '' });
+  const state = useLive('front', (before, message) => merged(before, message, name), NOTHING);
   useWish('front', { devices: [name] });
   // After a restart the device may have another front, such as that of another program.
   useEffect(() => { if (!state.why) setAnswered((before) => before + 1); }, [state.why]);
@@ -49,12 +50,13 @@ function Device({ name, role }) {
 
 function merged(before, message, name) {
   const news = message.devices[name];
-  if (message.whole && !news) return { values: {}, why: '' };
+  if (message.whole && !news) return NOTHING;
   if (!news) return before;
-  const values = message.whole || news.whole ? news.values : { ...before.values, ...news.values };
+  const values = message.whole || news.whole ? news.values : named(before.values, news.values);
   return { values, why: news.why ?? before.why };
 }
 
+const NOTHING = { values: named(), why: '' };
 const LOG_MS = 1000;
 const NEAR_END = 24; // pixels
 

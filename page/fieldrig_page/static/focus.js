@@ -6,15 +6,23 @@ const CAN_HAVE_IT = 'a[href], button:not(:disabled), input:not(:disabled), selec
 // Watches everything in `root`; `home()` is where the focus goes if the view is another one.
 export function keepFocus(root, home) {
   let last = null; // what has the focus by the keyboard, and its places in what is around it, from inside out
-  root.addEventListener('focusin', ({ target }) => { last = target.matches(':focus-visible') ? { target, around: around(target, root) } : null; });
+  root.addEventListener('focusin', ({ target }) => { last = target.matches(':focus-visible') ? { target, around: around(target, root), isOff: false } : null; });
   // What vanishes is left before it is gone, so whether it is shows after that.
   root.addEventListener('focusout', ({ target }) => queueMicrotask(() => { if (last?.target === target && !isGone(target)) last = null; }));
   addEventListener('hashchange', () => { if (last) last.around = []; });
   const look = () => {
-    if (last === null || !isGone(last.target)) return;
-    const { target, around: places } = last;
-    last = null;
-    (neighbour(target, places) ?? home())?.focus();
+    if (last === null) return;
+    const { target, around: places, isOff } = last;
+    if (!target.isConnected) {
+      last = null;
+      (next(places) ?? home())?.focus();
+    } else if (target.disabled === true && !isOff) {
+      last.isOff = true;
+      counterpart(target)?.focus();
+    } else if (isOff && !target.disabled) {
+      last.isOff = false;
+      if (document.activeElement === document.body) target.focus(); // a device has not answered for a while
+    }
   };
   new MutationObserver(look).observe(root, { subtree: true, childList: true, attributes: true, attributeFilter: ['disabled'] });
 }
@@ -28,15 +36,20 @@ function around(target, root) {
   return places;
 }
 
-function neighbour(target, places) {
-  for (const { parent, place } of places) {
-    if (!parent.isConnected) continue;
-    const others = [...parent.querySelectorAll(CAN_HAVE_IT)].filter((one) => one.checkVisibility());
-    // One that is there, and off, has its counterpart before it; in the place of one that has vanished is the next.
-    const found = target.isConnected ? others.findLast((one) => isBefore(one, target)) : others[place];
-    if (found ?? others.at(-1)) return found ?? (target.isConnected ? others[0] : others.at(-1));
+// What is in the place of one that has vanished, or the last before it.
+function next(places) {
+  for (const { parent, place } of places.filter((one) => one.parent.isConnected)) {
+    const others = choicesIn(parent);
+    if (others.length > 0) return others[Math.min(Math.max(place, 0), others.length - 1)];
   }
   return null;
 }
 
+// What is beside one that is off: Start for Stop.  If all of them are off, the focus waits for it.
+function counterpart(target) {
+  const others = choicesIn(target.parentElement);
+  return others.findLast((one) => isBefore(one, target)) ?? others[0];
+}
+
+const choicesIn = (parent) => [...parent.querySelectorAll(CAN_HAVE_IT)].filter((one) => one.checkVisibility());
 const isBefore = (one, other) => (one.compareDocumentPosition(other) & Node.DOCUMENT_POSITION_FOLLOWING) !== 0;

@@ -1,6 +1,7 @@
 // The connection to the page's server: what this page wants to see, what comes of it, and calls of the HTTP API.
 // It reconnects by itself and asks again for everything that is wanted; the first frame of each topic is whole.
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
+import { asNamed } from './named.js';
 import { decode, encode } from './wire.js';
 
 const FIRST_PAUSE_MS = 250;
@@ -162,7 +163,7 @@ export async function api(method, path, body) {
     throw new Refusal(0, 'the page’s server does not answer', 'the page connects again by itself; or start the rig again');
   }
   const type = answer.headers.get('content-type') ?? '';
-  const given = type.startsWith('application/json') ? await answer.json() : { what: await answer.text(), remedy: '' };
+  const given = type.startsWith('application/json') ? JSON.parse(await answer.text(), asNamed) : { what: await answer.text(), remedy: '' };
   if (!answer.ok) throw new Refusal(answer.status, given.what, given.remedy);
   return given;
 }

@@ -2,9 +2,11 @@
 import { html } from 'htm/preact';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { api, inPath, useAnswer, useLive, useWish } from './live.js';
+import { named } from './named.js';
 import { numberOrText } from './fronts/words.js';
 import { Refused, Rows } from './rows.js';
 
+const NOTHING = { state: null, values: named(), tasks: {}, forced: [] };
 const LINE = 20; // pixels
 const MOST_NAMES = 400;
 const STATES = { running: 'ok', paused: 'late', held: 'late', ended: 'quiet', failed: 'down', none: 'quiet' };
@@ -30,7 +32,7 @@ function Program({ device, role }) {
   const [refusal, setRefusal] = useState(null);
   const lines = useMemo(() => text.split('\n'), [text]);
   const [place, setPlace] = useState(null);
-  const now = useLive('program', (before, frame) => (frame.device === device ? { ...before, ...frame } : before), { state: null, values: {}, tasks: {}, forced: [] });
+  const now = useLive('program', (before, frame) => (frame.device === device ? { ...before, ...frame } : before), NOTHING);
   const { state, values, tasks, forced } = now;
   const code = useMemo(() => withoutComments(text, state?.language).split('\n'), [text, state?.language]);
   const scopes = useMemo(() => scopesOf(code), [code]);
@@ -135,10 +137,10 @@ function LiveValues({ names, scope, values, forced }) {
 }
 
 function Tasks({ threads, tasks, onPlace }) {
-  const rows = {};
+  const rows = named();
   for (const [key, value] of Object.entries(tasks)) {
     const [name, figure] = key.split('/task/')[1].split('/');
-    (rows[name] ??= {})[figure] = value;
+    (rows[name] ??= named())[figure] = value;
   }
   const figures = [...new Set(Object.values(rows).flatMap(Object.keys))].filter((name) => name !== 'state');
   const units = { load: 'load (us)', cycle: 'cycle (us)', cpu: 'CPU (us)' };

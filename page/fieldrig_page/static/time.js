@@ -3,6 +3,7 @@ import { html } from 'htm/preact';
 import { useState } from 'preact/hooks';
 import { Events } from './events.js';
 import { api, useAnswer, useLive, useWish } from './live.js';
+import { named } from './named.js';
 import { EMPTY, reduce } from './picture/life.js';
 import { View as Processes } from './processes.js';
 
@@ -19,7 +20,7 @@ export function View({ rig, role }) {
 
 // The share of the cycles of its rings that each process keeps: the lowest of its devices.
 function keptBy(rig, life) {
-  const kept = {};
+  const kept = named();
   for (const [name, process] of Object.entries(rig.processes ?? {})) {
     const own = (process.devices ?? []).map(device => life.parts[device]?.kept).filter(share => share !== undefined);
     if (own.length > 0) kept[name] = Math.min(...own);

@@ -2,6 +2,7 @@
 import { html } from 'htm/preact';
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { live, useAnswer, useWish } from './live.js';
+import { named } from './named.js';
 import { Rows } from './rows.js';
 
 const ROW = 26; // pixels
@@ -27,7 +28,7 @@ function Traffic({ buses, first }) {
   const [filter, setFilter] = useState({ text: '', node: '', kind: '' });
   const [isPaused, setPaused] = useState(false);
   const [, setTick] = useState(0);
-  const state = useRef({ rows: [], waiting: [], lost: 0, leftOut: 0, loads: {} });
+  const state = useRef({ rows: [], waiting: [], lost: 0, leftOut: 0, loads: named() });
   const [formats] = useAnswer('traces/formats');
   const paused = useRef(false);
   paused.current = isPaused;

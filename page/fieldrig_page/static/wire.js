@@ -2,6 +2,8 @@
 // Integers beyond 2^53, such as instants, lose their last digits; values of that size come as texts.  Binary data becomes an
 // ArrayBuffer of its own, as typed arrays need alignment.  The server sends no extensions.
 
+import { named } from './named.js';
+
 const utf8 = new TextDecoder();
 const toUtf8 = new TextEncoder();
 
@@ -38,8 +40,12 @@ class Reader {
   }
 
   map(length) {
-    const entries = Array.from({ length }, () => [this.value(), this.value()]);
-    return Object.fromEntries(entries);
+    const found = named();
+    for (let left = length; left > 0; left -= 1) {
+      const key = this.value();
+      found[key] = this.value();
+    }
+    return found;
   }
 
   value() {

@@ -60,6 +60,18 @@ def test_a_row_that_vanishes_leads_to_the_one_in_its_place(browser: Browser, fee
         expect(page.get_by_role("button", name="Write once")).to_be_focused()
 
 
+def test_a_key_has_the_focus_again_when_its_device_has_power(browser: Browser, feeder: ServedRig) -> None:
+    with opened(browser, feeder, path="/device/feeder") as page:
+        key = page.get_by_role("button", name="Run", exact=True)
+        page.keyboard.press("Tab")
+        key.focus()
+        number = feeder.ask("device/feeder/add_fault", {"fault": {"what": "power_off"}})["number"]
+        expect(key).to_be_disabled()
+        expect(key).not_to_be_focused()
+        feeder.ask("device/feeder/clear_fault", {"number": number})
+        expect(key).to_be_focused()
+
+
 def test_a_link_leads_into_the_view_that_it_opens(browser: Browser, feeder: ServedRig) -> None:
     with opened(browser, feeder) as page:
         press(page, page.locator("article").get_by_role("link", name="heater"))

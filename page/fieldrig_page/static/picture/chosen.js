@@ -2,10 +2,11 @@
 import { html } from 'htm/preact';
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import { api, useLive, useWish } from '../live.js';
+import { named } from '../named.js';
 import { familyOf } from './card.js';
 import { show } from './life.js';
 
-const POWER_OFF = 'power_off';
+const POWER_OFF = 'power_off', NONE = named();
 
 export function Chosen({ name, graph, part, mayOperate, onChoose, onClose }) {
   const device = graph.devices[name], wires = useWires(name), [refusal, setRefusal] = useState(null), close = useRef(null);
@@ -36,7 +37,7 @@ export function Chosen({ name, graph, part, mayOperate, onChoose, onClose }) {
 
 // The present values of the wires of a device, by BUS/WIRE: value and unit.
 function useWires(name) {
-  const wires = useLive('wires', (before, frame) => (frame.whole ? frame.values : { ...before, ...frame.values }), {});
+  const wires = useLive('wires', (before, frame) => (frame.whole ? frame.values : named(before, frame.values)), NONE);
   useWish('wires', name);
   return wires;
 }

@@ -1,14 +1,15 @@
 // What the topic `life` tells: the state of each part, two values of each device, their last minute, and events.
+import { named } from '../named.js';
 
 const MOST_SAMPLES = 60, MOST_EVENTS = 100;
 
-export const EMPTY = { parts: {}, values: {}, samples: {}, events: [] };
+export const EMPTY = { parts: named(), values: named(), samples: named(), events: [] };
 
 export function reduce(before, frame) {
   const from = frame.whole ? EMPTY : before;
   return {
-    parts: { ...from.parts, ...frame.parts },
-    values: { ...from.values, ...frame.values },
+    parts: named(from.parts, frame.parts),
+    values: named(from.values, frame.values),
     samples: frame.samples ? withRows(from.samples, frame.samples) : from.samples,
     events: [...from.events, ...(frame.events || [])].slice(-MOST_EVENTS),
   };
@@ -16,7 +17,7 @@ export function reduce(before, frame) {
 
 // A row has only the devices whose values have changed; the others stay as they are.
 function withRows(before, rows) {
-  const samples = { ...before };
+  const samples = named(before);
   for (const row of rows)
     for (const name of new Set([...Object.keys(samples), ...Object.keys(row)])) {
       const own = samples[name] || [];
