@@ -1,8 +1,10 @@
 """The node's reaction to the state of its CAN controller: EMCY messages, and bus-off as a communication error.
 
 Source: CiA 301 table 26 (8120h, 8140h), 7.5.2.32 (1029h: bus-off).  The first node on a bus gets no acknowledgement and
-becomes error passive; it doesn't report that as an error before it has received a frame.  On a bus that doesn't report
-the state, such as one on UDP, the node stays 'error active'.
+becomes error passive; it doesn't report that as an error before it has received a frame.  The error is over below the
+warning limit of interface chips: on a disturbed bus a counter goes around 128 with each frame, and a message for each
+of its passes would fill the bus.  On a bus that doesn't report the state, such as one on UDP, the node stays 'error
+active'.
 """
 
 from collections.abc import Callable
@@ -43,5 +45,5 @@ class BusErrors(Service):
             return
         if state is CanState.PASSIVE:
             self._errors.raise_error(emcy.Error.ERROR_PASSIVE, emcy.COMMUNICATION)
-        elif state is not CanState.BUS_OFF:
+        elif state is CanState.ACTIVE:
             self._errors.clear_error(emcy.Error.ERROR_PASSIVE)

@@ -35,8 +35,21 @@ def test_error_passive_is_reported_until_it_is_over(bench: CanopenBench) -> None
     assert change(bench, CanState.WARNING) == []
     assert change(bench, CanState.PASSIVE) == [PASSIVE]
     assert bench.send("000#82 05") == ["705#00", PASSIVE]
-    assert change(bench, CanState.WARNING) == [NO_ERROR]
-    assert change(bench, CanState.ACTIVE) == []
+    assert change(bench, CanState.WARNING) == []
+    assert change(bench, CanState.ACTIVE) == [NO_ERROR]
+
+
+def test_a_controller_around_its_limit_fills_no_bus_with_messages(bench: CanopenBench) -> None:
+    """A good frame sets a receive counter above 127 to 119 to 127 (ISO 11898-1), and the next bad one puts it back."""
+    bench.send("080#")
+    around = [
+        message
+        for _ in range(100)
+        for state in (CanState.PASSIVE, CanState.WARNING)
+        for message in change(bench, state)
+    ]
+    assert around == [PASSIVE]
+    assert change(bench, CanState.ACTIVE) == [NO_ERROR]
 
 
 @pytest.mark.parametrize(("behaviour", "state"), [("00", "pre_operational"), ("01", "operational"), ("02", "stopped")])
