@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Final
 
+from fieldrig.points.values import counted
 from fieldrig.text.svg import Drawing
 from fieldrig_page.graph import DevicePart, Graph, Shape
 from fieldrig_page.layout import Cell, Layout, Strip, layout
@@ -46,7 +47,7 @@ def draw_rig(graph: Graph, columns: int = COLUMNS) -> str:
     """Return the SVG file of a rig in at most this number of columns."""
     columns = max(1, min(columns, len(graph.devices)))
     placed = layout(graph, columns)
-    about = f"{len(graph.devices)} devices: {', '.join(graph.devices)}. Buses: {', '.join(graph.buses)}."
+    about = f"{counted(len(graph.devices), 'device')}: {', '.join(graph.devices)}. Buses: {', '.join(graph.buses)}."
     drawing = Drawing(round(2 * MARGIN + columns * (CARD[0] + GAP) - GAP), f"The rig {graph.rig}", about, _style())
     places = _Places(placed)
     for bus in graph.buses.values():

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from fieldrig.points.values import counted
 from fieldrig_devices.conformance.bench import show
 from fieldrig_devices.conformance.line import Seen
 from fieldrig_devices.conformance.suite import Result, Verdict
@@ -38,7 +39,7 @@ class Report:
         passed, failed = self.count(Verdict.PASSED), self.count(Verdict.FAILED)
         rest, doubtful = self.count(Verdict.NOT_APPLICABLE), self.count(Verdict.WARNING)
         warned = f"{doubtful} with a warning, " if doubtful else ""
-        return f"{len(self.results)} cases: {passed} passed, {warned}{failed} failed, {rest} not applicable"
+        return f"{counted(len(self.results), 'case')}: {passed} passed, {warned}{failed} failed, {rest} not applicable"
 
 
 def seconds(result: Result) -> float:

@@ -6,6 +6,7 @@ of each case.
 
 from xml.etree import ElementTree as Xml
 
+from fieldrig.points.values import counted
 from fieldrig.text.junit import Case, Failed, junit
 from fieldrig_devices.conformance.report import Report, seconds, shown_frames
 from fieldrig_devices.conformance.suite import Result, Verdict
@@ -74,7 +75,7 @@ def _html_row(table: Xml.Element, result: Result) -> None:
             _text(verdict, "div", line)
     if result.frames:
         details = Xml.SubElement(about, "details")
-        _text(details, "summary", f"{len(result.frames)} frames in {seconds(result):.3f} s")
+        _text(details, "summary", f"{counted(len(result.frames), 'frame')} in {seconds(result):.3f} s")
         _text(details, "pre", "\n".join(shown_frames(result)))
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from fieldrig.errors import RigError
+from fieldrig.points.values import counted
 from fieldrig_devices.conformance import nmt, store
 from fieldrig_devices.conformance.bench import Bench, show
 from fieldrig_devices.conformance.case import Case
@@ -86,7 +87,7 @@ class Suite:
         """Return the present task and the last request, for a person who waits."""
         sdo = self.bench.sdo
         silence = f", {sdo.unanswered} of them without an answer at last" if sdo.unanswered else ""
-        return f"{self._task}: {sdo.requests} requests until now{silence}; the last one is {sdo.asked}"
+        return f"{self._task}: {counted(sdo.requests, 'request')} until now{silence}; the last one is {sdo.asked}"
 
     def _is_there(self) -> Steps[bool]:
         """Wait for any answer of the node; the cases check whether it is right."""

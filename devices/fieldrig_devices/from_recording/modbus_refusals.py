@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
+from fieldrig.points.values import counted
 from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_bus.modbus.server import ModbusServer
@@ -51,8 +52,8 @@ class ModbusRefusals:
             or not is_certain
             or not self._add({"function": group.function, "address": address, "code": code})
         ):
-            words = f"{group_words(group)} ended in {exception_words(code)} {times} times, which is not repeated here"
-            self.remarks.append(words)
+            ended = f"{group_words(group)} ended in {exception_words(code)} {counted(times, 'time')}"
+            self.remarks.append(f"{ended}, which is not repeated here")
 
     def _add(self, keys: dict[str, Any]) -> bool:
         has_room = len(self.faults) < MOST_FAULTS

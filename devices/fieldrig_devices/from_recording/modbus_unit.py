@@ -95,7 +95,7 @@ class UnitModel:
         written = register.written
         column = column_of(register.values, begin_ns, str, written=written) if register.is_moved else None
         if column is not None and column.left_out:
-            self.remarks.append(f"{name} changed {column.left_out} times more than its column has")
+            self.remarks.append(f"{name} changed {counted(column.left_out, 'time')} more than its column has")
         if column is not None and column.moves:
             return self._live(name, column) | ({"access": "rw"} if register.is_written else {})
         return {"initial": bool(register.start) if is_bit else register.start} if register.start else {}

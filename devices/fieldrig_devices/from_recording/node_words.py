@@ -78,7 +78,7 @@ def unknown(model: NodeModel) -> Iterator[str]:
         yield f"{counted(objects.left_out, 'transfer')} of further objects, which are too many"
     for key, column in model.columns.items():
         if column.left_out:
-            yield f"{key} changed {column.left_out} times more than its column has"
+            yield f"{key} changed {counted(column.left_out, 'time')} more than its column has"
 
 
 def _of_the_middle(model: NodeModel) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
+from fieldrig.points.values import counted
 from fieldrig_devices.canopen.abort import NAMES, Abort, Code
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.from_recording.objects import Key, ObjectLog
@@ -42,8 +43,8 @@ class Refusals:
         what = "writing" if is_download else "reading"
         if done or others:
             self.remarks.append(
-                f"{what} {index:04X}h sub-index {subindex} ended in abort {words(code)} {count} times, and worked at "
-                "other times: why is not in the recording"
+                f"{what} {index:04X}h sub-index {subindex} ended in abort {words(code)} {counted(count, 'time')}, "
+                "and worked at other times: why is not in the recording"
                 if done
                 else f"{what} {index:04X}h sub-index {subindex} also ended in abort {words(code)}"
             )

@@ -9,6 +9,7 @@ from itertools import chain
 from typing import Any, Final
 
 from fieldrig.bus import Bus
+from fieldrig.points.values import counted
 from fieldrig.traces.names import Member, Named, Namer, of_several
 from fieldrig.traces.parts import Part, Parts
 from fieldrig_bus.ring.pam.message import BROADCAST, GROUP, Cycle, Frame, Frames, Reception, Reports, show
@@ -54,7 +55,7 @@ class PamRingNames:
                 state = Part("reception", "", int(message.reception), RECEPTIONS.get(message.reception, "good"))
                 return Parts("", "orders", (state, *self._order_parts(message.frames)))
             case Reports():
-                late = Part("late", "", message.late, f"{message.late} nodes")
+                late = Part("late", "", message.late, f"{counted(message.late, 'node')}")
                 trouble = Part("trouble", "", self._trouble(message), self._trouble(message) or "none")
                 found = (self._report_parts(address, buffer) for address, buffer in message.reports)
                 return Parts("", "reports", (late, trouble, *chain.from_iterable(found)))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Final
 
+from fieldrig.points.values import counted
 from fieldrig.traces.parts import PartDifference
 
 MOST_KEPT: Final = 10_000
@@ -100,7 +101,7 @@ class ReplayResult:
     def summary(self) -> str:
         """One line: how much was played, compared, and found."""
         found = "no difference" if self.is_same else f"{self.count} difference{'s' if self.count > 1 else ''}"
-        return f"{found}; {self.played} messages played, {self.compared} compared"
+        return f"{found}; {counted(self.played, 'message')} played, {self.compared} compared"
 
     def as_data(self) -> dict[str, Any]:
         """Return the result in values that JSON has."""

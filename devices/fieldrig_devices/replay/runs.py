@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
+from fieldrig.points.values import counted
 from fieldrig.traces.parts import Part, PartDifference
 from fieldrig_devices.replay.replay_result import Difference, ReplayResult, What
 from fieldrig_devices.replay.tolerances import Tolerances
@@ -127,7 +128,7 @@ class Runs:
         words += f": {bits}{when}" if bits else when
         if run.messages > 1:
             most = f", by at most {run.most:.6g}" if run.most and not run.mask else ""
-            words += f" (in {run.messages} messages{most})"
+            words += f" (in {counted(run.messages, 'message')}{most})"
         self._result.add(
             Difference(run.expected_ns, What.OTHER, subject.bus, subject.node, part.label, words, run.late_ns, (part,))
         )

@@ -1,6 +1,7 @@
 """Dice over random subsets of the actions; the baseline for other strategies."""
 
 from fieldrig.config.build import random_of
+from fieldrig.points.values import counted
 from fieldrig_devices.search.choices import one_of
 from fieldrig_devices.search.piece import Piece, Run
 from fieldrig_devices.search.strategy import Task, thrown
@@ -24,4 +25,4 @@ class Swarm:
         return False
 
     def told(self) -> str:
-        return f"swarm: {self._count} runs"
+        return f"swarm: {counted(self._count, 'run')}"

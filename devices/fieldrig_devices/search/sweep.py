@@ -12,6 +12,7 @@ from itertools import islice, zip_longest
 from typing import Final
 
 from fieldrig.clock import MS
+from fieldrig.points.values import counted
 from fieldrig_devices.scenarios.act import Act
 from fieldrig_devices.search.minimal import DURATION
 from fieldrig_devices.search.piece import Piece, Run
@@ -58,7 +59,7 @@ class Sweep:
             len(self._mine(repeated)) + len(instants) * len(self._actions) for repeated, instants in self._rounds
         )
         per_cent = 100 * self._done // total if total else 100
-        return f"sweep: {self._done} of {total} runs ({per_cent} %), {self._changes} changes"
+        return f"sweep: {self._done} of {total} runs ({per_cent} %), {counted(self._changes, 'change')}"
 
     def _all(self) -> Iterator[Piece]:
         yield from self._mine(self._alone)

@@ -7,6 +7,7 @@ import struct
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final, NamedTuple
 
+from fieldrig.points.values import counted
 from fieldrig.traces.parts import Part
 from fieldrig_bus.ring.sercos.message import Answers
 from fieldrig_devices.sercos import standard_idns as std
@@ -62,7 +63,7 @@ def data_parts(drive: str, data: Iterable[tuple[Datum, bytes]]) -> Iterator[Part
 def ring_parts(answers: Answers) -> Iterator[Part]:
     """Yield what the ring says beside the telegrams of its drives."""
     yield Part("ring", "", answers.ring_closed, "closed" if answers.ring_closed else "open")
-    yield Part("wrong FCS", "", answers.errors, f"{answers.errors} telegrams")
+    yield Part("wrong FCS", "", answers.errors, f"{counted(answers.errors, 'telegram')}")
     yield Part("late", "", answers.late, f"{answers.late} stations")
 
 

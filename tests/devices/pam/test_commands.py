@@ -29,6 +29,8 @@ def test_check_lists_all_mistakes(tmp_path: Path) -> None:
     right.write_text(MACHINE)
     wrong.write_text(WRONG)
     assert run("check", right) == (0, f"{right} is right: 31 objects.\n")
+    right.write_text("APPLICATION NAME = one V1.00; BASIC_PAM_CYCLE = 3; END\n")
+    assert run("check", right) == (0, f"{right} is right: 1 object.\n")
     code, output = run("check", wrong)
     assert code == 2
     assert "AXI_Blt is not declared here" in output

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Any, Final
 
+from fieldrig.points.values import counted
 from fieldrig_devices.arp.user_port.messages import Condition, Identity, ProgramCode
 from fieldrig_devices.arp.user_port.quantities import state_name
 
@@ -59,7 +60,7 @@ def lines(identity: Identity, condition: Condition) -> Iterator[str]:
     if name == "STOPPED" and condition.program == ProgramCode.PAUSED:
         program = "stopped"  # the program keeps its place, but cannot be continued
     place = f", line {condition.line}" if condition.line else ""
-    stops = f", {condition.breakpoints} breakpoints" if condition.breakpoints else ""
+    stops = f", {counted(condition.breakpoints, 'breakpoint')}" if condition.breakpoints else ""
     yield f"program {identity.name}: {program}{place}{stops}" if identity.name else f"program: {program}"
     axis = f", axis {condition.error_axis}" if condition.error_axis else ""
     yield f"error: {_code(condition.error)}{axis}"

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli.common import AsJson, echo_json
+from fieldrig.points.values import counted
 from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands.choosing import Keywords, Paths, Timeout, Workers, chosen_work
 from fieldrig_devices.iec.commands.sources import DialectOption, dialect_named
@@ -85,7 +86,7 @@ def mutate(
     changes = _evenly(changes, most)
     results = list["Result"]()
     if not as_json:
-        typer.echo(f"{len(changes)} changes of {len(before.changes)}; those that no test notices:")
+        typer.echo(f"{counted(len(changes), 'change')} of {len(before.changes)}; those that no test notices:")
     for result in trial.results(changes, known, before, reached, work, limits, workers):
         results.append(result)
         if not as_json and result.fate in (trial.Fate.MISSED, trial.Fate.NOT_RUN):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli.common import AsJson, argument, reading
+from fieldrig.points.values import counted
 from fieldrig.system.exits import Exit
 from fieldrig_devices.languages.told_mistakes import tell
 
@@ -63,4 +64,4 @@ def check(file: File, as_json: AsJson = False, ignores_case: IgnoresCase = False
     still takes, are no mistakes.
     """
     program, mistakes = looked_through(file, ignores_case=ignores_case)
-    tell(mistakes, f"{file} is right: {len(program.items)} objects.", as_json=as_json)
+    tell(mistakes, f"{file} is right: {counted(len(program.items), 'object')}.", as_json=as_json)

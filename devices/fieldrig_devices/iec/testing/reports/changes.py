@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from fieldrig.points.values import counted
 from fieldrig_devices.iec.mutation import accepted
 from fieldrig_devices.iec.mutation.changes import Change
 from fieldrig_devices.iec.testing.trial import Fate, Result
@@ -31,7 +32,8 @@ def summary(results: Sequence[Result], wall_s: float) -> Iterator[str]:
         parts.append(f"{counts[Fate.ACCEPTED]} accepted")
     if counts[Fate.NO_PROGRAM]:
         parts.append(f"{counts[Fate.NO_PROGRAM]} no program")
-    yield f"{len(results)} changes: {', '.join(parts)} ({int(score(results) * 10) / 10:.1f} %) in {wall_s:.1f} s"
+    per_cent = int(score(results) * 10) / 10
+    yield f"{counted(len(results), 'change')}: {', '.join(parts)} ({per_cent:.1f} %) in {wall_s:.1f} s"
 
 
 def as_json(results: Sequence[Result]) -> dict[str, Any]:
