@@ -115,6 +115,8 @@ def test_a_fault_waits_for_a_wire(file: Path, process: str) -> None:
         assert rig.faults("wires")[of_bus]["state"] == rig.faults("tank")[of_device]["state"] == "waiting"
         rig.set("tank/level", 1.25)
         until(lambda: rig.faults("wires")[of_bus]["state"] == rig.faults("tank")[of_device]["state"] == "on")
+        unsent = rig.add_fault("wires", {"what": "drop_out", "wire": "tank.empty", "when": "wires/tank.high == true"})
+        assert rig.faults("wires")[unsent]["state"] == "waiting"
         with pytest.raises(ControlError, match=r"wires has no value of a signal 'tank\.levle'"):
             rig.add_fault("tank", {"what": "power_off", "when": "wires/tank.levle > 1"})
 

@@ -6,6 +6,7 @@ there, and hears once of each that it is met:
     condition/DEVICE/await   {"process": "can0", "conditions": [[1, "axis/6041:00 & 0x6f == 0x27"]]}
                              -> {"unknown": [[1, "axis has no value ..."]]}
     met/PROCESS              {"number": 1}
+    condition/BUS/present    {"key": "tank.level"} -> {"value": 0.5}
 
 It gives them again when they change, when a process of the rig has started, and each second while the device does not
 answer, or does not have a point yet, such as a variable of a program that is still compiled.
@@ -47,15 +48,17 @@ class ConditionsOfOthers:
 
     def __init__(self, clock: RealClock, points: Points, tell: Callable[[], None], line: Line) -> None:
         """`tell` reports the changes of the points since its last call."""
-        self._clock, self._line = clock, line
+        self._clock, self._line, self._points = clock, line, points
         self._triggers = Triggers(clock, points, self._met, tell=tell)
         self._armed: dict[tuple[str, str], dict[int, str]] = {}
         """The conditions that are waited for, by process of the fault, device, and number."""
 
     def answers(self, device: str) -> Answer:
-        """Answer questions about a device."""
+        """Answer questions about a device or a bus."""
 
-        async def answer(_verb: str, message: Any) -> Any:
+        async def answer(verb: str, message: Any) -> Any:
+            if verb == "present":
+                return {"value": self._points.get(f"{device}/{field(message, 'key', str)[:LONGEST_NAME]}")}
             process, wanted = field(message, "process", str)[:LONGEST_NAME], _conditions(message)
             unknown: dict[int, str] = {}
             self._clock.handle(lambda: unknown.update(self._keep(process, device, wanted)))

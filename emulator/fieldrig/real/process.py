@@ -7,7 +7,7 @@ them.  If the process of a hub dies, the devices go on without that bus until th
 import asyncio
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from fieldrig.device import Device
 from fieldrig.errors import BusError
 from fieldrig.faults.note import FaultNote
 from fieldrig.faults.power import loses_power
+from fieldrig.faults.signals import driven_on
 from fieldrig.faults.waiting import WaitingFaults
 from fieldrig.hub.attach import OutsidersLink, RemoteLink
 from fieldrig.hub.bus_stream import OnDelivery
@@ -103,7 +104,7 @@ class DeviceProcess:
         self._direct: list[tuple[DirectBus[Any], str]] = []
         self._waits: set[asyncio.Task[None]] = set()
         self.background = BackgroundProcesses(clock)
-        points = ProcessPoints(plan.name, self.devices, self.hubs)
+        points = ProcessPoints(plan.name, self.devices, self.hubs, cache(partial(driven_on, config)))
         self._far = FarConditions(plan.name, control)
         self.waiting = WaitingFaults(clock, points, points.tell, self._far)
         """The faults that wait until a point has a value."""

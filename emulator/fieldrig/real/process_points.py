@@ -1,6 +1,6 @@
 """The points of the devices and the signals of the buses of one process in real time, as faults wait for them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from typing import Any, Protocol
 
 from fieldrig.device import Value
@@ -29,8 +29,15 @@ class ProcessPoints:
     Changes of signals are not reported: who waits for one looks at it again and again.
     """
 
-    def __init__(self, process: str, devices: Mapping[str, Switched], buses: Mapping[str, Signals]) -> None:
-        self._process, self._devices, self._buses = process, devices, buses
+    def __init__(
+        self,
+        process: str,
+        devices: Mapping[str, Switched],
+        buses: Mapping[str, Signals],
+        driven_on: Callable[[str], Container[str]],
+    ) -> None:
+        """`driven_on` returns the wires of a bus that devices drive."""
+        self._process, self._devices, self._buses, self._driven_on = process, devices, buses, driven_on
         self._calls: dict[str, dict[str, list[OnChange]]] = {}
         """The calls for changes of points, by device and key."""
 
@@ -42,7 +49,7 @@ class ProcessPoints:
         """Return the present value.  ControlError for a point that this process does not have."""
         device, key = split_point(point, key)
         if device in self._buses:
-            return value_of(device, key, self._buses[device].signals())
+            return value_of(device, key, self._buses[device].signals(), self._driven_on(device))
         return read_point(device, self._device(device).points(), key)
 
     def on_change(self, point: str, call: OnChange) -> Callable[[], None]:

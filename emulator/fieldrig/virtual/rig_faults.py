@@ -1,6 +1,7 @@
 """The faults of a rig in virtual time: of its buses, of its devices, and of their power, in one list for each."""
 
 from collections.abc import Callable, Container, Iterable, Mapping
+from functools import cache, partial
 from typing import Any, Protocol
 
 from fieldrig.bus import Bus, Delivery
@@ -11,7 +12,7 @@ from fieldrig.faults.condition import Condition, condition_of, never
 from fieldrig.faults.faults import Timed, fault_of
 from fieldrig.faults.mains import Mains
 from fieldrig.faults.power import MODELS, loses_power
-from fieldrig.faults.signals import value_of
+from fieldrig.faults.signals import driven_on, value_of
 from fieldrig.faults.triggers import Points, Triggers
 from fieldrig.points.names import split_point
 from fieldrig.virtual.engine import Engine
@@ -28,12 +29,14 @@ class RigPoints(Points, Protocol):
 class _WithSignals:
     """The points of a rig, and the signals of its buses beside them."""
 
-    def __init__(self, points: RigPoints, buses: Container[str]) -> None:
-        self._points, self._buses = points, buses
+    def __init__(self, points: RigPoints, buses: Container[str], driven_on: Callable[[str], Container[str]]) -> None:
+        self._points, self._buses, self._driven_on = points, buses, driven_on
 
     def get(self, point: str, key: str | None = None) -> Value:
         name, key = split_point(point, key)
-        return value_of(name, key, self._points.signals(name)) if name in self._buses else self._points.get(name, key)
+        if name in self._buses:
+            return value_of(name, key, self._points.signals(name), self._driven_on(name))
+        return self._points.get(name, key)
 
     def on_change(self, point: str, call: Callable[[Value], None]) -> Callable[[], None]:
         name, key = split_point(point)
@@ -52,7 +55,7 @@ class RigFaults:
 
     def __init__(self, engine: Engine, points: RigPoints) -> None:
         self._engine, self._points = engine, points
-        self._values = _WithSignals(points, engine.models)
+        self._values = _WithSignals(points, engine.models, cache(partial(driven_on, engine.config)))
         self._triggers = Triggers(engine.clock, self._values, self._begin, engine.plan)
         self._mains: Mains | None = None
         """The power of the devices, once it has been switched."""

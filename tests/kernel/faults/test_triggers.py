@@ -138,6 +138,20 @@ def test_a_pulse_on_a_wire_that_is_over_at_once_begins_a_fault() -> None:
         assert rig.faults("can0")[fault]["state"] == "on"
 
 
+def test_a_wire_that_a_device_drives_and_has_not_sent_yet_is_false() -> None:
+    drive = {"kind": "cia402.drive", "node_id": 3, "links": {"can": "can0", "wires": "wires"}}
+    with Rig(from_dict({**LAB, "devices": {"axis": drive}})) as rig:
+        lifted = rig.add_fault("can0", {"what": "drop", "when": "wires/axis.brake == true"})
+        closed = rig.add_fault("can0", {"what": "drop", "when": "wires/axis.brake == false", "duration_ms": 5})
+        rig.run_until(100 * MS)
+        assert (rig.faults("can0")[lifted]["state"], rig.faults("can0")[closed]["state"]) == ("waiting", "over")
+        for word in (0x06, 0x07, 0x0F):
+            rig.set("axis/6040:00", word)
+            rig.run_for(50 * MS)
+        assert rig.get("axis/brake")
+        assert rig.faults("can0")[lifted]["state"] == "on"
+
+
 @pytest.mark.parametrize(
     ("when", "wrong"),
     [

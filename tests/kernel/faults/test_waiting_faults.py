@@ -50,7 +50,7 @@ class Bench:
     def __init__(self, *given: Mute) -> None:
         self.clock, self._given = VirtualClock(), given
         devices: dict[str, Switched] = {}
-        points = ProcessPoints("home", devices, {})
+        points = ProcessPoints("home", devices, {}, lambda _: ())
         self.waiting = WaitingFaults(self.clock, points, points.tell)
         self.device = devices["io"] = Switched("io", self.clock, self._built, (), self._cancel, self.waiting)
         self.device.start()
