@@ -8,18 +8,20 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
+from fieldrig_devices.begin.list_columns import without_accents
 from fieldrig_devices.registers.type_names import meant
 
 KINDS: Final = (
-    ("string[n]", {"string", "str", "text", "ascii", "char", "chars", "utf", "zeichenkette", "cadena", "stringa"}),
+    ("string[n]", {"string", "str", "text", "ascii", "char", "chars", "utf", "zeichenkette", "cadena", "stringa",
+                   "chaine", "texte", "texto", "testo"}),
     ("bcd", {"bcd"}),
-    ("f", {"f", "float", "floating", "ieee", "real", "lreal", "single", "double", "gleitkomma", "flottant",
-           "flotante"}),
+    ("f", {"f", "float", "floating", "ieee", "real", "lreal", "single", "double", "gleitkomma", "flottant", "flotante",
+           "reel", "reale"}),
     ("u", {"unsigned", "uint", "ui", "u", "word", "dword", "ulong", "ushort", "uchar", "byte", "vorzeichenlos", "ohne",
            "non", "sans", "sin", "senza", "enum", "enumeration", "bitmap", "bitfield", "bitmask", "flags", "hex"}),
     ("s", {"signed", "int", "integer", "sint", "si", "s", "i", "complement", "short", "long", "ganzzahl", "entier",
            "entero", "intero"}),
-    ("bool", {"bool", "boolean", "bit", "bits", "coil", "flag", "binary"}),
+    ("bool", {"bool", "boolean", "booleen", "booleano", "bit", "bits", "coil", "flag", "binary"}),
 )  # fmt: skip
 """The words that say what a type is, the most certain ones first: `ohne Vorzeichen` and `non signé` are unsigned."""
 WORDS_OF_NUMBERS: Final = {"word", "int", "integer", "unsigned", "signed"}
@@ -27,6 +29,11 @@ WORDS_OF_NUMBERS: Final = {"word", "int", "integer", "unsigned", "signed"}
 BITS: Final = ("8", "16", "32", "64")
 NO_BITS: Final = ("1", "2", "4", "754")
 """Numbers of registers or bytes beside a type, and that of a standard."""
+ORDER: Final = re.compile(
+    r"\(?\b(?:(?:little|big)[ _-]?endian|(?:byte|word)s?[ _-]?(?:swap\w*|order|first)|swapped[ _-](?:byte|word)s?"
+    r"|(?:low|high|lower|upper|least significant|most significant)[ _-](?:word|byte)(?:[ _-]first)?)\b\)?"
+)
+"""Words for the order of bytes and words, which say nothing of the type."""
 OPEN: Final = ("signed", "unsigned")
 """Names that leave the number of bits to the column of lengths."""
 BITS_BY_WORDS: Final = {"long": 32, "ulong": 32, "dword": 32, "single": 32, "lreal": 64, "short": 16, "byte": 8}
@@ -36,7 +43,7 @@ BITS_BY_LENGTH: Final = {1: 16, 2: 32, 4: 64, 16: 16, 32: 32, 64: 64}
 
 def type_of(text: str, length: int | None) -> str | None:
     """Return the type that a cell means, `string[n]` for a text; None if its words say none."""
-    plain = text.casefold()
+    plain = ORDER.sub(" ", without_accents(text.casefold()))
     known = meant(plain.replace(" ", ""))
     if known is not None and plain.strip() not in OPEN:
         return known
@@ -51,7 +58,7 @@ def type_of(text: str, length: int | None) -> str | None:
         return "bool" if bits is None or words[0] not in BITS else f"u{bits}"
     name = f"{kind}{bits or (32 if kind == 'f' else 16)}"
     is_odd = any(word.isdigit() and word not in (*BITS, *NO_BITS) for word in words[:2])
-    return name if meant(name) == name and not is_odd else None
+    return None if is_odd else meant(name)  # BCD with 8 digits has 32 bits
 
 
 def _kind(words: Sequence[str]) -> str | None:
