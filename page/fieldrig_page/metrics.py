@@ -40,6 +40,13 @@ class Family:
     type: str = "gauge"
 
 
+BASE_UNITS: Final = {
+    "_percent": ("_ratio", 1e2),
+    "_ms": ("_seconds", 1e3),
+    "_us": ("_seconds", 1e6),
+    "_ns": ("_seconds", 1e9),
+}
+"""The base unit in the place of a unit at the end of a figure of a bus, and how many of that unit are one of it."""
 FAMILIES: Final[Mapping[str, Family]] = {
     "up": Family("1 if the rig answers"),
     "ready": Family("1 if every process of the rig is ready"),
@@ -126,11 +133,9 @@ def _of_bus(name: str, statistics: Mapping[str, float], devices: Container[str])
         if last in devices and member not in devices:
             member, figure = last, f"member_{of_all}"
         labels = (("bus", name), *((("member", member),) if member else ()))
-        ratio = figure.removesuffix("_percent")
-        if ratio != figure:
-            yield Sample(f"bus_{_safe(ratio)}_ratio", value / 100, labels)
-        else:
-            yield Sample(f"bus_{_safe(figure)}", value, labels)
+        unit = next((unit for unit in BASE_UNITS if figure.endswith(unit)), "")
+        base, size = BASE_UNITS.get(unit, ("", 1))
+        yield Sample(f"bus_{_safe(figure.removesuffix(unit) + base)}", value / size, labels)
 
 
 def text(found: Iterable[Sample]) -> str:

@@ -45,7 +45,14 @@ async def test_figures_of_rig_processes_and_buses_are_there() -> None:
 
 
 def test_what_a_ring_counts_of_a_member_has_the_member_as_a_label() -> None:
-    statistics = {"late": 5.0, "late.film": 3.0, "film.tec": 1.0, "socketcand:1.tec": 2.0, "load_percent": 50.0}
+    statistics = {
+        "late": 5.0,
+        "late.film": 3.0,
+        "film.tec": 1.0,
+        "socketcand:1.tec": 2.0,
+        "load_percent": 50.0,
+        "trip_p50_us": 250.0,
+    }
     found = {(sample.name, sample.labels): sample.value for sample in _of_bus("ring", statistics, {"film"})}
     bus, film = ("bus", "ring"), ("member", "film")
     assert found == {
@@ -54,6 +61,20 @@ def test_what_a_ring_counts_of_a_member_has_the_member_as_a_label() -> None:
         ("bus_tec", (bus, film)): 1.0,
         ("bus_tec", (bus, ("member", "socketcand:1"))): 2.0,
         ("bus_load_ratio", (bus,)): 0.5,
+        ("bus_trip_p50_seconds", (bus,)): 0.00025,
+    }
+
+
+def test_no_figure_of_a_bus_has_another_unit_than_a_base_unit() -> None:
+    """Prometheus has seconds, bytes and ratios (prometheus.io/docs/practices/naming, "Base units")."""
+    given = {"load_percent": 25.0, "trip_p99_us": 5.0, "gap_ms": 2.0, "jitter_ns": 7.0, "frames": 3.0}
+    found = {sample.name: sample.value for sample in _of_bus("ring", given, ())}
+    assert found == {
+        "bus_load_ratio": 0.25,
+        "bus_trip_p99_seconds": 5e-6,
+        "bus_gap_seconds": 0.002,
+        "bus_jitter_seconds": 7e-9,
+        "bus_frames": 3.0,
     }
 
 
