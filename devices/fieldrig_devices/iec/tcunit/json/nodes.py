@@ -1,7 +1,7 @@
 """JSON documents as Tc3_JsonXml keeps them: values with a handle, parsed from text and written as text.
 
-Numbers are written as RapidJSON does it, on which the library stands: the shortest digits that give the number again,
-`1.0` for a whole LREAL, and an exponent from 1e21 on and below 1e-6.
+Numbers are written as RapidJSON does it, on which the library stands: with the digits of Grisu2, `1.0` for a whole
+LREAL, and an exponent from 1e21 on and below 1e-6.
 
 Source: RFC 8259; the public description of Tc3_JsonXml.
 """
@@ -13,6 +13,7 @@ from math import inf, isfinite
 from typing import Final
 
 from fieldrig_devices.iec import characters
+from fieldrig_devices.iec.tcunit.json.grisu import digits_of
 
 SCALAR = bool | int | float | str | None
 INT64: Final = range(-(1 << 63), 1 << 63)
@@ -152,13 +153,8 @@ def _real_text(value: float, places: int) -> str:
     sign = "-" if str(value).startswith("-") else ""
     if value == 0:
         return f"{sign}0.0"
-    mantissa, _, exponent = f"{abs(value)!r}".partition("e")
-    front, _, behind = mantissa.partition(".")
-    digits = (front + behind).lstrip("0")
-    # The place of the point, counted from the first digit.
-    point = len(front.lstrip("0")) if front.strip("0") else len(behind.lstrip("0")) - len(behind)
-    point += int(exponent or 0)
-    digits = digits.rstrip("0") or "0"
+    digits, place = digits_of(abs(value))
+    point = len(digits) + place  # counted from the first digit
     if 0 < point <= _WHOLE:
         digits = digits.ljust(point, "0")
         return f"{sign}{digits[:point]}.{_cut(digits[point:], places)}"
