@@ -95,7 +95,12 @@ def _count(lines: list[str], text: str) -> int:
 
 def main(folder: Path) -> int:
     watch = Stopwatch()
-    (project,) = folder.rglob("TcUnitVerifier.plcproj")
+    projects = list(folder.rglob("TcUnitVerifier.plcproj"))
+    if len(projects) != 1:
+        sys.exit(
+            f"error: {folder} has no TcUnitVerifier.plcproj\n  expected TCUNIT=FOLDER, a copy of TcUnit's repository"
+        )
+    (project,) = projects
     bench = Bench(opened(project))
     bench.run()
     seconds = watch.seconds
