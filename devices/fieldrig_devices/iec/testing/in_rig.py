@@ -13,6 +13,7 @@ from fieldrig.clock import MS
 from fieldrig.errors import ControlError, RigError, UsageError
 from fieldrig.faults.words import fault_of_words
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check.texts import a
 from fieldrig_devices.iec.elementary import UNITS_NS, Elementary
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.memory import limited
@@ -191,9 +192,10 @@ class Linked:
 
     def __init__(self, rig: "Rig", name: str, symbol: Symbol, place: str) -> None:
         """RigError for a place that the rig does not have, and for a type that its value does not fit."""
-        self.symbol, self.name, self._stored = symbol, name.casefold(), storage(symbol.type)
+        self.symbol, self._shown, self._stored = symbol, name, storage(symbol.type)
+        self.name = name.casefold()
         if self._stored is None:
-            raise UsageError(f"{symbol.path} is a {symbol.type}", "expected a variable with one value at a place")
+            raise UsageError(f"{name} is {a(symbol.type)}", "expected a variable with one value at a place")
         self._place = place_of(rig, place)
         self.seen: Value = self.of_rig(self._place.read())
 
@@ -204,7 +206,7 @@ class Linked:
         if isinstance(value, str) is not isinstance(stored, StringType):
             shown = "a text" if isinstance(value, str) else repr(value)
             expected = "STRING" if isinstance(value, str) else "BOOL, a number or another type with such a value"
-            raise UsageError(f"{self._place.name} has {shown}, and {self.symbol.path} is a {stored}", expected)
+            raise UsageError(f"{self._place.name} has {shown}, and {self._shown} is a {stored}", expected)
         return limited(value, stored)
 
     def read(self) -> Value:

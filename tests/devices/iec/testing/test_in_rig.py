@@ -127,8 +127,8 @@ MISTAKES = [
     ("", "VAR x AT 'terminal/nowhere' : BOOL; END_VAR ", "", "terminal has no value 'nowhere'"),
     ("", "VAR x AT 'nowhere/x' : BOOL; END_VAR ", "", "the rig has no device 'nowhere'"),
     ("", "VAR x AT 'terminal' : BOOL; END_VAR ", "", "'terminal' is not a point"),
-    ("", "VAR x AT 'terminal/g_rSpeed' : STRING; END_VAR ", "", "is a STRING"),
-    ("", "VAR x AT 'terminal/g_uiPresses' : ARRAY[1..2] OF INT; END_VAR ", "", "one value at a place"),
+    ("", "VAR x AT 'terminal/g_rSpeed' : STRING; END_VAR ", "", ", and x is a STRING"),
+    ("", "VAR x AT 'terminal/g_uiPresses' : ARRAY[1..2] OF INT; END_VAR ", "", "x is an ARRAY[1..2] OF INT"),
     ("", "", " AFTER 5", "the time behind AFTER in line 2 is no time"),
 ]
 
