@@ -295,6 +295,11 @@ DEEP: Final[dict[str, Callable[[int], str]]] = {
     "negations": lambda n: main("", f"b := {'NOT ' * n}b;"),
     "signs": lambda n: main("", f"x := {'- ' * n}y;"),
     "calls": lambda n: main("", f"x := {nested(n, 'ABS(', 'x', ')')};"),
+    "results that are references": lambda n: main(
+        "",
+        f"x := {nested(n, 'R(', 'x', ')')};",
+        "FUNCTION R : REFERENCE TO INT VAR_IN_OUT v : INT; END_VAR R REF= v; END_FUNCTION",
+    ),
     "shifted literals": lambda n: main("d : DWORD;", f"x := {nested(n, 'BOOL_TO_INT(SHL(1, ', '1', ') = d)')};"),
     "structures in the other byte order": lambda n: main(
         "d, e : ARRAY[0..1] OF DWORD;", f"e := {nested(n, 'TO_BIG_ENDIAN(', 'd', ')')};"

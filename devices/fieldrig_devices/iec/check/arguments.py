@@ -184,9 +184,21 @@ def reference(checker: Checker, node: tree.Expression, variable: Variable) -> Pl
     context, section = checker.context, variable.section.value
     if variable.is_constant and (kept := _constant(checker, node, variable)) is not None:
         return kept
-    is_value = isinstance(node, tree.Literal | tree.Unary | tree.Binary) or _is_value(checker, node)
-    meaning = checker.meaning(node) if not is_value else None
-    if isinstance(meaning, Constant) or is_value or _is_of_result(meaning):
+    is_value = isinstance(node, tree.Literal | tree.Unary | tree.Binary)
+    place = None
+    if isinstance(node, tree.Call):  # checked once, or the work would double with each call inside another one
+        result = checker.expression(node)
+        if result is None:
+            return None
+        is_value = not isinstance(result, Load) or isinstance(result.place, Kept)
+        place = result.place if isinstance(result, Load) else None
+    elif not is_value:
+        meaning = checker.meaning(node)
+        if meaning is None:
+            return None
+        is_value = isinstance(meaning, Constant) or _is_of_result(meaning)
+        place = checker.place(node) if not is_value else None
+    if is_value or _is_of_result(place):
         context.say(
             node,
             f"{text(node)} is passed to the {section} {variable.name}",
@@ -194,9 +206,6 @@ def reference(checker: Checker, node: tree.Expression, variable: Variable) -> Pl
             "store the value in a variable first",
         )
         return None
-    if meaning is None:
-        return None
-    place = checker.place(node)
     if place is None:
         return None
     is_bit = isinstance(place, Bit) or (isinstance(place, Located) and place.bit >= 0)
@@ -246,14 +255,6 @@ def _constant(checker: Checker, node: tree.Expression, variable: Variable) -> Pl
 
 def _is_text(given: Type, wanted: Type) -> bool:
     return isinstance(given, StringType) and isinstance(wanted, StringType) and given.is_wide is wanted.is_wide
-
-
-def _is_value(checker: Checker, node: tree.Expression) -> bool:
-    """True for a call without a reference as its result."""
-    if not isinstance(node, tree.Call):
-        return False
-    value = checker.expression(node)
-    return not isinstance(value, Load) or isinstance(value.place, Kept)
 
 
 def _is_of_result(place: object) -> bool:

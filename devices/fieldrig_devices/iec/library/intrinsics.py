@@ -159,7 +159,8 @@ def _overload(name: str, parameters: Sequence[Type], result: Type) -> Overload:
 
 
 def _absolute(name: str, arguments: Sequence[Argument], wanted: Type | None) -> Overload | str:
-    kind = common(arguments, wanted) if len(arguments) == 1 else None
+    outer = wanted if wanted is not None and plain(wanted) in ANY_NUMBER else None  # BOOL around `d = ABS(1)`
+    kind = common(arguments, outer) if len(arguments) == 1 else None
     base = plain(kind) if kind is not None else None
     if not isinstance(base, Elementary) or base not in ANY_NUMBER:
         return _expected(name, "one number", arguments)
