@@ -22,6 +22,7 @@ HEADINGS: Final[Mapping[str, Sequence[str]]] = {
     "space": ("function", "function code", "fc", "table", "register type", "object type", "area", "space", "reg type",
               "funktionscode", "funktion", "registerart", "registertyp", "objekttyp", "fonction", "code fonction",
               "type de registre", "funzione", "codice funzione", "funcion", "codigo de funcion"),
+    "bit": ("bit", "bit no", "bit number", "bit nr", "bit position"),
     "unit": ("unit", "units", "einheit", "uom", "engineering unit", "eng unit", "unite", "unita", "unita di misura",
              "unidad", "unidades"),
     "scale": ("scale", "scaling", "factor", "scale factor", "multiplier", "resolution", "faktor", "res", "auflosung",
@@ -54,6 +55,7 @@ LOOSE: Final = ("address", "name", "type", "unit", "scale", "access", "length")
 """Things that are also found as words among others, such as `Physical address` or `Start Reg (Hex)`."""
 NOT_MEANT: Final = frozenset({"id", "slave", "unit id", "station"})
 """Words beside which `unit` and `address` are those of a device."""
+BITS_OF_A_REGISTER: Final = 16
 NUMBERED: Final = re.compile(r"([0134])(\d{4,5})(?!\d)")
 HEX: Final = re.compile(r"[0-9a-f]{2,5}h?", re.IGNORECASE)
 
@@ -124,6 +126,13 @@ def address_in(text: str, *, is_hex: bool = False) -> int | None:
         return None
     digits = match[1] or match[2]
     return int(match[3]) if digits is None else int(digits, 16)
+
+
+def bit_in(bit: str, address: str) -> int | None:
+    """Return the bit that a row is about, by its column or by an address such as `40001.3`; None for a whole value."""
+    dotted = re.fullmatch(r"\w+\.(\d{1,2})", address.strip())
+    text = bit.strip() or (dotted[1] if dotted else "")
+    return int(text) if text.isdecimal() and int(text) < BITS_OF_A_REGISTER else None
 
 
 def is_numbered_list(cells: Sequence[tuple[str, bool]]) -> bool:

@@ -14,8 +14,10 @@ from pydantic import ValidationError
 
 from fieldrig.text.flow import flow
 from fieldrig_devices.begin.list_columns import (
+    BITS_OF_A_REGISTER,
     NUMBERED,
     address_in,
+    bit_in,
     columns_of,
     is_in_hex,
     is_numbered_list,
@@ -110,7 +112,13 @@ class _Reader:
         self._exponents: set[str] = set()
 
     def take(self, line: int, row: Mapping[str, str]) -> None:
+        bit = _bit(row)
         try:
+            if bit is not None:
+                self._take_bit(row, bit)
+                return
+            if _is_wrong_bit(row):
+                raise ValueError(f"{row['bit']!r} is no bit from 0 to {BITS_OF_A_REGISTER - 1}")
             space, entry = self._entry(row)
             model = Bit if space in SPACES[:2] else Register
             words = words_of(model.model_validate(entry))
@@ -127,6 +135,29 @@ class _Reader:
             self._assume(line, row, space, entry, words)
             taken |= dict.fromkeys(addresses, entry["name"])
             self._made.entries[space].append(entry)
+
+    def _take_bit(self, row: Mapping[str, str], bit: int) -> None:
+        """Add a bit to the register at its address.  ValueError if that is something else."""
+        space, address = self._place(row)
+        there = self._made.entries[space]
+        owner = next((entry for entry in there if entry["address"] == address), None)
+        if owner is None and address not in self._taken[space]:
+            made = f"{space.removesuffix('s')}_{address}"
+            made = f"{made}_bits" if made in self._names else made
+            owner = {"address": address, "name": made, "type": "u16", "bits": []}
+        name = self._as_name(row.get("name") or row.get("about") or "") or f"bit_{bit}"
+        name = name if not name[0].isdigit() else f"r_{name}"
+        there_already = [] if owner is None else owner.get("bits", [])
+        name = f"{name}_{bit}" if any(entry["name"] == name for entry in there_already) else name
+        bits = [*there_already, {"bit": bit, "name": name}]
+        if owner is None or len({entry["bit"] for entry in bits}) < len(bits):
+            raise ValueError(f"its address is in use by {self._taken[space][address]}")
+        Register.model_validate(owner | {"bits": bits})
+        if owner not in there:
+            there.append(owner)
+            self._names.add(owner["name"])
+            self._taken[space][address] = owner["name"]
+        owner["bits"] = bits
 
     def finish(self) -> None:
         """Resolve the factors that are names of other registers, which may come later in the list."""
@@ -226,8 +257,23 @@ def _unread(sheet: Sheet, columns: Mapping[str, int]) -> Iterator[str]:
         yield f"Not read: {'the column' if len(names) == 1 else 'the columns'} {', '.join(names)}."
 
 
+def _bit(row: Mapping[str, str]) -> int | None:
+    """Return the bit of a register that a row is about; None for any other row."""
+    is_truth = type_of(row.get("type", ""), None) == "bool"
+    is_of_register = space_of(row.get("space", "")) in (None, *SPACES[2:])
+    bit = bit_in(row.get("bit", ""), row["address"]) if is_of_register else None
+    return bit if is_truth or not row.get("type") else None
+
+
+def _is_wrong_bit(row: Mapping[str, str]) -> bool:
+    text = row.get("bit", "")
+    is_of_register = space_of(row.get("space", "")) in (None, *SPACES[2:])
+    return is_of_register and text.casefold() not in NOTHING and bit_in(text, "") is None
+
+
 def _is_bit(row: Mapping[str, str]) -> bool:
-    return type_of(row.get("type", ""), None) == "bool" and row.get("length", "") in ("", "1")
+    is_alone = row.get("length", "") in ("", "1") and _bit(row) is None
+    return type_of(row.get("type", ""), None) == "bool" and is_alone
 
 
 def _as_name(text: str) -> str:

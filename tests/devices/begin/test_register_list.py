@@ -118,6 +118,13 @@ def test_a_list_becomes_a_table_and_says_what_was_assumed_and_left_out(tmp_path:
         ("address,table\n1,Read Holding Registers (03)\n2,R04\n", "input_registers:\n  - {address: 2,"),
         ("address,table\n1,4xxxx\n2,3xxxx\n", "input_registers:\n  - {address: 2,"),
         ("address,table\n1,0x10\n2,0x04\n", "input_registers:\n  - {address: 2,"),
+        ("Address;Name;Type\n40006.0;Ready;BOOL\n40006.3;Fault;BOOL\n40007;Speed;INT\n",
+         "{address: 5, name: holding_register_5, type: u16, bits: [{bit: 0, name: ready}, {bit: 3, name: fault}]}"),
+        ("address,name,type,bit,fc\n5,status,u16,,4\n5,ready,,0,4\n5,fault,bool,15,4\n",
+         "input_registers:\n  - {address: 5, name: status, type: u16, bits: [{bit: 0, name: ready}, {bit: 15, "),
+        ("address,name,bit\n5,x,0\n5,x,1\n", "bits: [{bit: 0, name: x}, {bit: 1, name: x_1}]"),
+        ("address,name,bit\n9,holding register 5,\n5,x,0\n", "{address: 5, name: holding_register_5_bits, type: u16, "),
+        ("address,name,type,bit,fc\n5,run,bool,,1\n", "coils:\n  - {address: 5, name: run}"),
         ("address,unit\n1,N/A\n", "{address: 1, name: holding_register_1, type: u16}"),
     ],
 )  # fmt: skip
@@ -131,7 +138,10 @@ def test_what_people_write_is_understood(tmp_path: Path, text: str, entry: str) 
         ("address,fc\n1,99\n", "Line 2: '99' is no table; holding registers was taken."),
         ("address,name,scale\n1,a,see below\n", "Line 2: its factor is no number; 1 was taken."),
         ("address,name,scale\n1,a,b\n2,b,a\n", "Line 3: its factor is no number; 1 was taken."),
-        ("address,bit,Nr.,empty\n1,0,1,\n", "Not read: the columns bit, Nr."),
+        ("address,Pos,Nr.,empty\n1,0,1,\n", "Not read: the columns Pos, Nr."),
+        ("address,name,bit\n1,a,0\n1,b,0\n", "Line 3 is left out: its address is in use by holding_register_1."),
+        ("address,name,bit\n1,a,0\n1,b,16\n", "Line 3 is left out: '16' is no bit from 0 to 15."),
+        ("address,type,bit,name\n1,f32,,x\n1,bool,0,b\n", "Line 3 is left out: bits: "),
         ("a meter\naddress,type\n1,int 24\n2,u16\n", "Line 3 is left out: 'int 24' is no type that is known."),
         ("address,type,words\n1,u16,4\n", "Line 2: its length is 4, but u16 needs 1."),
         ("address,type\n1,u16[3]\n3,u16\n", "Line 3 is left out: its address is in use by holding_register_1."),
@@ -191,12 +201,12 @@ def test_one_file_at_a_time(tmp_path: Path) -> None:
 CELL = st.text(st.sampled_from('0134x9hAbcFC -/.[]"é,;\n'), max_size=8)
 
 
-@given(st.lists(st.lists(CELL, min_size=5, max_size=5), min_size=1, max_size=6))
+@given(st.lists(st.lists(CELL, min_size=6, max_size=6), min_size=1, max_size=6))
 def test_any_rows_make_a_table_that_loads_or_are_refused(
     tmp_path_factory: pytest.TempPathFactory, rows: list[list[str]]
 ) -> None:
     folder = tmp_path_factory.getbasetemp()
-    text = "\n".join(",".join(row) for row in [["address", "name", "type", "scale", "fc"], *rows])
+    text = "\n".join(",".join(row) for row in [["address", "name", "type", "scale", "fc", "bit"], *rows])
     try:
         table = table_of(folder, text)
     except ValueError:
