@@ -105,6 +105,13 @@ def test_a_fault_waits_for_a_point_of_its_process(file: Path) -> None:
         assert list(rig.faults("wires")) == [given]
 
 
+def test_a_device_of_a_rig_in_virtual_time_is_restarted_in_its_process(file: Path) -> None:
+    with LiveRig(file, "time=virtual", "speed=1") as rig:
+        rig.set("tank/level", 1.25)
+        rig.restart("tank")
+        assert rig.get("tank/level") == 0.5
+
+
 @pytest.mark.parametrize("process", ["tank", "hub"])
 def test_a_fault_waits_for_a_wire(file: Path, process: str) -> None:
     """The hub of the wires is in the process of the tank, or in one of its own."""

@@ -171,9 +171,9 @@ class LiveRig(UpProcess):
 
         ControlError for any other name; RigError if the process or the rig ends instead.
         """
-        before = self.status()["processes"]
+        status = self.status()
         self.ask("rig/restart", {"name": name})
-        while not self._has_restarted(name, before):
+        while status["time"] == "real" and not self._has_restarted(name, status["processes"]):
             self._check_lives(f"while {name} was restarted")
             time.sleep(POLL_S)
 
