@@ -8,14 +8,19 @@ const MS = 1e6, TICKS = 4, HEIGHT = 30, WIDTH = 1000;
 const WINDOWS = [[0, 'the whole'], [1000, 'the last second'], [200, 'the last 200 ms'], [50, 'the last 50 ms']];
 
 export function View({ rig, role }) {
-  const [times, setTimes] = useState(0), [line, trouble] = useAnswer('timeline', times);
+  if (rig.state === undefined) return html`<section><h2>Time line</h2><p class="quiet" role="status">asking ...</p></section>`;
+  if (rig.prelude === undefined) return html`<section><h2>Time line</h2><p class="refusal"><b>this rig has not been played a scenario</b> <code>fieldrig scenario open FILE</code> starts one that has</p></section>`;
+  return html`<${Played} rig=${rig} role=${role} />`;
+}
+
+function Played({ rig, role }) {
+  const [times, setTimes] = useState(0), [line] = useAnswer('timeline', times);
   const isThere = line?.is_there === true;
   useEffect(() => {
-    if (isThere || trouble?.status === 404) return undefined;
+    if (isThere) return undefined;
     const timer = setTimeout(() => setTimes(times + 1), 500);
     return () => clearTimeout(timer);
-  }, [isThere, times, trouble]);
-  if (trouble?.status === 404) return html`<section><h2>Time line</h2><p class="refusal"><b>${trouble.what}</b> ${trouble.remedy}</p></section>`;
+  }, [isThere, times]);
   if (!isThere) return html`<section><h2>Time line</h2><p class="quiet" role="status">the scenario is played ...</p></section>`;
   return html`<${Line} line=${line} rig=${rig} mayOperate=${role === 'operate'} />`;
 }

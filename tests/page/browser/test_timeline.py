@@ -72,6 +72,11 @@ def test_without_a_scenario_there_is_no_time_line(browser: Browser) -> None:
     lab = Path(__file__).parents[3] / "configs/lab.yaml"
     with ServedRig(lab, None, "--set=time=virtual") as rig, opened(browser, rig, path="/timeline") as page:
         expect(page.get_by_text("this rig has not been played a scenario")).to_be_visible()
+        said: list[str] = []
+        page.on("console", lambda message: said.append(message.text))
+        page.reload()
+        expect(page.get_by_text("this rig has not been played a scenario")).to_be_visible()
+        assert said == []
         expect(page.get_by_role("link", name="Time line")).to_have_count(0)
 
 
