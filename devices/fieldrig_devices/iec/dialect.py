@@ -141,7 +141,7 @@ class Dialect:
     has_windows_strings: bool = _rule(Origin.TOOLS)
     """A character of a STRING that Latin-1 does not have is its byte in Windows-1252, such as 80h for the euro sign."""
     writes_todays_texts: bool = _rule(Origin.TOOLS)
-    """A DT becomes DT#2026-01-31-12:00:00 with its seconds, and a large number 1.5E20."""
+    """A DT becomes DT#2026-01-31-12:00:00 with its seconds, a TIME T#1h5s without units of 0, a large number 1.5E20."""
     has_heap: bool = _rule(Origin.TOOLS)
     """`__NEW` and `__DELETE`."""
     has_bits: bool = _rule(Origin.TOOLS)

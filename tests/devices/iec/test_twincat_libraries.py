@@ -132,6 +132,9 @@ def test_numbers_by_chance_are_the_same_for_a_seed_and_even() -> None:
     [
         ("DT_TO_STRING(DT#1970-01-01-00:00:00)", "DT#1970-01-01-00:00:00"),
         ("REAL_TO_STRING(1.5E20)", "1.5E20"),
+        ("TIME_TO_STRING(T#15d10s)", "T#15d10s"),
+        ("TO_STRING(T#1h5ms)", "T#1h5ms"),
+        ("TIME_TO_STRING(T#0s)", "T#0ms"),
         ("LREAL_TO_STRING(2E-7)", "2.0E-7"),
         ("F_RTrim('ab  ')", "ab"),
         ("F_LTrim('  ab')", "ab"),

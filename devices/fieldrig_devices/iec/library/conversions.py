@@ -21,7 +21,7 @@ from collections.abc import Callable, Mapping
 from functools import cache, partial
 from typing import Final
 
-from fieldrig_devices.iec import characters
+from fieldrig_devices.iec import characters, literal_texts
 from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, LONG_TIMES, LONGER, UNITS_NS, Elementary, Family
 from fieldrig_devices.iec.library import reals, texts
 from fieldrig_devices.iec.library.integers import wrapped
@@ -149,6 +149,7 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
     "NARROW": characters.narrowed,
     "NARROW_CODE": characters.narrowed_code,
     "DT_TEXT_OF_TODAY": texts.todays_dt_text,
+    "TIME_TEXT_OF_TODAY": literal_texts.time_text,
     "REAL_TEXT_OF_TODAY": partial(texts.todays_real_text, Elementary.REAL),
     "LREAL_TEXT_OF_TODAY": partial(texts.todays_real_text, Elementary.LREAL),
     **{f"{kind.name}_TO_{text.name}": texts.writer(kind) for kind in Elementary for text in _TEXTS},
@@ -271,6 +272,7 @@ def _to_time(given: Elementary, wanted: Elementary) -> str:
 
 TODAYS: Final[Mapping[str, str]] = {
     "DT_TO_STRING": "DT_TEXT_OF_TODAY({0})",
+    "TIME_TO_STRING": "TIME_TEXT_OF_TODAY({0})",
     "REAL_TO_STRING": "REAL_TEXT_OF_TODAY({0})",
     "LREAL_TO_STRING": "LREAL_TEXT_OF_TODAY({0})",
 }
