@@ -117,6 +117,8 @@ def refused(cause: OSError) -> RigError:
     what = cause.filename if cause.filename is not None else "the run folder"
     if cause.errno == errno.ELOOP:
         return RigError(f"{what} is a link", "remove it, and start the rig again")
+    if isinstance(cause, FileExistsError | NotADirectoryError):
+        return RigError(f"{what} is no folder", "name another folder: --set run=FOLDER")
     return RigError(f"{what} cannot be made: {cause.strerror or cause}", "name another folder: --set run=FOLDER")
 
 

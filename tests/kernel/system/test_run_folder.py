@@ -53,7 +53,9 @@ def test_a_folder_too_deep_for_unix_sockets_is_refused(tmp_path: Path) -> None:
     assert "--set run=" in refused.value.remedy
 
 
-def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["file", "file/lab", "file/lab/run"])
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path, name: str) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(RigError, match="cannot be made"):
-        RunFolder(tmp_path / "file" / "lab").claim([])
+    with pytest.raises(RigError, match=r"file.* is no folder") as refused:
+        RunFolder(tmp_path / name).claim([])
+    assert refused.value.remedy == "name another folder: --set run=FOLDER"
