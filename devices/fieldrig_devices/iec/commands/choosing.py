@@ -38,8 +38,11 @@ def chosen_work(paths: Sequence[str], patterns: Sequence[str], dialect: "Dialect
     known = [(source, source.cases()) for source in sources_of([path for path, _ in names], dialect)]
     if not any(cases for _, cases in known):
         shown = ", ".join(str(path) for path, _ in names)
+        beside = [file for path, _ in names if path.is_dir() for file in sorted(path.glob("test_*.py"))]
+        expected = "expected TEST 'name' ... END_TEST in a source file, or test_NAME.py"
         raise UsageError(
-            f"there are no tests in {shown}", "expected TEST 'name' ... END_TEST in a source file, or test_NAME.py"
+            f"there are no tests in {shown}",
+            f"name a file of pytest itself, such as {beside[0]}" if beside else expected,
         )
     for word, others in unmet([case for _, cases in known for case in cases], names, patterns):
         near = closest(word, others)

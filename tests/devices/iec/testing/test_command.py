@@ -120,6 +120,13 @@ def test_a_name_of_no_test_is_wrong_usage(folder: Path, arguments: list[str]) ->
     assert "no test has such a name: nothing" in str(done.exception)
 
 
+def test_a_folder_without_tests_of_st_names_a_file_of_pytest_in_it(tmp_path: Path) -> None:
+    assert "expected TEST 'name' ... END_TEST" in str(iec_test(tmp_path).exception)
+    (tmp_path / "test_lab.py").write_text("def test_it(): pass")
+    said = str(iec_test(tmp_path).exception)
+    assert f"name a file of pytest itself, such as {tmp_path / 'test_lab.py'}" in said
+
+
 NAMED = """
 TEST 'opens the lid' END_TEST
 TEST 'closes the lid' END_TEST
