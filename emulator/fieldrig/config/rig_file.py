@@ -9,12 +9,10 @@
 The keys are in `keys.py`, those of a kind in its settings; `source.py` handles `extends` and overrides.
 """
 
-import gc
 import json
 import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -34,6 +32,7 @@ from fieldrig.errors import ArgumentError, ConfigError, Mistake, RigError
 from fieldrig.outside.addresses import UNIX_SOCKET
 from fieldrig.outside.untrusted import shown
 from fieldrig.settings import Settings, WrongKey, WrongSettingsError
+from fieldrig.system.garbage import without_searches
 from fieldrig.system.own_files import OUTSIDE_REMEDY, is_outside_allowed, leaves
 from fieldrig.text.nearest import closest
 from fieldrig.text.yaml_value import show
@@ -76,20 +75,8 @@ def load(path: str | Path, overrides: Sequence[str] = (), only: Collection[str] 
         raise ArgumentError(
             f"overrides cannot be {shown(overrides)}", 'expected a list of texts, such as ["buses.can0.bitrate=250000"]'
         )
-    with _without_searches():
+    with without_searches():
         return _Loader(gather(Path(path), overrides), Path(path), only, overrides).rig()
-
-
-@contextmanager
-def _without_searches() -> Iterator[None]:
-    """Let Python not search for circles: the modules that are imported stay, and searches were a fifth of the time."""
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
 
 
 def load_part(path: Path, overrides: Sequence[str], name: str) -> RigConfig:
@@ -110,7 +97,7 @@ def look_through(
     """Return the rig, or None if it has mistakes; its devices without mistakes; and the mistakes."""
     loader = _Loader(gather(path, overrides), path, None, overrides)
     try:
-        with _without_searches():
+        with without_searches():
             config = loader.rig()
     except ConfigError as wrong:
         return None, loader.right, wrong.mistakes

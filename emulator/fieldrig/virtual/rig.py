@@ -18,6 +18,7 @@ from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
 from fieldrig.recording.signals import Rhythm, wish_of
 from fieldrig.storage.store import Store
+from fieldrig.system.garbage import without_searches
 from fieldrig.system.threads import threads
 from fieldrig.text.nearest import closest
 from fieldrig.virtual.branch import Branch, branch_of
@@ -76,7 +77,8 @@ class Rig:
         self._readings: Readings | None = None
         """The record of points that are read, while a condition is looked at."""
         try:
-            self._engine.build(self._stores)
+            with without_searches():
+                self._engine.build(self._stores)
             self._faults.begin_all()
         except BaseException:
             self.close()
