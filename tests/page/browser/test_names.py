@@ -26,6 +26,8 @@ class Odd(Device):
                 for key in self.values}}
 """
 LONG = "l" * 120
+LOOKS = 30
+"""Looks at a view while it fills: for a moment it has words of its own."""
 RIG = {
     "time": "virtual",
     "speed": 1,
@@ -56,6 +58,7 @@ def test_every_view_shows_such_names_within_its_width(
             "/device/constructor",
             "/values/constructor",
             f"/values/{LONG}",
+            f"/device/{LONG}",
             "/faults/constructor",
             "/time",
         ):
@@ -63,7 +66,8 @@ def test_every_view_shows_such_names_within_its_width(
             expect(page.locator("main section h2").first).to_be_visible()
             if path.startswith("/device"):
                 expect(page.locator(".fact")).to_have_count(len(KEYS))
-            assert page.evaluate("document.documentElement.scrollWidth") <= width, path
+            widest = max(page.evaluate("document.documentElement.scrollWidth") for _ in range(LOOKS))
+            assert widest <= width, path
             assert Axe().run(page).violations_count == 0, path
             expect(page).not_to_have_title("taken")
 
