@@ -21,8 +21,6 @@ from fieldrig_devices.conformance.suite import Verdict
 
 pytestmark = pytest.mark.long
 
-MEASURED = {"CANOPEN-SDK--elmo.dcf": {"4.2", "4.8"}, "cob_robots--Elmo.dcf": {"4.2", "4.8"}}
-"""Cases that compare 6079h with its default 0, which these files give though it is a measured voltage."""
 EACH = pytest.mark.parametrize("name", FILES)
 MOVES = [name for name, facts in FILES.items() if 1 in facts.modes]
 
@@ -58,7 +56,7 @@ def test_the_drive_of_a_file_conforms(name: str) -> None:
     rig = Rig(from_dict({"time": "virtual", "buses": buses, "devices": {"axis": device}}))
     cases = [case for case in choose([]) if case.number != "1.0"]
     report = conform_virtual(rig, "can0", Description(path_of(name), 3), cases)
-    assert {result.case.number for result in report.of(Verdict.FAILED)} == MEASURED.get(name, set())
+    assert [result.case.number for result in report.of(Verdict.FAILED)] == []
     assert len(report.of(Verdict.PASSED)) > 40
 
 

@@ -131,7 +131,7 @@ def test_nine_axes_are_two_nodes() -> None:
             "expected the name of an input or output, got I_bHome",
         ),
         ({"node_ids": [10, 10]}, "expected each node-ID once"),
-        ({"node_ids": []}, "at least 1"),
+        ({"node_ids": []}, "a list of 1 to 16 items"),
         ({"node_ids": [10], "objects": {"6FFE:07": 1}}, "6FFE"),
     ],
 )
