@@ -9,6 +9,7 @@ from typing import Final
 
 from fieldrig_devices.canopen.emcy_words import REGISTER_BITS
 from fieldrig_devices.canopen.variable import Variable
+from fieldrig_devices.drive_profile.objects import of_first_axis
 
 CONTROLWORD: Final = {
     0: "switch on", 1: "enable voltage", 2: "quick stop", 3: "enable operation", 4: "operation mode specific",
@@ -30,7 +31,6 @@ _OF_PROFILE: Final = {
     0x6041: ("status", STATUSWORD),
     0x60FD: ("input", DIGITAL_INPUTS),
 }
-_AXIS: Final = 0x800
 _NONE: Final[Mapping[int, str]] = {}
 
 
@@ -39,7 +39,5 @@ def bits_of(variable: Variable) -> Mapping[int, str]:
     index = variable.index
     if index == 0x1001:
         return ERROR_REGISTER
-    if not 0x6000 <= index <= 0x9FFF:
-        return _NONE
-    word, names = _OF_PROFILE.get(0x6000 + (index - 0x6000) % _AXIS, ("", _NONE))
+    word, names = _OF_PROFILE.get(of_first_axis(index) or 0, ("", _NONE))
     return names if word and word in variable.name.lower() else _NONE

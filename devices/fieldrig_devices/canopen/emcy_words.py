@@ -6,7 +6,7 @@ Source: CiA 301 version 4.2, 7.2.7 and table 26 (error code classes), table 39 (
 from typing import Final
 
 from fieldrig_devices.canopen.dictionary import Dictionary
-from fieldrig_devices.drive_profile.errors import PROFILE
+from fieldrig_devices.drive_profile.objects import is_drive_type
 from fieldrig_devices.drive_profile.words import error_words
 
 ERROR_CLASSES: Final = {
@@ -55,7 +55,7 @@ DEVICE_TYPE: Final = 0x1000
 
 def is_drive(dictionary: Dictionary) -> bool:
     """True if the device type of a node is that of a drive."""
-    return dictionary.number(DEVICE_TYPE, 0) & 0xFFFF == PROFILE
+    return is_drive_type(dictionary.number(DEVICE_TYPE, 0))
 
 
 def meaning_of(code: int, *, is_drive: bool = False) -> str:

@@ -15,7 +15,8 @@ from fieldrig_devices.canopen.datatypes import DATA_TYPES, DataType, Integer
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.live import encoded, show_number
 from fieldrig_devices.canopen.variable import Access, Variable
-from fieldrig_devices.cia402.objects import AXIS_STEP, ROWS, Row
+from fieldrig_devices.cia402.objects import ROWS, Row
+from fieldrig_devices.drive_profile.objects import AXIS_STEP
 
 Read = Callable[[], int]
 Write = Callable[[int], None]

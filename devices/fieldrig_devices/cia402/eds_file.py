@@ -10,7 +10,8 @@ from typing import Final, NamedTuple
 
 from fieldrig_devices.canopen.datatypes import DATA_TYPES
 from fieldrig_devices.cia402 import objects
-from fieldrig_devices.cia402.objects import ARRAYS, AXIS_STEP, NAMES, PDO_STEP, ROWS, U8, U16, U32, Row
+from fieldrig_devices.cia402.objects import ARRAYS, NAMES, PDO_STEP, ROWS, U8, U16, U32, Row
+from fieldrig_devices.drive_profile.objects import AXIS_STEP
 
 OCTETS: Final = 0x0A
 TEXT: Final = 0x09

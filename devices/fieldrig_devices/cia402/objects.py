@@ -11,7 +11,6 @@ from typing import Final
 
 from fieldrig_devices.cia402.homing_methods import METHODS
 
-AXIS_STEP: Final = 0x800
 AXES: Final = 8
 PDO_STEP: Final = 64
 """The PDO numbers of axis n are higher by n x 64."""

@@ -7,7 +7,6 @@ things.
 from collections.abc import Mapping
 from typing import Final
 
-PROFILE: Final = 402
 DRIVE_ERRORS: Final[Mapping[int, str]] = {
     0x2110: "short circuit or earth leakage, input",
     0x2120: "earth leakage, input",

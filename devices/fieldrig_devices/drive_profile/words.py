@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from fieldrig_devices.drive_profile.errors import DRIVE_ERRORS
+from fieldrig_devices.drive_profile.objects import of_first_axis
 from fieldrig_devices.drive_profile.states import FAULT_RESET, State, command_of
 
 MODES: Final[Mapping[int, str]] = {
@@ -17,9 +18,6 @@ MODES: Final[Mapping[int, str]] = {
 STATE_BITS: Final = 0x6F
 WITHOUT_QUICK_STOP: Final = 0x4F
 """The bits of the states in which bit 5, quick stop, means nothing."""
-AXIS: Final = 0x800
-"""The objects of the n-th axis are so far from those of the first one."""
-OBJECTS: Final = range(0x6000, 0xA000)
 _STATES: Final = {state.value: state.name.lower().replace("_", " ") for state in State}
 HALT: Final = 0x100
 
@@ -60,7 +58,5 @@ _MEANINGS: Final[Mapping[int, tuple[str, Callable[[int], str]]]] = {
 
 def meaning_of(index: int, name: str) -> Callable[[int], str] | None:
     """Return the meaning of the numbers of an object, by its index and its name in the EDS; None if they have none."""
-    if index not in OBJECTS:
-        return None
-    word, words = _MEANINGS.get(OBJECTS.start + (index - OBJECTS.start) % AXIS, ("", None))
+    word, words = _MEANINGS.get(of_first_axis(index) or 0, ("", None))
     return words if word and word in name.lower() else None

@@ -17,6 +17,7 @@ from fieldrig_devices.canopen.parts import object_key
 from fieldrig_devices.canopen.signals import Binding
 from fieldrig_devices.canopen.variable import Variable
 from fieldrig_devices.drive_profile.errors import DRIVE_ERRORS
+from fieldrig_devices.drive_profile.objects import of_first_axis
 from fieldrig_devices.drive_profile.states import COMMANDS, State
 from fieldrig_devices.drive_profile.words import MODES
 from fieldrig_devices.export.network import NO_CHOICES, Signal
@@ -38,7 +39,6 @@ FIXED: Final = {
 """Scale and unit of objects that have one by the standard."""
 WORD: Final = re.compile(r"(?:status|control)\s?word", re.IGNORECASE)
 RESOLUTION, GEAR, FEED = 0x608F, 0x6091, 0x6092
-_FIRST, _LAST, _AXIS = 0x6000, 0x9FFF, 0x800
 
 
 class _Quantity(NamedTuple):
@@ -91,7 +91,7 @@ class Objects:
         return replace(signal, scale=scale, unit=unit, low=low, high=high)
 
     def _quantity(self, index: int) -> _Quantity:
-        of_profile = _of_first_axis(index)
+        of_profile = of_first_axis(index)
         if of_profile in FIXED:
             return _Quantity(*FIXED[of_profile])
         axis = index - (of_profile or 0)
@@ -115,18 +115,13 @@ class Objects:
         return {of.bit: of.settings.wire for of in self.bindings if of.variable is variable and of.bit is not None}
 
 
-def _of_first_axis(index: int) -> int | None:
-    """Return the index of the first axis for an object of CiA 402; None for one of another area."""
-    return _FIRST + (index - _FIRST) % _AXIS if _FIRST <= index <= _LAST else None
-
-
 def error_names(dictionary: Dictionary | None) -> Mapping[int, str]:
     """Return the meaning of the error codes of a node."""
     return ERROR_NAMES_OF_DRIVES if dictionary is not None and is_drive(dictionary) else ERROR_NAMES
 
 
 def _choices(variable: Variable) -> Mapping[int, str]:
-    of_profile, words = _of_first_axis(variable.index), variable.name.lower()
+    of_profile, words = of_first_axis(variable.index), variable.name.lower()
     if of_profile in (0x6060, 0x6061) and "mode" in words:
         return MODES
     return ERROR_NAMES_OF_DRIVES if of_profile == 0x603F and "error" in words else NO_CHOICES

@@ -13,7 +13,7 @@ from fieldrig_devices.canopen.heartbeat import CONSUMER_TIME, PRODUCER_TIME
 from fieldrig_devices.canopen.nmt import STARTUP
 from fieldrig_devices.canopen.standard import STORED_EDS
 from fieldrig_devices.cia402 import objects as profile
-from fieldrig_devices.cia402.objects import AXIS_STEP
+from fieldrig_devices.drive_profile.objects import AXIS_STEP, is_drive_type
 from fieldrig_devices.from_recording import pdos as pdo_rules
 from fieldrig_devices.from_recording.bus_words import SYNC_COB_ID, left_over
 from fieldrig_devices.from_recording.can_log import EMCY_ID, SYNC_ID, CanLog, NodeLog
@@ -26,7 +26,6 @@ from fieldrig_devices.from_recording.known_files import KnownFile, described_by
 from fieldrig_devices.from_recording.known_objects import U8, U16, U32
 from fieldrig_devices.from_recording.node_model import (
     DEVICE_TYPE,
-    DRIVE_PROFILE,
     NodeModel,
     fill,
     fill_described,
@@ -180,7 +179,7 @@ class CanopenBus:
 
     def _is_drive(self, node_id: int) -> bool:
         number, indices = self._number(node_id), self._indices(node_id)
-        is_said = (number(DEVICE_TYPE, 0) or 0) & 0xFFFF == DRIVE_PROFILE
+        is_said = is_drive_type(number(DEVICE_TYPE, 0) or 0)
         is_alike = profile.CONTROL_WORD in indices and profile.STATUS_WORD in indices
         has_several = profile.CONTROL_WORD + AXIS_STEP in indices or profile.STATUS_WORD + AXIS_STEP in indices
         if has_several:

@@ -27,7 +27,6 @@ from fieldrig_devices.from_recording.refusals import Refusals
 from fieldrig_devices.from_recording.rhythm import FEWEST, Rhythm, period_of, rhythm_of
 
 DEVICE_TYPE: Final = 0x1000
-DRIVE_PROFILE: Final = 402
 
 
 @dataclass

@@ -18,10 +18,10 @@ from fieldrig_devices.cia402.axis_objects import Key, find
 from fieldrig_devices.cia402.behaviour import Behaviour
 from fieldrig_devices.cia402.homing_methods import ALL_METHODS
 from fieldrig_devices.cia402.objects import ROWS, Row
+from fieldrig_devices.drive_profile.objects import is_drive_type
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 
 DEVICE_TYPE: Final = 0x1000
-DRIVE_PROFILE: Final = 402
 """The number of CiA 402 in the low word of 1000h."""
 USUAL_INCREMENTS: Final = 4_096
 """Increments of an encoder of which the file says nothing: 1024 lines.
@@ -217,5 +217,5 @@ def _signed(byte: int) -> int:
 
 def is_drive(dictionary: Dictionary) -> bool:
     """True if 1000h says CiA 402, or the objects are those of a drive whatever 1000h says."""
-    is_said = dictionary.number(DEVICE_TYPE, 0) & 0xFFFF == DRIVE_PROFILE
+    is_said = is_drive_type(dictionary.number(DEVICE_TYPE, 0))
     return is_said or (objects.CONTROL_WORD in dictionary and objects.STATUS_WORD in dictionary)

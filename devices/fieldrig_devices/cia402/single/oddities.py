@@ -17,8 +17,9 @@ from fieldrig_devices.canopen.eds.source import EdsSource, Section
 from fieldrig_devices.canopen.variable import Variable
 from fieldrig_devices.cia402 import objects
 from fieldrig_devices.cia402.axis_objects import find
-from fieldrig_devices.cia402.objects import AXIS_STEP, ROWS, Row
-from fieldrig_devices.cia402.single.foreign import DEVICE_TYPE, DRIVE_PROFILE, FEWEST_INCREMENTS, NEVER_0
+from fieldrig_devices.cia402.objects import ROWS, Row
+from fieldrig_devices.cia402.single.foreign import DEVICE_TYPE, FEWEST_INCREMENTS, NEVER_0
+from fieldrig_devices.drive_profile.objects import AXIS_STEP, is_drive_type
 
 _NEEDED: Final = {
     objects.CONTROL_WORD: "no master can enable the drive",
@@ -59,7 +60,7 @@ class _Look:
     def profile(self) -> Iterator[Finding]:
         type = self._dictionary.number(DEVICE_TYPE, 0)
         place = self._at(DEVICE_TYPE, key=self._value_key(DEVICE_TYPE, None))
-        if type & 0xFFFF != DRIVE_PROFILE:
+        if not is_drive_type(type):
             what = f"the device type {type:#010x} is not that of a drive"
             yield warning(*place, what, "expected 0x192 (CiA 402) in its low word; some masters refuse the node")
         if objects.CONTROL_WORD + AXIS_STEP in self._dictionary:
