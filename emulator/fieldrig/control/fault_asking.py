@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 
 from fieldrig.control.messages import Client, NoAnswerError
 from fieldrig.errors import ControlError
-from fieldrig.faults.condition import condition_of, never
+from fieldrig.faults.condition import check_possible, condition_of
 from fieldrig.text.nearest import closest
 
 NAMING: Final = ("node", "receivers")
@@ -99,10 +99,7 @@ def _check_condition(fault: Mapping[str, Any], devices: list[str], buses: list[s
         states = facts.get(key, {}).get("states", ())
     else:
         raise ControlError(f"when: there is no device {device!r}", closest(device, [*devices, *buses]))
-    wrong = never(condition, present, states)
-    if wrong is not None:
-        what, _, remedy = wrong.partition("\n")
-        raise ControlError(f"when: {what}", remedy)
+    check_possible(condition, present, states)
 
 
 def _signal(bus: str, name: str) -> Asking:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple
 
 from fieldrig.config.yaml_source import read
+from fieldrig.errors import ControlError
 from fieldrig.text.nearest import closest
 
 Value = bool | int | float | str
@@ -73,6 +74,14 @@ def never(condition: Condition, present: Value, states: Sequence[str]) -> str | 
         sort = "a text" if isinstance(present, str) else "a number"
         return f"{condition.point} is never {expected!r}\nexpected {sort}, such as {present!r}"
     return None
+
+
+def check_possible(condition: Condition, present: Value, states: Sequence[str]) -> None:
+    """ControlError, for what adds a fault while a rig runs, if its condition can never be met."""
+    wrong = never(condition, present, states)
+    if wrong is not None:
+        what, _, remedy = wrong.partition("\n")
+        raise ControlError(f"when: {what}", remedy)
 
 
 def _value(text: str) -> Any:

@@ -8,7 +8,7 @@ from fieldrig.bus import Bus, Delivery
 from fieldrig.control.fault_asking import check_members
 from fieldrig.device import Value
 from fieldrig.errors import ControlError, refusals
-from fieldrig.faults.condition import Condition, condition_of, never
+from fieldrig.faults.condition import Condition, check_possible, condition_of
 from fieldrig.faults.faults import Timed, fault_of
 from fieldrig.faults.mains import Mains
 from fieldrig.faults.power import MODELS, loses_power
@@ -147,10 +147,7 @@ class RigFaults:
         name = condition.device
         facts = self._points.facts(name) if name in self._engine.nodes else {}
         present, states = self._values.get(condition.point), facts.get(condition.key, {}).get("states", ())
-        wrong = never(condition, present, states)
-        if wrong is not None:
-            what, _, remedy = wrong.partition("\n")
-            raise ControlError(f"when: {what}", remedy)
+        check_possible(condition, present, states)
 
     def _begin(self, where: str, number: int) -> None:
         engine = self._engine
