@@ -23,7 +23,7 @@ AFTER_NS: Final = 8 * S
 """The time that the rig has to come back."""
 ANSWER_NS: Final = 1 * S
 FAULTS: Final = SimpleNamespace(where=["*"], kinds=["*"], durations=[20 * MS, 700 * MS], when=[], given={})
-TYPES: Final = ("1000:00", "1001:00", "1010:01", "1017:00", "6040:00", "6041:00", "6060:00", "607A:00", "2FFF:01")
+OBJECTS: Final = ("1000:00", "1001:00", "1010:01", "1017:00", "6040:00", "6041:00", "6060:00", "607A:00", "2FFF:01")
 COMMANDS: Final = (0x01, 0x02, 0x80, 0x81, 0x82)
 REQUESTS: Final = (
     "03 0000 0001",
@@ -174,7 +174,7 @@ def _sent(rig: Rig, dice: Random) -> Act | None:
     if kind == 0:
         return Act(0, "send", bus, CanFrame(0, bytes([dice.choice(COMMANDS), dice.choice([0, node])])))
     if kind == 1:
-        index, subindex = dice.choice(TYPES).split(":")
+        index, subindex = dice.choice(OBJECTS).split(":")
         command = dice.choice(["40", "23", "2B", "2F"])
         data = bytes.fromhex(command) + int(index, 16).to_bytes(2, "little") + bytes([int(subindex, 16)])
         return Act(0, "send", bus, CanFrame(0x600 + node, data + dice.choice([bytes(4), dice.randbytes(4), b"save"])))

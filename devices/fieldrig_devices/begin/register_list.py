@@ -260,15 +260,17 @@ def _unread(sheet: Sheet, columns: Mapping[str, int]) -> Iterator[str]:
 def _bit(row: Mapping[str, str]) -> int | None:
     """Return the bit of a register that a row is about; None for any other row."""
     is_truth = type_of(row.get("type", ""), None) == "bool"
-    is_of_register = space_of(row.get("space", "")) in (None, *SPACES[2:])
-    bit = bit_in(row.get("bit", ""), row["address"]) if is_of_register else None
+    bit = bit_in(row.get("bit", ""), row["address"]) if _is_of_registers(row) else None
     return bit if is_truth or not row.get("type") else None
+
+
+def _is_of_registers(row: Mapping[str, str]) -> bool:
+    return space_of(row.get("space", "")) in (None, *SPACES[2:])
 
 
 def _is_wrong_bit(row: Mapping[str, str]) -> bool:
     text = row.get("bit", "")
-    is_of_register = space_of(row.get("space", "")) in (None, *SPACES[2:])
-    return is_of_register and text.casefold() not in NOTHING and bit_in(text, "") is None
+    return _is_of_registers(row) and text.casefold() not in NOTHING and bit_in(text, "") is None
 
 
 def _is_bit(row: Mapping[str, str]) -> bool:
