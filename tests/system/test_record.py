@@ -37,13 +37,20 @@ VIRTUAL = "time: virtual\nspeed: max", "wires.virtual"
 @pytest.fixture(scope="module")
 def real() -> Iterator[RunningRig]:
     with RunningRig(beats(*REAL), KINDS) as rig:
-        yield rig.until_ready()
+        yield until_driven(rig)
 
 
 @pytest.fixture(scope="module")
 def fast() -> Iterator[RunningRig]:
     with RunningRig(beats(*VIRTUAL), KINDS) as rig:
-        yield rig.until_ready()
+        yield until_driven(rig)
+
+
+def until_driven(rig: RunningRig) -> RunningRig:
+    """Wait for the first cycle of the slow device, too: a wire that nobody has driven has no value to be recorded."""
+    rig.until_ready()
+    until(lambda: "slow.count" in rig.ask("bus/wires/keys"))
+    return rig
 
 
 @pytest.fixture(params=["real", "fast"])
