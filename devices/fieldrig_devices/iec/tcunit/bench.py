@@ -15,7 +15,7 @@ from fieldrig_devices.iec.standalone import StandaloneHost
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.tasks.task import WorkState
 from fieldrig_devices.iec.tcunit import library, paths, program
-from fieldrig_devices.iec.tcunit.files import Files
+from fieldrig_devices.iec.tcunit.files.library import Files
 from fieldrig_devices.iec.tcunit.json.natives import Documents
 from fieldrig_devices.iec.tcunit.natives import Natives
 from fieldrig_devices.iec.tcunit.project import Sources
@@ -55,7 +55,7 @@ class Bench:
         """The paths of the suites, and the names of their blocks, by address."""
         # Only one thread runs at a time, so that it may have the stacks of all.
         self.runtime = Runtime(compiled, self.host, MOST_STACKS * STACK_SIZE)
-        natives.memory = self.files.memory = self.runtime.contents
+        natives.memory = self.files.disk.memory = self.runtime.contents
         documents.use(self.runtime.contents)
         wanted = paths.told((*given.files, *given.library_files))
         for address, path in paths.texts(compiled.program, lists, wanted, paths.head(given.name)):

@@ -3,6 +3,8 @@
 import pytest
 from tcunit_bench import SuiteBench, suite
 
+from fieldrig_devices.iec.tcunit.files.disk import APPEND, MOST_OPEN, NO_MEMORY, Disk
+
 _STEPS = """IF step = 0 THEN TEST('t'); END_IF;
 {body}
 IF NOT ({busy}) THEN step := step + 1; END_IF;
@@ -154,3 +156,13 @@ TEST_FINISHED();"""
         suite(body, "ring : FB_StringRingBuffer; buffer : ARRAY[0..19] OF BYTE; got : T_MaxString;"), longest_ns=10**9
     )
     assert not bench.test("t").failures, bench.lines
+
+
+def test_files_that_are_never_closed_come_to_an_end() -> None:
+    disk = Disk()
+    handles = [disk.opened("log.txt", APPEND, 1) for _ in range(MOST_OPEN)]
+    assert handles[0] == (0, 1)
+    assert handles[-1] == (0, MOST_OPEN)
+    assert disk.opened("log.txt", APPEND, 1) == (NO_MEMORY,)
+    assert disk.closed(7) == (0,)
+    assert disk.opened("log.txt", APPEND, 1) == (0, 7)
