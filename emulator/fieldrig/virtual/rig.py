@@ -7,7 +7,7 @@ same bytes on every bus, with all nodes in this process or each in its own.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Concatenate, Final, ParamSpec, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Self, TypeVar, overload
 
 from fieldrig.bus import BusModel
 from fieldrig.clock import NEVER_NS, whole_ns
@@ -23,11 +23,11 @@ from fieldrig.system.threads import threads
 from fieldrig.text.nearest import closest
 from fieldrig.virtual.branch import Branch, branch_of
 from fieldrig.virtual.branches import check_seed, outliving, run_branches
-from fieldrig.virtual.checkpoints import Checkpoints
 from fieldrig.virtual.clients import Clients
 from fieldrig.virtual.engine import Engine, OnChange, OnDelivery
 from fieldrig.virtual.may_branch import check_may_branch
 from fieldrig.virtual.node import EventNode, LocalNode, Node
+from fieldrig.virtual.past import Past
 from fieldrig.virtual.readings import Readings, seconds
 from fieldrig.virtual.rig_faults import RigFaults
 from fieldrig.virtual.trace_hash import TraceHash
@@ -35,8 +35,6 @@ from fieldrig.virtual.until import duration, run_until_met, run_while_met
 
 if TYPE_CHECKING:
     from fieldrig.recording.recording import Recording
-
-UNREPEATED: Final = "what a member sends between two runs cannot be repeated; use set, answer and faults"
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -69,10 +67,7 @@ class Rig:
         """The threads that are older than the rig."""
         self.is_branch = False
         """True in a branch, where the calls of `on_delivery`, `on_change` and `on_instant` are made as well."""
-        self._branches: list[Branch] = []
-        self._checkpoints: Checkpoints | None = None
-        self._park_ns = NEVER_NS
-        """The instant of the next checkpoint, or `NEVER_NS`."""
+        self._past = Past(self, self._engine)
         self._trace_hash: TraceHash | None = None
         self._readings: Readings | None = None
         """The record of points that are read, while a condition is looked at."""
@@ -101,7 +96,7 @@ class Rig:
         self._check_may_run()
         next_ns = self.next_ns()
         if next_ns is not None:
-            self._park(next_ns)
+            self._past.park(next_ns)
             self._engine.run_instant(next_ns)
         return next_ns is not None
 
@@ -116,7 +111,7 @@ class Rig:
         until_ns, is_reached = self._instant(until_ns), True
         if stop is not None and not callable(stop):
             raise ArgumentError(f"run_until cannot call {shown(stop)}", "expected a function without arguments")
-        engine = self._engine
+        engine, past = self._engine, self._past
         while is_reached:
             self._check_open()
             engine.take_from_outside()
@@ -124,12 +119,12 @@ class Rig:
             next_ns = max(min(engine.earliest_ns, arrival_ns), engine.now_ns)
             if next_ns > until_ns or next_ns == NEVER_NS:
                 break
-            self._park(next_ns)
-            if engine.earliest_ns >= arrival_ns or not engine.run_alone(min(until_ns, self._park_ns, arrival_ns - 1)):
+            past.park(next_ns)
+            if engine.earliest_ns >= arrival_ns or not engine.run_alone(min(until_ns, past.due_ns, arrival_ns - 1)):
                 engine.run_instant(next_ns)
                 is_reached = stop is None or not stop()
         if is_reached:
-            self._park(until_ns + 1)
+            past.park(until_ns + 1)
             engine.now_ns = max(engine.now_ns, until_ns)
         for node in engine.outside.values():
             node.clock.instant_ns = engine.now_ns
@@ -217,7 +212,7 @@ class Rig:
     def set(self, point: str, *key_and_value: Value) -> None:
         """Write a point at the present instant: `set("tank/level", 1.25)`, or `set("tank", "level", 1.25)`."""
         device, key, value = written_point(point, *key_and_value)
-        self._asked("set", device, key, value)
+        self._past.note("set", device, key, value)
         with self._present(device) as node:
             node.set(key, value)
 
@@ -235,7 +230,7 @@ class Rig:
             node.watch(self.now_ns, key)
         calls = self._engine.watches.setdefault(device, {}).setdefault(key, [])
         calls.append(call)
-        self._changed_for_good()
+        self._past.keep_now()
 
         def end() -> None:
             if call in calls:
@@ -256,7 +251,7 @@ class Rig:
                 f"on_delivery cannot call {shown(call)}", "expected a function that takes a bus and a delivery"
             )
         self._engine.listeners = (*self._engine.listeners, call)
-        self._changed_for_good()
+        self._past.keep_now()
 
         def end() -> None:
             self._engine.listeners = _without(self._engine.listeners, call)
@@ -272,7 +267,7 @@ class Rig:
         if not callable(call):
             raise ArgumentError(f"on_instant cannot call {shown(call)}", "expected a function without arguments")
         self._engine.instant_calls = (*self._engine.instant_calls, call)
-        self._changed_for_good()
+        self._past.keep_now()
 
         def end() -> None:
             self._engine.instant_calls = _without(self._engine.instant_calls, call)
@@ -295,7 +290,7 @@ class Rig:
 
     def answer(self, device: str, question: str, message: Any) -> Any:
         """Return the answer of a device to a question of its kind.  ControlError if the device refuses."""
-        self._asked("answer", device, question, message)
+        self._past.note("answer", device, question, message)
         with self._present(device) as node:
             return node.answer(question, message)
 
@@ -327,13 +322,13 @@ class Rig:
         self._check_part(where)
         if not isinstance(fault, Mapping):
             raise ArgumentError(f"a fault cannot be {shown(fault)}", 'expected a mapping, such as {"what": "drop"}')
-        self._asked("add_fault", where, fault)
+        self._past.note("add_fault", where, fault)
         return self._faults.add(where, fault)
 
     def restart(self, device: str) -> None:
         """Switch a device off and on again at the present instant; it keeps its non-volatile memory and its faults."""
         self._node(device)
-        self._asked("restart", device)
+        self._past.note("restart", device)
         self._faults.restart(device)
 
     def clear_fault(self, where: str, number: int) -> None:
@@ -341,7 +336,7 @@ class Rig:
         self._check_part(where)
         if type(number) is not int:
             raise ArgumentError(f"a fault cannot have the number {shown(number)}", "expected what add_fault returned")
-        self._asked("clear_fault", where, number)
+        self._past.note("clear_fault", where, number)
         self._faults.clear(where, number)
 
     def faults(self, where: str) -> Mapping[int, Mapping[str, Any]]:
@@ -377,7 +372,7 @@ class Rig:
         if seed is not None:
             check_seed(seed)
         check_may_branch(self)
-        return self._ended_by_us(branch_of(self, seed))
+        return self._past.owned(branch_of(self, seed))
 
     def branches(self, scenario: "Callable[[Rig, int], T]", seeds: Iterable[int], workers: int = 2) -> list[T]:
         """Call `scenario(rig, seed)` in a branch for each seed, and return the results in the order of the seeds.
@@ -393,23 +388,7 @@ class Rig:
         With more than `keep` of them, those in the past get rarer with their age.  Returns a function that ends it.
         """
         self._check_open()
-        if type(period_ns) is not int or period_ns < 1:
-            raise ArgumentError(f"checkpoint_every cannot take {shown(period_ns)}", "expected a period, such as 5 * S")
-        if type(keep) is not int or keep < 2:
-            raise ArgumentError(f"checkpoint_every cannot keep {shown(keep)}", "expected at least 2")
-        if self._engine.outside:
-            raise RigError(
-                f"a rig with members from outside has no checkpoints: {', '.join(self._engine.outside)}", UNREPEATED
-            )
-        self._end_checkpoints()
-        checkpoints = self._checkpoints = Checkpoints(self, period_ns, keep)
-        self._park_ns = checkpoints.due_ns(self.now_ns)
-
-        def end() -> None:
-            if self._checkpoints is checkpoints:
-                self._end_checkpoints()
-
-        return end
+        return self._past.keep_every(period_ns, keep)
 
     def back(self, ns: int) -> Branch:
         """Return a branch of the rig as it was when its clock came to `ns`; the rig stays where it is.
@@ -417,17 +396,12 @@ class Rig:
         It goes on from the last checkpoint before, and repeats what was asked of the rig since.
         """
         self._check_open()
-        instant_ns = _whole(ns)
-        if self._checkpoints is None:
-            raise RigError("the rig has no checkpoints to go back to", "call checkpoint_every(5 * S) before")
-        if instant_ns > self.now_ns:
-            raise ArgumentError(f"the rig cannot go back to {seconds(ns)}: it is at {seconds(self.now_ns)}", "run it")
-        return self._ended_by_us(self._checkpoints.back(instant_ns))
+        return self._past.back(_whole(ns))
 
     def checkpoints(self) -> Mapping[int, int]:
         """Return the bytes of memory that each checkpoint has for itself, by its instant."""
         self._check_open()
-        return {} if self._checkpoints is None else self._checkpoints.memory()
+        return self._past.memory()
 
     def close(self) -> None:
         """Stop every device; the last one started is the first to stop.  Closing twice does no harm.
@@ -435,9 +409,7 @@ class Rig:
         Branches and checkpoints end with their rig.
         """
         self._is_closed = True
-        self._end_checkpoints()
-        while self._branches:
-            self._branches.pop().close()
+        self._past.close()
         self._engine.stop()
 
     def __enter__(self) -> Self:
@@ -456,7 +428,7 @@ class Rig:
     def _become_branch(self, seed: int | None) -> None:
         """Be the copy of a rig: what belongs to the process of the rig is not ours."""
         self.is_branch = True
-        self._branches, self._checkpoints, self._park_ns = [], None, NEVER_NS
+        self._past = Past(self, self._engine)
         self._engine.is_telling = self._engine.is_playing = False
         self._threads = threads()
         if seed is not None:
@@ -465,39 +437,8 @@ class Rig:
     def _parked(self) -> Branch:
         return outliving(self)
 
-    def _ended_by_us(self, branch: Branch) -> Branch:
-        """Return a branch that ends with this rig at the latest."""
-        self._branches = [*(each for each in self._branches if not each.is_closed), branch]
-        return branch
-
-    def _park(self, next_ns: int) -> None:
-        """Take the checkpoint that is due before `next_ns`; if the rig sleeps over several, the last of them.
-
-        It is no event, so a rig makes the same steps with checkpoints and without.
-        """
-        if self._checkpoints is not None and self._park_ns < next_ns:
-            self._park_ns = self._checkpoints.due_ns(next_ns - 1)
-            self._engine.now_ns = max(self.now_ns, self._park_ns - self._checkpoints.period_ns)
-            self._checkpoints.take()
-
-    def _end_checkpoints(self) -> None:
-        if self._checkpoints is not None:
-            self._checkpoints.close()
-            self._checkpoints, self._park_ns = None, NEVER_NS
-
-    def _asked(self, call: str, *arguments: Any) -> None:
-        """Note a call from outside that changes the rig, so that it can be repeated."""
-        if self._checkpoints is not None and not self._engine.is_playing and not self._engine.is_telling:
-            self._checkpoints.note(call, *arguments)
-
-    def _changed_for_good(self) -> None:
-        """Take a checkpoint after something that cannot be repeated, such as a call for changes."""
-        if self._checkpoints is not None and not self._engine.is_playing:
-            self._checkpoints.take(is_fixed=True)
-
     def _add(self, member: str) -> EventNode:
-        if self._checkpoints is not None:
-            raise RigError("a rig with checkpoints takes no members from outside", UNREPEATED)
+        self._past.check_takes_members()
         return self._engine.add(member)
 
     def _looked_at(self, condition: Callable[[], T], readings: Readings) -> T:
@@ -513,8 +454,7 @@ class Rig:
 
     def _check_may_run(self) -> None:
         self._check_open()
-        if self._checkpoints is not None:
-            self._checkpoints.has_run = True
+        self._past.note_run()
         if self._engine.is_telling:
             raise RigError(
                 "a call of on_change or on_instant cannot run the rig",

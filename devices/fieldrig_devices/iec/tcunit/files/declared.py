@@ -1,4 +1,4 @@
-"""What the blocks for files are declared as, and the types and constants that programs give them."""
+"""The declarations of the blocks for files, and the types and constants that programs give them."""
 
 from typing import Final, NamedTuple
 

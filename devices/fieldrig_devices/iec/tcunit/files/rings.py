@@ -1,4 +1,4 @@
-"""The ring buffer of strings; what it keeps is here, not in the buffer that the program gives."""
+"""The ring buffer of strings; its strings are kept here, not in the buffer that the program gives."""
 
 from dataclasses import dataclass, field
 from typing import Final
