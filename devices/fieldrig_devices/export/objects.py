@@ -18,17 +18,19 @@ from fieldrig_devices.canopen.signals import Binding
 from fieldrig_devices.canopen.variable import Variable
 from fieldrig_devices.drive_profile.errors import DRIVE_ERRORS
 from fieldrig_devices.drive_profile.objects import of_first_axis
-from fieldrig_devices.drive_profile.states import COMMANDS, State
-from fieldrig_devices.drive_profile.words import MODES
+from fieldrig_devices.drive_profile.words import (
+    MODES,
+    command_words,
+    error_words,
+    meaning_of,
+    mode_words,
+    state_words,
+)
 from fieldrig_devices.export.network import NO_CHOICES, Signal
 
 ERROR_NAMES: Final = {**{code << 8: name for code, name in ERROR_CLASSES.items()}, **ERROR_CODES}
 ERROR_NAMES_OF_DRIVES: Final = {**ERROR_NAMES, **DRIVE_ERRORS}
 STATE_BITS, COMMAND_BITS = 7, 4
-MASKED_BY_6F: Final = frozenset(
-    (State.READY_TO_SWITCH_ON, State.SWITCHED_ON, State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE)
-)
-"""The states of which bit 5 of the status word is a part; bit 4, voltage, is a part of none."""
 PERCENT: Final = (0.1, "%")
 POSITIONS: Final = (0x6062, 0x6063, 0x6064, 0x6065, 0x6067, 0x607A, 0x607C, 0x60F4, 0x60FC)
 SPEEDS: Final = (0x606B, 0x606C, 0x6081, 0x60FF)
@@ -121,10 +123,10 @@ def error_names(dictionary: Dictionary | None) -> Mapping[int, str]:
 
 
 def _choices(variable: Variable) -> Mapping[int, str]:
-    of_profile, words = of_first_axis(variable.index), variable.name.lower()
-    if of_profile in (0x6060, 0x6061) and "mode" in words:
+    meaning = meaning_of(variable.index, variable.name)
+    if meaning is mode_words:
         return MODES
-    return ERROR_NAMES_OF_DRIVES if of_profile == 0x603F and "error" in words else NO_CHOICES
+    return ERROR_NAMES_OF_DRIVES if meaning is error_words else NO_CHOICES
 
 
 def _bits(name: str, words: Mapping[int, str], first: int, end: int) -> Iterator[Signal]:
@@ -154,16 +156,7 @@ def _of_axis(variable: Variable, words: Mapping[int, str]) -> dict[int, str]:
     return {bit: f"{axis} {word}".lstrip() for bit, word in _distinct(words).items()}
 
 
-def _state_of(bits: int) -> State | None:
-    return next((of for of in State if bits & (0x6F if of in MASKED_BY_6F else 0x4F) == of.value), None)
-
-
-STATES: Final = {
-    bits: state.name.lower().replace("_", " ") for bits in range(1 << STATE_BITS) if (state := _state_of(bits))
-}
+STATES: Final = {bits: words for bits in range(1 << STATE_BITS) if (words := state_words(bits))}
 """The states by bits 0 to 6 of the status word."""
-COMMAND_NAMES: Final = {
-    bits: next(command.name.lower().replace("_", " ") for mask, value, command in COMMANDS if bits & mask == value)
-    for bits in range(1 << COMMAND_BITS)
-}
+COMMAND_NAMES: Final = {bits: command_words(bits) for bits in range(1 << COMMAND_BITS)}
 """The commands by bits 0 to 3 of the control word, without a reset of a fault."""

@@ -38,7 +38,7 @@ def seen(model: NodeModel, start_ns: int) -> Iterator[str]:
             words += f"; it answers after {span(usual_ns)}, at most {span(longest_ns)}"
         yield words
     if life.emergencies:
-        firsts = [f"{emcy_words(_data(code, register))} at {_at(instant, start_ns)}"
+        firsts = [f"{emcy_words(_data(code, register), is_drive=model.is_drive)} at {_at(instant, start_ns)}"
                   for instant, code, register, _ in life.emergencies[:MOST_LISTED]]  # fmt: skip
         more = life.emergency_count - len(firsts)
         yield f"EMCY: {', '.join(firsts)}{f' and {more} more' if more else ''}; its faults send them again"

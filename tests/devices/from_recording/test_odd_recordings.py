@@ -154,3 +154,16 @@ def test_any_frames_make_a_valid_rig_or_a_refusal(tmp_path: Path, frames: list[t
         return
     with virtual(rig) as running:
         running.run_until(100_000_000)
+
+
+@pytest.mark.parametrize(
+    ("device_type", "words"), [("92010200", "8611h following error"), ("91010F00", "8611h monitoring")]
+)
+def test_an_error_code_is_named_by_the_profile_of_its_node(tmp_path: Path, device_type: str, words: str) -> None:
+    """8611h is the following error of CiA 402; CiA 301 knows its class only."""
+    log = written_log(
+        tmp_path, *read_by_sdo(0, 4, f"43001000{device_type}"), *read_by_sdo(0.1, 4, "4B41600050020000"),
+        "1 084#1186200000000000",
+    )  # fmt: skip
+    text = " ".join(rig_file(log).read_text(encoding="utf-8").replace("#", "").split())
+    assert f"EMCY: {words}, register 20h" in text
