@@ -47,7 +47,7 @@ def fast() -> Iterator[RunningRig]:
 
 
 def until_driven(rig: RunningRig) -> RunningRig:
-    """Wait for the first cycle of the slow device, too: a wire that nobody has driven has no value to be recorded."""
+    """Wait for the first cycle of the slow device, too: a wire has no value before it is driven."""
     rig.until_ready()
     until(lambda: "slow.count" in rig.ask("bus/wires/keys"))
     return rig

@@ -52,7 +52,7 @@ _OVERHEAD: Final = 5
 @dataclass(slots=True)
 class Rings:
     _rings: dict[int, list[str]] = field(default_factory=dict)
-    """What is in each ring, by the address of its block."""
+    """The strings of each ring, by the address of its block."""
 
     def act(self, block: int, command: int, overwrites: bool, value: str, room: int) -> Results:
         """Return whether the command can be done, the string that it has got, and the count and size of the ring."""
