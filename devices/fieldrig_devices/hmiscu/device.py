@@ -238,7 +238,8 @@ class Hmiscu(Device):
     # ---- tools
 
     def further_point(self, key: str) -> Point | None:
-        return self._debugging.point(key)
+        """Return a variable or pin that `points` does not list, by the name that faces use, or by `program:`."""
+        return self._debugging.point(key) or self.find(key)
 
     def answer(self, question: str, message: Any) -> Any:
         """Answer `debug` questions (`languages/debugging/service.py`)."""

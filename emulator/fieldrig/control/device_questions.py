@@ -62,7 +62,7 @@ class RealPoints:
         return self._clock.look(lambda: read_points(self._name, points_for(self._device, keys or ()), keys))
 
     def set(self, key: str, value: Value) -> None:
-        self._clock.handle(write_point, self._name, self._device.points(), key, value)
+        self._clock.handle(lambda: write_point(self._name, points_for(self._device, (key,)), key, value))
 
     def answer(self, question: str, message: Any) -> Any:
         answers: list[Any] = []

@@ -276,7 +276,7 @@ class LocalNode(EventNode):
     def set(self, key: str, value: Value) -> None:
         self._check_on()
         with blamed(self.name, self.clock.now_ns()):
-            write_point(self.name, self.device.points(), key, value)
+            write_point(self.name, points_for(self.device, (key,)), key, value)
 
     def answer(self, question: str, message: Any) -> Any:
         self._check_on()
