@@ -15,11 +15,8 @@ from urllib.parse import urlsplit
 def is_own(host: str, names: Collection[str] = ()) -> bool:
     """Return whether `host`, the value of a field Host with or without a port, is a name of the device.
 
-    `names` are further ones.  False also for a value that no client may send.  The value is empty where the address of
-    the client has no host, which a browser's always has.
+    `names` are further ones.  False also for a value that no client may send.
     """
-    if not host:
-        return True
     try:
         parts = urlsplit(f"//{host}")
         name, _ = parts.hostname, parts.port
@@ -45,7 +42,7 @@ _HOST: Final = re.compile(
     rb"""
     (?: \[ (?P<ipv6> [0-9A-Fa-f:.]+ ) \]
       | \[ v [0-9A-Fa-f]+ \. [\w.~!$&'()*+,;=:-]+ \]
-      | (?: [\w.~!$&'()*+,;=-] | % [0-9A-Fa-f]{2} )*
+      | (?: [\w.~!$&'()*+,;=-] | % [0-9A-Fa-f]{2} )+
     )
     (?: : (?P<port> [0-9]* ) )?
     """,
@@ -56,7 +53,8 @@ _HOST: Final = re.compile(
 def is_host(value: bytes) -> bool:
     """Return whether the field may have this value: a host, and perhaps a port (RFC 9110, 7.2).
 
-    Source: RFC 3986, 3.2.2 and 3.2.3.  It is empty if the client's address has no host.
+    Source: RFC 3986, 3.2.2 and 3.2.3.  An http address always has a host, so an empty one is none (RFC 9110, 4.2.1; RFC
+    9112, 3.3 leaves it to the server).
     """
     match = _HOST.fullmatch(value)
     if match is None:

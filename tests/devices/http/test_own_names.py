@@ -10,7 +10,7 @@ from fieldrig_devices.http.own_names import is_own
 @pytest.mark.parametrize(
     "host",
     ["127.0.0.1", "127.0.0.1:8080", "192.168.1.5", "[::1]", "[::1]:8080", "[fe80::1%eth0]", "localhost", "localhost:80",
-     "LOCALHOST", "localhost.", "", "plc", "machine:8080", "plc.localhost"],
+     "LOCALHOST", "localhost.", "plc", "machine:8080", "plc.localhost"],
 )  # fmt: skip
 def test_a_name_that_no_stranger_can_give_an_address_is_own(host: str) -> None:
     assert is_own(host)
@@ -19,7 +19,7 @@ def test_a_name_that_no_stranger_can_give_an_address_is_own(host: str) -> None:
 @pytest.mark.parametrize(
     "host",
     ["evil.example", "127.0.0.1.evil.example", "plc.evil.example:8080", "localhost.evil.example", "1.2.3.4.5",
-     "user@127.0.0.1", "127.0.0.1:port", "127.0.0.1/x", "a b", "[::1", "127.0.0.1:99999"],
+     "user@127.0.0.1", "127.0.0.1:port", "127.0.0.1/x", "a b", "[::1", "127.0.0.1:99999", ""],
 )  # fmt: skip
 def test_any_other_name_is_not(host: str) -> None:
     assert not is_own(host)
