@@ -31,7 +31,7 @@ PARAMETERS: Final[Mapping[str, tuple[Field, ...]]] = {
     ),
     "+IPR": (Field(0, (0, *DTE_RATES), f"(0,{','.join(map(str, DTE_RATES))})"),),
     "+FCLASS": (Field(0, (0,), "(0)"),),
-    "+ICF": (Field(0, range(7), "(0-6)"), Field(1, (0, 1), "(0,1)")),
+    "+ICF": (Field(0, range(7), "(0-6)"), Field(1, range(4), "(0-3)")),
     "+IFC": (Field(2, range(4), "(0-3)"), Field(2, range(3), "(0-2)")),
     "+ILRR": (Field(0, (0, 1), "(0,1)"),),
     "+MR": (Field(0, (0, 1), "(0,1)"),),
@@ -46,10 +46,14 @@ PARAMETERS: Final[Mapping[str, tuple[Field, ...]]] = {
     "+DR": (Field(0, (0, 1), "(0,1)"),),
 }
 """Fields of the parameters: modulation, automatic modulation and limits in bit/s (0: none); rate of the serial line
-(0: as the terminal's); service class (data); format of the serial line (0: as the terminal's), its parity (odd, even);
-flow control of what the modem sends, and of what it receives; reports of the rate of the serial line, and of the
-modulation; error correction of a caller, its necessity, and both for calls that come; report of error correction;
-compression (recorded: it needs no negotiation, as there is none); report of compression."""
+(0: as the terminal's); service class (data); format of the serial line (0: as the terminal's), its parity (odd, even,
+mark, space); flow control of what the modem sends, and of what it receives; reports of the rate of the serial line,
+and of the modulation; error correction of a caller, its necessity, and both for calls that come; report of error
+correction; compression (recorded: it needs no negotiation, as there is none); report of compression."""
+WITH_PARITY: Final = frozenset({2, 5})
+"""Formats of +ICF with a parity bit; the parity of the others does not count (V.250, 6.2.11)."""
+POSSIBLE_PARITIES: Final = frozenset({0, 1})
+"""Parities that a serial line of a rig has."""
 Twin = Mapping[int, tuple[Value, ...]]
 TWINS: Final[Mapping[str, tuple[str, Twin]]] = {
     "&K": ("+IFC", {0: (0, 0), 3: (2, 2), 4: (1, 1)}),
@@ -82,7 +86,14 @@ def with_fields(name: str, present: tuple[Value, ...], given: Sequence[str]) -> 
         if value is None:
             return None
         values[index] = value
-    return tuple(values) if name != "+MS" or _has_rates(values) else None
+    return tuple(values) if _agree(name, values) else None
+
+
+def _agree(name: str, values: Sequence[Value]) -> bool:
+    """Return whether the values of a parameter fit together."""
+    if name == "+MS":
+        return _has_rates(values)
+    return name != "+ICF" or values[0] not in WITH_PARITY or values[1] in POSSIBLE_PARITIES
 
 
 def _has_rates(modulation: Sequence[Value]) -> bool:

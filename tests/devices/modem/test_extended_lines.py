@@ -10,7 +10,7 @@ from modem_bench import ModemBench
 # Ranges of V.250: 6.2.12 +IFC, 6.2.13 +ILRR, 6.4.2 +MR, 6.5.5 +ER, 6.6.2 +DR; the others as the test commands say.
 RANGES: dict[str, tuple[list[int], ...]] = {
     "+IFC": ([0, 1, 2, 3], [0, 1, 2]),
-    "+ICF": (list(range(7)), [0, 1]),
+    "+ICF": (list(range(7)), [0, 1, 2, 3]),
     "+ILRR": ([0, 1],),
     "+MR": ([0, 1],),
     "+ES": ([0, 1, 2, 3], [0, 2, 3], [0, 1, 2, 4, 5]),
@@ -22,7 +22,12 @@ DEFAULTS = {
     "+IFC": [2, 2], "+ICF": [0, 1], "+ILRR": [0], "+MR": [0], "+ES": [3, 0, 2], "+ER": [0], "+DS": [3, 0, 2048, 32],
     "+DR": [0],
 }  # fmt: skip
-OUTSIDE = {"+DS": [4, 1, 511, 2049, 5, 251], "+ES": [4, 1, 3, 6], "+IFC": [4, 3], "+ICF": [7, 2]}
+OUTSIDE = {"+DS": [4, 1, 511, 2049, 5, 251], "+ES": [4, 1, 3, 6], "+IFC": [4, 3], "+ICF": [7, 4]}
+
+WITH_PARITY = (2, 5)
+"""Formats of +ICF with a parity bit (V.250, 6.2.11)."""
+MARK_AND_SPACE = (2, 3)
+"""Parities that a serial line of a rig does not have."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +66,14 @@ def test_commands_of_a_line_are_carried_out_up_to_a_mistake(line: list[Given], i
         if command.wrong is not None:
             result = "ERROR"
             break
+        values = list(expected[command.name])
         for at, field in enumerate(command.fields):
             if field is not None:
-                expected[command.name][at] = int(field)
+                values[at] = int(field)
+        if command.name == "+ICF" and values[0] in WITH_PARITY and values[1] in MARK_AND_SPACE:
+            result = "ERROR"
+            break
+        expected[command.name] = values
     assert bench.result(f"AT{text}") == result
     shown = bench.lines_of(f"AT{';'.join(f'{name}?' for name in RANGES)}")
     assert shown == [*(f"{name}: {','.join(map(str, expected[name]))}" for name in RANGES), "OK"]
@@ -75,6 +85,18 @@ def test_each_field_takes_its_range_and_no_more(name: str) -> None:
         for value in {*range(8), *OUTSIDE.get(name, ()), *allowed}:
             result = ModemBench().result(f"AT{name}={',' * at}{value}")
             assert result == ("OK" if value in allowed else "ERROR"), (at, value)
+
+
+@pytest.mark.parametrize("first", range(7))
+@pytest.mark.parametrize("parity", range(4))
+def test_a_parity_counts_only_in_a_format_that_has_one(first: int, parity: int) -> None:
+    """V.250, 6.2.11: "if present"; 3,3 is its own recommendation, and what drivers of modems send."""
+    bench = ModemBench()
+    is_possible = first not in WITH_PARITY or parity not in MARK_AND_SPACE
+    assert bench.result(f"AT+ICF={first},{parity}") == ("OK" if is_possible else "ERROR")
+    assert bench.lines_of("AT+ICF?") == [f"+ICF: {first},{parity}" if is_possible else "+ICF: 0,1", "OK"]
+    bench.ask("AT+ICF=3,3")
+    assert bench.result(f"AT+ICF={first}") == ("ERROR" if first in WITH_PARITY else "OK")
 
 
 @pytest.mark.parametrize("bps", [1, 299, 33_601])
