@@ -94,8 +94,10 @@ def _in_syn_sent(connection: Connection, now_ns: int, segment: Segment) -> Segme
 
 
 def _is_in_window(connection: Connection, now_ns: int, sequence: int, segment: Segment) -> bool:
-    """True for an acceptable segment; another one is answered with an ACK."""
+    """True for an acceptable segment; another one is answered with an ACK, if it is no RST."""
     incoming, outgoing = connection.incoming, connection.outgoing
+    if segment.flags & RST:  # RFC 5961, 3.2: by its number alone
+        return sequence == incoming.next or incoming.next < sequence < incoming.edge
     if incoming.is_acceptable(sequence, segment.length):
         return True
     is_same_syn = segment.flags & (SYN | ACK) == SYN and sequence == incoming.next - 1
@@ -107,7 +109,7 @@ def _is_in_window(connection: Connection, now_ns: int, sequence: int, segment: S
         connection.wait_ns = now_ns + 2 * MSL_NS
     if segment.length:
         connection.needs_ack = True
-    elif not segment.flags & RST:
+    else:
         _challenge(connection, now_ns)
     return False
 

@@ -7,6 +7,9 @@ from fieldrig_devices.ip.tcp.connection import Ending
 from fieldrig_devices.ip.tcp.segment import ACK, FIN, PSH, RST, SYN, Flags, Segment
 from fieldrig_devices.ip.tcp.states import TcpState
 
+WINDOW = 8192
+"""The receive window of the host under test, in bytes."""
+
 OUR_END = "our user ends"
 FIN_ARRIVES = "a FIN arrives"
 ACK_ARRIVES = "our FIN is acknowledged"
@@ -133,8 +136,20 @@ def test_a_reset_at_the_expected_number_ends_the_connection() -> None:
     assert (user.endings, peer.stack.connections) == ([Ending.RESET], [])
 
 
+@pytest.mark.parametrize("data", [b"", b"why"])
+@pytest.mark.parametrize("sequence", [0, 98, 100, 101 + WINDOW, 102 + WINDOW, 101 + (1 << 31)])
+def test_a_reset_outside_the_window_gets_no_answer(sequence: int, data: bytes) -> None:
+    """RFC 5961, 3.2: it is dropped silently, also with data (RFC 9293, 3.5.2) and next to the window."""
+    peer = Peer()
+    user = peer.connect()
+    peer.send(RST, sequence, data=data)
+    assert (peer.act(), user.endings) == ([], [])
+
+
 @pytest.mark.parametrize(
-    ("flags", "sequence"), [(RST, 102), (SYN, 101), (SYN, 500)], ids=["a RST further on", "a SYN", "a SYN further on"]
+    ("flags", "sequence"),
+    [(RST, 102), (RST, 100 + WINDOW), (SYN, 101), (SYN, 500)],
+    ids=["a RST further on", "a RST at the end", "a SYN", "a SYN further on"],
 )
 def test_a_guessed_reset_is_challenged(flags: Flags, sequence: int) -> None:
     """RFC 9293, 3.10.7.4, third and fourth check, after RFC 5961."""
