@@ -175,6 +175,8 @@ class Dialect:
     """The most characters of a STRING.  The functions for strings take and return at most 255 in any dialect."""
     has_documents: bool = _rule(Origin.TOOLS)
     """A STRING may have a million characters, such as a document of JSON in a program of TwinCAT."""
+    has_empty_strings: bool = _rule(Origin.TOOLS)
+    """STRING(0), which has its closing zero only; programs of TwinCAT have pointers to it, and empty constants."""
     has_typed_enumerations: bool = _rule(Origin.TODAY)
     """`(red, green) UINT` and `UINT (red, green)`: an enumeration may have another integer type than INT."""
     repeats_enumeration_values: bool = _rule(Origin.TODAY)

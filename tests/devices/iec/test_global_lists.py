@@ -73,3 +73,49 @@ def test_a_name_of_two_lists_means_the_variable_of_the_list_in_front_of_it() -> 
 def test_the_standard_has_one_name_space() -> None:
     with pytest.raises(CompileError, match=r"speed is declared in Left\.TcGVL"):
         values(EDITION_3)
+
+
+QUALIFIED = """{attribute 'qualified_only'}
+VAR_GLOBAL CONSTANT
+    Double : BOOL := TRUE;
+    LEN : INT := 5;
+    size : INT := LEN + 1;
+END_VAR
+VAR_GLOBAL
+    level : INT := size;
+END_VAR"""
+FUNCTION = """
+FUNCTION Double : INT VAR_INPUT n : INT; END_VAR Double := 2 * n; END_FUNCTION
+PROGRAM PLC_PRG
+VAR a, b, c, d : INT; END_VAR
+a := Double(4);
+b := LEN('abc');
+c := Param.LEN + Param.size;
+IF Param.Double THEN d := Param.level; END_IF
+END_PROGRAM
+"""
+
+
+def qualified(text: str) -> SourceFile:
+    xml = f'<GVL Name="Param" Id="1"><Declaration><![CDATA[{text}]]></Declaration></GVL>'
+    return SourceFile("Param.TcGVL", f'<TcPlcObject Version="1.1.0.1">{xml}</TcPlcObject>')
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+def test_names_of_a_list_that_is_qualified_only_hide_nothing(is_first: bool) -> None:
+    files = [qualified(QUALIFIED), SourceFile("main.st", FUNCTION)]
+    host = PlainHost()
+    compiled = compile_project(files if is_first else files[::-1], host, CODESYS)
+    runtime = Runtime(compiled, host)
+    thread = runtime.thread(compiled.program.pous["plc_prg"])
+    thread.start()
+    while thread.state is WorkState.READY:
+        thread.run(1_000_000)
+    assert [runtime.read(runtime.find(f"PLC_PRG.{name}")) for name in "abcd"] == [8, 3, 11, 6]
+    assert runtime.read(runtime.find("Param.level")) == 6
+
+
+def test_a_name_of_such_a_list_means_nothing_without_the_list() -> None:
+    main = "PROGRAM PLC_PRG VAR a : INT; END_VAR a := level; END_PROGRAM"
+    with pytest.raises(CompileError, match="level is not declared"):
+        compile_project([qualified(QUALIFIED), SourceFile("main.st", main)], PlainHost(), CODESYS)

@@ -130,6 +130,29 @@ def test_a_wrong_call_is_refused_once(body: str, message: str) -> None:
     assert found == [message]
 
 
+@pytest.mark.parametrize(
+    "outer",
+    [
+        "TYPE Result : (Success, Fail); END_TYPE",
+        "VAR_GLOBAL Fail : INT; END_VAR",
+        "VAR_GLOBAL CONSTANT Fail : INT := 3; END_VAR",
+        "VAR_GLOBAL Fail : TON; END_VAR",
+        "PROGRAM Fail VAR END_VAR END_PROGRAM",
+        "FUNCTION Fail : INT Fail := 9; END_FUNCTION",
+        "FUNCTION_BLOCK Fail VAR END_VAR END_FUNCTION_BLOCK",
+    ],
+)
+def test_a_method_hides_what_has_its_name_outside_of_its_block(outer: str) -> None:
+    block = """
+    FUNCTION_BLOCK Job
+    VAR failures : INT; END_VAR
+    METHOD Fail : BOOL VAR_INPUT n : INT; END_VAR failures := failures + n; Fail := TRUE; END_METHOD
+    METHOD Run VAR is : BOOL; END_VAR Fail(2); is := Fail(n := 5); END_METHOD
+    END_FUNCTION_BLOCK
+    """
+    assert bench_of("j : Job;", "j.Run();", outer + block)["j.failures"] == 7
+
+
 def test_two_methods_of_one_name_and_a_method_of_a_function_are_refused() -> None:
     parts = "METHOD m END_METHOD ACTION n: END_ACTION METHOD M END_METHOD METHOD n END_METHOD"
     twice = f"FUNCTION_BLOCK f {parts} END_FUNCTION_BLOCK"

@@ -5,7 +5,6 @@ from fieldrig_devices.iec.check import dispatch, inheritance
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.program import AddressOf, Cell, Place, Pou, This
-from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.iec.types import BlockType, PointerType
 
 Called = tuple[Place | None, Pou]
@@ -49,10 +48,10 @@ def find(checker: Checker, called: tree.Expression) -> Called | None:
     """Return the method that is called; None if what is called is no method."""
     context = checker.context
     if isinstance(called, tree.Name):
-        method, named = _own(context, called.text), context.find(called.text)
-        if method is None or not (named is None or _is_function(named)):
+        method = _own(context, called.text)
+        if method is None or context.key(called.text) in context.names:
             return None
-        return None, method
+        return None, method  # it hides what the project or a library has under its name
     if not isinstance(called, tree.Member):
         return None
     if is_super(context, called.of):
@@ -76,11 +75,6 @@ def find(checker: Checker, called: tree.Expression) -> Called | None:
     if method is None:
         return None
     return (None if isinstance(owner, Cell) and owner.variable is _instance(context) else owner), method
-
-
-def _is_function(named: object) -> bool:
-    """True for a function of the project or of a library, which a method of the block hides."""
-    return isinstance(named, Pou) and named.kind is PouKind.FUNCTION and named.owner is None
 
 
 def _own(context: Context, name: str) -> Pou | None:

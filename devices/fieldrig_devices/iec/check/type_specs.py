@@ -198,9 +198,10 @@ class TypeSpecs:
             return UNKNOWN
         dialect = context.project.dialect
         most = LONGEST_DOCUMENT if dialect.has_documents else dialect.longest_string
-        if not 1 <= length <= most:
+        least = 0 if dialect.has_empty_strings else 1
+        if not least <= length <= most:
             name = StringType(is_wide=spec.is_wide).name
-            context.say(spec.length, f"a {name} of {length} characters", f"1 to {most} characters")
+            context.say(spec.length, f"a {name} of {length} characters", f"{least} to {most} characters")
             return UNKNOWN
         return StringType(length, spec.is_wide)
 

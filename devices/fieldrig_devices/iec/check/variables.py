@@ -57,7 +57,8 @@ class Variables:
     ) -> None:
         """Note a list of global variables.  Each is made at its first use, since types may need constants.
 
-        A variable of a named list whose own name is taken already is known by `list.variable` only.
+        A variable of a named list whose own name is taken already, and each of a list with the attribute
+        'qualified_only', is known by `list.variable` only.
         """
         context = Context(self._project, None, file)
         if block.name:
@@ -67,7 +68,7 @@ class Variables:
         for node in block.variables:
             name = self._project.key(node.name)
             full = node.name
-            if block.name and self._project.dialect.has_name_spaces and is_taken(name):
+            if block.name and self._project.dialect.has_name_spaces and (block.is_qualified or is_taken(name)):
                 full = f"{block.name}.{node.name}"
             if block.name:
                 listed = self._project.lists.setdefault(self._project.key(block.name), {})

@@ -18,6 +18,7 @@ from fieldrig_devices.iec.parser import parse
 
 _HEAD: Final = re.compile(r"\b(PROGRAM|FUNCTION_BLOCK|FUNCTION)\b", re.IGNORECASE)
 _ARCHIVES: Final = {"nwl": "LD or FBD", "sfc": "SFC", "cfc": "CFC", "uml": "UML", "il": "IL"}
+_QUALIFIED: Final = re.compile(r"\{\s*attribute\s+'qualified_only'\s*\}", re.IGNORECASE)
 _US_A_MS: Final = 1_000
 
 
@@ -86,9 +87,10 @@ def _declared(node: Element, report: Report, dialect: Dialect) -> tree.Unit:
     _declaration(node, pieces, report)
     unit = _parsed(pieces, report, dialect)
     if name_of(node) == "GVL":
-        for declaration in unit.declarations:
-            if isinstance(declaration, tree.Variables):
-                declaration.name = attribute(node, "Name")
+        lists = [declaration for declaration in unit.declarations if isinstance(declaration, tree.Variables)]
+        is_qualified = any(map(_QUALIFIED.fullmatch, lists[0].comments)) if lists else False
+        for block in lists:
+            block.name, block.is_qualified = attribute(node, "Name"), is_qualified
     return unit
 
 

@@ -31,9 +31,9 @@ def needed(libraries: Sequence[Unit], project: Sequence[Unit], texts: Iterable[s
 
     A type or POU that the project declares takes the place of one of a library, and one of a later library that of an
     earlier one, so that a controller may have its own.  Of the constants only those that are named stay, of other
-    global variables all.
+    global variables all.  A variable of a list with the attribute 'qualified_only' takes no place.
     """
-    own = {name for name, _ in _named(project)}
+    own = {name for name, _ in _named(map(_without_qualified, project))}
     known = {name: declared for name, declared in _named(libraries) if name not in own}
     known |= {value: declared for declared in known.values() for value in _values(declared) if value not in known}
     open_words = set(DRAWN)
@@ -61,7 +61,12 @@ def _stays(declared: Declaration) -> bool:
     return isinstance(declared, Variables) and not _is_selected(declared)
 
 
-def _named(units: Sequence[Unit]) -> Iterator[tuple[str, Named]]:
+def _without_qualified(unit: Unit) -> Unit:
+    kept = (one for one in unit.declarations if not (isinstance(one, Variables) and one.is_qualified))
+    return replace(unit, declarations=tuple(kept))
+
+
+def _named(units: Iterable[Unit]) -> Iterator[tuple[str, Named]]:
     for unit in units:
         for declared in unit.declarations:
             if isinstance(declared, Pou | Interface | TypeDeclaration):

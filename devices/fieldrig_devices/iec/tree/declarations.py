@@ -40,6 +40,8 @@ class Variables(Statement):
     """PUBLIC, PROTECTED, PRIVATE or INTERNAL behind VAR; empty for the default of its POU."""
     name: str = field(default="", compare=False)
     """The name of a list of global variables; programs of today's tools may write `name.variable`."""
+    is_qualified: bool = field(default=False, compare=False)
+    """True for a list with the attribute 'qualified_only', whose variables are known by `name.variable` only."""
 
 
 @dataclass(slots=True)
