@@ -3,7 +3,7 @@
 Other programs that map the memory have no end in the rig: they see what reaches the file.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Annotated, Any, Final, Literal, Protocol
 
 from pydantic import Field
@@ -74,8 +74,8 @@ class _Stuck:
 
 
 class _Torn:
-    def __init__(self, settings: Torn, words: SharedWords, at: Attachment) -> None:
-        self._settings, self._words, self._at = settings, words, at
+    def __init__(self, settings: Torn, write_late: Callable[[int, int, int], None]) -> None:
+        self._settings, self._write_late = settings, write_late
 
     def read(self, word: int) -> int | None:
         return None
@@ -83,11 +83,7 @@ class _Torn:
     def write(self, word: int, value: int) -> bool:
         if not self._settings.is_late(word):
             return False
-
-        def arrive() -> None:
-            self._words[word] = value
-
-        self._at.clock.call_at(self._at.clock.now_ns() + round(self._settings.late_ms * MS), arrive)
+        self._write_late(word, value, round(self._settings.late_ms * MS))
         return True
 
 
@@ -110,6 +106,8 @@ class FaultyWords:
         self._at, self._words = at, words
         self._states: dict[int, _State] = {}
         """The faults that are on, by number."""
+        self._late: dict[int, tuple[int, int]] = {}
+        """The words that are still to be written, by number: the instant, and the value."""
         self.injected: InjectedFaults[Fault[Any]] = InjectedFaults(
             at.clock, MODELS, Faults(Fault), on_change=self._on_change
         )
@@ -117,6 +115,9 @@ class FaultyWords:
             self.injected.add(fault)
 
     def __getitem__(self, word: int, /) -> int:
+        stuck = self._stuck_at(word)
+        if stuck is not None:
+            return stuck
         for state in self._states.values():
             read = state.read(word)
             if read is not None:
@@ -124,9 +125,28 @@ class FaultyWords:
         return self._words[word]
 
     def __setitem__(self, word: int, value: int, /) -> None:
+        self._late.pop(word, None)
         kept = [state.write(word, value) for state in self._states.values()]  # each hears of it
         if not any(kept):
             self._words[word] = value
+
+    def _write_late(self, word: int, value: int, late_ns: int) -> None:
+        """Write a word later, unless it is written again or sticks before."""
+        due_ns = max(self._at.clock.now_ns() + late_ns, self._late.get(word, (0, 0))[0])
+        self._late[word] = due_ns, value
+
+        def arrive() -> None:
+            if self._late.get(word) == (due_ns, value):
+                del self._late[word]
+                if self._stuck_at(word) is None:
+                    self._words[word] = value
+
+        self._at.clock.call_at(due_ns, arrive)
+
+    def _stuck_at(self, word: int) -> int | None:
+        """Return the value at which a word sticks; None for a sound one."""
+        stuck = (state.read(word) for state in self._states.values() if isinstance(state, _Stuck))
+        return next((value for value in stuck if value is not None), None)
 
     def _on_change(self) -> None:
         now_ns = self._at.clock.now_ns()
@@ -143,5 +163,5 @@ class FaultyWords:
             case Stuck():
                 return _Stuck(settings, self._words)
             case Torn():
-                return _Torn(settings, self._words, self._at)
+                return _Torn(settings, self._write_late)
         return _Dead(self._words)

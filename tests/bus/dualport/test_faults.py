@@ -87,6 +87,44 @@ def test_a_torn_block_is_half_old_and_half_new(bench: Bench) -> None:
     assert bench.plc.read(10, 5) == [2, 2, 2, 2, 2]
 
 
+def test_a_newer_word_is_not_written_over_by_a_late_one(bench: Bench) -> None:
+    number = bench.end.injected.add_fault({"what": "torn", "word": 10, "late_ms": 20})
+    bench.words[11] = 2
+    bench.wait_ms(5)
+    bench.end.injected.clear_fault(number)
+    assert bench.plc.read(11, 1) == [0]
+    bench.words[11] = 3
+    bench.wait_ms(20)
+    assert bench.plc.read(11, 1) == [3]
+
+
+def test_a_word_that_sticks_stays_so_when_a_late_one_comes(bench: Bench) -> None:
+    bench.end.injected.add_fault({"what": "torn", "word": 10, "late_ms": 20})
+    bench.words[11] = 2
+    bench.end.injected.add_fault({"what": "stuck", "word": 11, "value": 9})
+    bench.wait_ms(20)
+    assert bench.plc.read(11, 1) == [9]
+
+
+@pytest.mark.parametrize("order", [("dead", "stuck"), ("stuck", "dead")], ids=str)
+def test_a_word_sticks_also_while_the_other_side_is_dead(bench: Bench, order: tuple[str, str]) -> None:
+    faults: dict[str, dict[str, Any]] = {"dead": {"what": "dead"}, "stuck": {"what": "stuck", "word": 3, "value": 9}}
+    for what in order:
+        bench.end.injected.add_fault(faults[what])
+    bench.words[3] = 5
+    assert (bench.words[3], bench.plc.read(3, 1)) == (9, [9])
+
+
+def test_of_two_torn_blocks_the_later_half_counts(bench: Bench) -> None:
+    for late_ms in (20, 10):
+        bench.end.injected.add_fault({"what": "torn", "word": 10, "late_ms": late_ms})
+    bench.words[11] = 2
+    bench.wait_ms(19)
+    assert bench.plc.read(11, 1) == [0]
+    bench.wait_ms(1)
+    assert bench.plc.read(11, 1) == [2]
+
+
 def test_nothing_arrives_from_a_dead_master(bench: Bench) -> None:
     bench.plc.write(0, [5, 5])
     number = bench.end.injected.add_fault({"what": "dead"})
