@@ -3,7 +3,7 @@
 Bytes travel in chunks (`model`); a fault that says how often it applies counts chunks.
 """
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Collection, Hashable, Iterable, Mapping
 from random import Random
 from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
@@ -151,6 +151,13 @@ class SerialEffects(Effects[SerialMessage]):
     medium: SerialModel
     turns_are_struck = False
 
+    def __init__(self, given: Iterable[Timed] = ()) -> None:
+        super().__init__(given)
+        self._unplugged: set[int] = set()
+        """The faults that have pulled out the cable, by number."""
+        self._spaces: dict[int, tuple[Collection[str], int]] = {}
+        """The faults that hold the line at space, by number: the ends, and until when."""
+
     def begin(self, medium: Any, random: Random) -> None:
         super().begin(medium, random)
         self._random = derived(random)
@@ -161,13 +168,15 @@ class SerialEffects(Effects[SerialMessage]):
             raise ValueError(f"the line has no end {end!r}\n{closest(end, list(members))}")
 
     def stream_of(self, delivery: Delivery[SerialMessage]) -> Hashable:
-        return delivery.sender if type(delivery.message) is bytes else None
+        return delivery.sender if type(delivery.message) in (bytes, Break) else None
 
     def fits(self, settings: Any, delivery: Delivery[SerialMessage]) -> bool:
         message = delivery.message
         if isinstance(settings, Unplugged):
             return message != _OFF
-        if isinstance(settings, Refuse) or type(message) is not bytes or not delivery.receivers:
+        if isinstance(settings, Refuse) or not delivery.receivers:
+            return False
+        if type(message) is not bytes and not (isinstance(message, Break) and isinstance(settings, Stuck | LineBreak)):
             return False
         return settings.end in (None, delivery.sender)
 
@@ -176,6 +185,8 @@ class SerialEffects(Effects[SerialMessage]):
         if isinstance(settings, Unplugged):
             is_lines = isinstance(data, ControlLines)
             return Struck([delivery._replace(message=_OFF)] if is_lines else [], "lost, as the cable is pulled out")
+        if isinstance(data, Break):
+            return Struck([], "break lost")
         assert type(data) is bytes
         match settings:
             case Drop() | Stuck() | LineBreak():
@@ -206,8 +217,12 @@ class SerialEffects(Effects[SerialMessage]):
             case LineBreak(length_ms=length_ms, end=end) if is_on:
                 fault.until_ns = now_ns + round(length_ms * MS)
                 return self._held(fault, now_ns, end, max(1, round(length_ms)))
+            case LineBreak():
+                self._spaces.pop(fault.number, None)
             case Stuck(level="low", end=end, duration_ms=duration_ms) if is_on:
                 return self._held(fault, now_ns, end, round(duration_ms or LONGEST_BREAK_MS))
+            case Stuck():
+                self._spaces.pop(fault.number, None)
             case Unplugged():
                 return self._plugged(fault, now_ns, is_on)
             case Refuse():
@@ -215,11 +230,17 @@ class SerialEffects(Effects[SerialMessage]):
         return []
 
     def _held(self, fault: Fault[Any], now_ns: int, end: str | None, duration_ms: int) -> list[Delivery[SerialMessage]]:
-        """The break for those who hear breaks, and for the others the character of zeros that a UART reads from it."""
+        """The break for those who hear breaks, and for the others the character of zeros that a UART reads from it.
+
+        Of an end whose line is at space already, or unplugged, nothing new is heard.
+        """
         fault.applied += 1
         held: list[Delivery[SerialMessage]] = []
-        for sender in self.medium.members:
-            if end not in (None, sender):
+        at_space = {name for ends, until_ns in self._spaces.values() if until_ns > now_ns for name in ends}
+        ends = [name for name in self.medium.members if end in (None, name)]
+        self._spaces[fault.number] = ends, now_ns + duration_ms * MS
+        for sender in ends:
+            if sender in at_space or self._unplugged:
                 continue
             hearing = self.medium.receivers_of(sender, "break")
             deaf = tuple(name for name in self.medium.receivers_of(sender, "data") if name not in hearing)
@@ -228,13 +249,22 @@ class SerialEffects(Effects[SerialMessage]):
         return held
 
     def _plugged(self, fault: Fault[Any], now_ns: int, is_on: bool) -> list[Delivery[SerialMessage]]:
-        """All control lines go off, or come back as they are now."""
+        """All control lines go off, or come back as they are now, with the formats that were set meanwhile."""
         fault.applied += is_on
-        return [
-            Delivery(now_ns, name, _OFF if is_on else self.medium.lines_of(name), receivers)
-            for name in self.medium.members
-            if (receivers := self.medium.receivers_of(name, "lines"))
-        ]
+        was_out = bool(self._unplugged)
+        (self._unplugged.add if is_on else self._unplugged.discard)(fault.number)
+        if was_out is bool(self._unplugged):
+            return []  # another fault has pulled it out as well
+        told: list[Delivery[SerialMessage]] = []
+        for name in self.medium.members:
+            told.append(
+                Delivery(
+                    now_ns, name, _OFF if is_on else self.medium.lines_of(name), self.medium.receivers_of(name, "lines")
+                )
+            )
+            if not is_on and name in self.medium.formats:
+                told.append(Delivery(now_ns, name, self.medium.formats[name], self.medium.receivers_of(name, "format")))
+        return [delivery for delivery in told if delivery.receivers]
 
     def _as(self, delivery: Delivery[Any], data: bytes, what: str) -> Struck[SerialMessage]:
         """Bytes that chance leaves as they are arrive; none at all are no delivery."""

@@ -11,7 +11,7 @@ from fieldrig.faults.disturbed import medium_of
 from fieldrig.faults.note import FaultNote
 from fieldrig_bus.serial import codec
 from fieldrig_bus.serial.line import SerialVirtual, SerialVirtualSettings
-from fieldrig_bus.serial.message import Break, ControlLines, SerialMessage
+from fieldrig_bus.serial.message import Break, ControlLines, Format, SerialMessage
 
 HELLO, LATER = b"HELLO", 1000 * MS
 OFF = ControlLines(dtr=False, rts=False, ri=False, dcd=False)
@@ -94,6 +94,42 @@ def test_a_cable_that_is_pulled_out_takes_the_control_lines_with_it() -> None:
     off = [(10, OFF), (50, OFF), (110, ControlLines())]
     assert bench.heard() == [*off, (205, HELLO)]
     assert [message for _, message in bench.heard("plc")] == [OFF, ControlLines()]
+
+
+def test_a_cable_pulled_out_twice_is_back_when_both_faults_are_over() -> None:
+    bench = Bench({"what": "unplugged", "duration_ms": 100}, {"what": "unplugged", "start_ms": 50, "duration_ms": 100})
+    assert bench.heard() == [(0, OFF), (150, ControlLines())]
+
+
+def test_a_format_that_is_set_without_a_cable_is_known_when_the_cable_is_back() -> None:
+    bench = Bench({"what": "unplugged", "duration_ms": 100})
+    bench.model.listen(0, "printer", ["data", "format"])
+    bench.send(Format(1200), 50)
+    assert bench.heard() == [(100, Format(1200))]
+
+
+@pytest.mark.parametrize("level", ["high", "low"])
+def test_an_end_that_is_held_sends_no_break(level: str) -> None:
+    bench = Bench({"what": "stuck", "level": level, "start_ms": 10, "duration_ms": 400})
+    bench.send(Break(100), 100)
+    bench.send(Break(100), 500)
+    held = [(10, Break(400))] if level == "low" else []
+    assert bench.heard() == [*held, (600, Break(100))]
+
+
+def test_a_line_that_is_at_space_or_unplugged_gets_no_second_break() -> None:
+    low = {"what": "stuck", "level": "low", "duration_ms": 100}
+    bench = Bench(low, {"what": "break", "start_ms": 50}, {**low, "start_ms": 300})
+    assert bench.heard() == [(0, Break(100)), (300, Break(100))]
+    unplugged = Bench({"what": "unplugged"}, {"what": "break", "start_ms": 50})
+    assert unplugged.heard() == [(0, OFF)]
+
+
+def test_a_break_does_not_overtake_bytes_that_are_late() -> None:
+    bench = Bench({"what": "delay", "delay_ms": 50})
+    bench.send(HELLO)
+    bench.send(Break(10))
+    assert bench.heard() == [(55, HELLO), (55, Break(10))]
 
 
 def test_every_application_is_in_the_trace_and_counted() -> None:
