@@ -81,6 +81,8 @@ class AnyRing(Protocol[Ma, St]):
 
     def clear(self, number: int) -> None: ...
 
+    def faults(self) -> Mapping[int, Mapping[str, Any]]: ...
+
     def statistics(self) -> dict[str, float]: ...
 
 
@@ -152,6 +154,9 @@ class VirtualRing(Generic[Ma, St]):
 
     def clear(self, number: int) -> None:
         self.rig.clear_fault("ring0", number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self.rig.faults("ring0")
 
     def statistics(self) -> dict[str, float]:
         return self.rig.statistics("ring0")
@@ -226,6 +231,9 @@ class StarRing(LoopBench, Generic[Ma, St]):
 
     def clear(self, number: int) -> None:
         self.star.clear_fault(number)
+
+    def faults(self) -> Mapping[int, Mapping[str, Any]]:
+        return self.star.faults()
 
     def statistics(self) -> dict[str, float]:
         return self.star.statistics()

@@ -5,14 +5,16 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from random import Random
-from typing import Any, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 from fieldrig.faults.faults import Fault, Faults, Timed, fault_of
+from fieldrig.faults.note import FaultNote
 from fieldrig.text.nearest import closest
 from fieldrig_bus.ring.faults import MASTER, Break, Off, place_of
 from fieldrig_bus.ring.topology import Layout, Node, Topology
 
 N = TypeVar("N", bound=Node)
+_AT_PLACE: Final = {"after": "after", "station": "at"}
 
 
 class Medium(Generic[N]):
@@ -41,6 +43,8 @@ class Medium(Generic[N]):
         self._was_calm = True
         self._was_closed = False
         self.faults: Faults[Fault[Any]] = Faults(Fault)
+        self._noted: dict[int, int] = {}
+        """How often each fault had been applied when that was last asked."""
         self.cycles = 0
 
     def begin(self, now_ns: int, random: Random) -> None:
@@ -129,6 +133,23 @@ class Medium(Generic[N]):
 
     def _on(self, now_ns: int, *kinds: type[Any]) -> Iterator[Fault[Any]]:
         return (fault for fault in self.faults.of(*kinds) if fault.is_on(now_ns))
+
+    def take_notes(self, now_ns: int) -> list[FaultNote]:
+        """Return what faults have done since the last call, for the trace.
+
+        A fault that is a state, such as a cut fibre, counts once, in the first cycle that it meets.
+        """
+        notes = []
+        for fault in self.faults:
+            if not fault.applied and not fault.settings.counts_uses and fault.is_on(now_ns):
+                fault.applied = 1
+            uses = fault.applied - self._noted.get(fault.number, 0)
+            if uses:
+                self._noted[fault.number] = fault.applied
+                key, place = place_of(fault.settings)
+                how_many = f", {uses} telegrams" if uses > 1 else ""
+                notes.append(FaultNote(fault.number, f"{fault.settings.what} {_AT_PLACE[key]} {place}{how_many}"))
+        return notes
 
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
         """Inject a fault, and return its number.  ValueError for an unknown fault, or an unknown station."""

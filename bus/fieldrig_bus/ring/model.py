@@ -49,6 +49,11 @@ class MediumModel(BusModel[M], Generic[M]):
         delivery = Delivery(when_ns, sender, message, (*receivers, *observers) if observers else receivers)
         insort(self._due, delivery, key=lambda due: due.time_ns)
 
+    def _note_faults(self, now_ns: int) -> None:
+        """Add what faults have done in this cycle to the trace."""
+        for note in self._medium.take_notes(now_ns):
+            insort(self._due, Delivery[Any](now_ns, RING, note, ()), key=lambda due: due.time_ns)
+
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
         return self._medium.add_fault(now_ns, fault)
 

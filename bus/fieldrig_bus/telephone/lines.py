@@ -38,6 +38,8 @@ class Line:
     digits: str = ""
     has_dial_tone: bool = False
     """The exchange takes digits."""
+    waits_for_tone: bool = False
+    """It is seized, and a fault keeps the dial tone from it."""
     call: "Call | None" = None
     carrier: Carrier = field(default_factory=lambda: Carrier(0))
     """The carrier that its modem sends."""

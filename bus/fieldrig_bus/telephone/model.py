@@ -14,6 +14,7 @@ from typing import Any, Final, cast
 from fieldrig.bus import BusModel, Delivery
 from fieldrig.clock import MS
 from fieldrig.faults import faults
+from fieldrig.faults.note import FaultNote
 from fieldrig.text.nearest import closest
 from fieldrig_bus.telephone.agenda import Agenda, Deliveries
 from fieldrig_bus.telephone.faults import (
@@ -63,7 +64,7 @@ class TelephoneModel(BusModel[TelephoneMessage]):
         self._faults, self._agenda.passed_ns = LineFaults(random), now_ns
         for fault in self._network.faults:
             self._faults.add(now_ns, fault)
-        self._plan_faults(now_ns)
+        self._apply_faults(now_ns)
 
     def join(self, member: str) -> None:
         number = self._network.numbers.get(member, "")
@@ -136,14 +137,22 @@ class TelephoneModel(BusModel[TelephoneMessage]):
             call.is_silent = self._faults.is_silent(now_ns, *call.members)
             self._tell(now_ns, line, Ring(False, call.caller.number))
             self._tell(now_ns, call.caller, Heard(Tone.SILENCE))
-        elif not self._faults.has(now_ns, Cut, line.member) and not self._faults.has(now_ns, NoDialTone, line.member):
-            line.has_dial_tone = True
-            self._tell(now_ns, line, Heard(Tone.DIAL))
+        elif self._has_no_tone(now_ns, line):
+            line.waits_for_tone = True
+        else:
+            self._give_tone(now_ns, line)
+
+    def _has_no_tone(self, now_ns: int, line: Line) -> bool:
+        return any(self._faults.has(now_ns, model, line.member) for model in (Cut, NoDialTone))
+
+    def _give_tone(self, now_ns: int, line: Line) -> None:
+        line.has_dial_tone, line.waits_for_tone = True, False
+        self._tell(now_ns, line, Heard(Tone.DIAL))
 
     def _release(self, now_ns: int, line: Line) -> None:
         if line.is_off:
             self._end_call(now_ns, line)
-            line.is_off = line.has_dial_tone = False
+            line.is_off = line.has_dial_tone = line.waits_for_tone = False
 
     def _end_call(self, now_ns: int, line: Line) -> None:
         """End the call of a line that hangs up or is cut."""
@@ -171,8 +180,6 @@ class TelephoneModel(BusModel[TelephoneMessage]):
         if not line.is_off or not line.has_dial_tone:
             return
         line.digits += digits
-        if self._faults.has(now_ns, Cut, line.member):
-            return
         meaning = self._numbering.meaning(line.digits)
         called = None if isinstance(meaning, Tone) else self._lines.get(meaning)
         line.has_dial_tone = meaning in (Tone.DIAL, Tone.SILENCE)  # more digits may follow
@@ -263,15 +270,35 @@ class TelephoneModel(BusModel[TelephoneMessage]):
         return self._faults.about(now_ns)
 
     def _apply_faults(self, now_ns: int) -> None:
-        """End the calls of lines that are cut now, and hide or show the carriers of the others."""
+        """End the calls of lines that are cut now, take and give dial tones, and hide or show the carriers of calls.
+
+        A line that is seized while it has no tone gets one when the exchange is back, which then sees it seized.
+        """
         for line in self._lines.values():
-            if self._faults.has(now_ns, Cut, line.member):
-                line.has_dial_tone = False
-                self._lose_call(now_ns, line)
+            if self._has_no_tone(now_ns, line):
+                self._take_tone(now_ns, line)
+            elif line.waits_for_tone:
+                self._give_tone(now_ns, line)
         for call in {id(line.call): line.call for line in self._lines.values()}.values():
             if call is not None and call.is_answered:
                 self._hide(now_ns, call, self._faults.is_silent(now_ns, *call.members))
+        for fault in self._faults:
+            if fault.is_on(now_ns) and not fault.applied:  # it counts once, as a state
+                self._note(now_ns, fault)
         self._plan_faults(now_ns)
+
+    def _note(self, now_ns: int, fault: faults.Fault[Any]) -> None:
+        fault.applied = 1
+        note = FaultNote(fault.number, fault.settings.what)
+        self._agenda.at(now_ns, lambda _: [Delivery[Any](now_ns, fault.settings.line or EXCHANGE, note, ())])
+
+    def _take_tone(self, now_ns: int, line: Line) -> None:
+        if line.has_dial_tone:
+            self._tell(now_ns, line, Heard(Tone.SILENCE))
+            line.has_dial_tone, line.waits_for_tone, line.digits = False, True, ""
+        if self._faults.has(now_ns, Cut, line.member):
+            line.waits_for_tone |= line.is_off
+            self._lose_call(now_ns, line)
 
     def _hide(self, now_ns: int, call: Call, is_silent: bool) -> None:
         if is_silent is not call.is_silent:

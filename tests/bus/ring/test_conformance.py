@@ -8,6 +8,8 @@ from any_ring import ADDRESSES, all_joined, last_heard, run_through, throw_garba
 from ring_families import FAMILIES, Family
 
 from fieldrig.errors import BusError
+from fieldrig.faults import note
+from fieldrig.faults.note import FaultNote
 
 pytestmark = pytest.mark.system
 
@@ -88,6 +90,17 @@ def test_an_observer_hears_what_master_and_stations_hear_without_being_a_station
     answers = bench.ring.cycle()
     assert heard[2:] == [answers, stations["belt"].heard[-1], stations["knife"].heard[-1]]
     assert bench.ring.statistics()["stations"] == 4
+
+
+def test_the_trace_shows_what_a_fault_does_and_a_state_counts_once(bench: Bench) -> None:
+    for fault in ({"what": "break", "after": "lift"}, {"what": "off", "station": "belt", "start_ms": 1_000_000}):
+        bench.ring.fault(**fault)
+    bench.ring.fault(what="distort", after="belt", count=1)
+    for _ in range(3):
+        bench.ring.cycle()
+    seen = [note.decode(data) for _, data in bench.ring.trace if data.startswith(note.LEAD)]
+    assert seen == [FaultNote(1, "break after lift"), FaultNote(3, "distort after belt")]
+    assert [about["applied"] for about in bench.ring.faults().values()] == [1, 0, 1]
 
 
 def script(family: Family, ring: Any) -> list[tuple[str, bytes]]:

@@ -1,10 +1,16 @@
 """The telephone network as a function of time: calls, tones, ringing, carriers, and what its faults do to them."""
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from telephone_bench import A, B, C, Exchange
 
+from fieldrig.bus import Delivery
+from fieldrig.clock import MS
+from fieldrig.faults.note import FaultNote
+from fieldrig_bus.telephone.faults import MODELS
 from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, Ring, Tone
 from fieldrig_bus.telephone.modulation import everything
 
@@ -123,6 +129,41 @@ def test_faults_of_calls_say_what_the_caller_hears() -> None:
 def test_without_dial_tone_no_digits_are_taken() -> None:
     net = Exchange(faults=[{"what": "no_dial_tone"}]).say(A, Hook(True), Dial("200")).run_to(5000)
     assert net.take(A) == net.take(B) == []
+
+
+@pytest.mark.parametrize("what", ["no_dial_tone", "cut"])
+def test_a_line_that_stays_seized_gets_its_dial_tone_when_the_fault_is_over(what: str) -> None:
+    net = Exchange(faults=[{"what": what, "duration_ms": 1000}]).say(A, Hook(True))
+    net.say(B, Hook(True), Hook(False)).run_to(2000)
+    assert net.heard[A][-1] == (1000, DIAL)
+    assert DIAL not in net.take(B)
+    assert net.say(A, Dial("200")).take(B) == [Ring(True, "100")]
+
+
+def test_an_exchange_without_dial_tone_takes_no_digits_of_a_line_that_had_one() -> None:
+    net = Exchange().say(A, Hook(True))
+    number = net.model.add_fault(net.now_ns, {"what": "no_dial_tone", "line": A})
+    net.say(A, Dial("200")).run_to(100)
+    assert (net.take(A), net.take(B)) == ([DIAL, SILENCE], [])
+    net.model.clear_fault(net.now_ns, number)
+    assert net.say(A, Dial("200")).take(A) == [DIAL, RINGING]
+
+
+@pytest.mark.parametrize("what", [*MODELS])
+def test_the_trace_shows_the_begin_of_a_fault_and_it_counts_once(what: str) -> None:
+    keys: dict[str, dict[str, float]] = {
+        "noise": {"bit_error_rate": 0.1},
+        "slow": {"highest_bps": 300},
+        "delay": {"delay_ms": 1},
+    }
+    net = Exchange()
+    seen: list[Delivery[Any]] = []
+    net.model.add_fault(0, {"what": what, "line": B, "start_ms": 100, "duration_ms": 200, **keys.get(what, {})})
+    assert net.model.all_faults(0)[1]["applied"] == 0
+    while (next_ns := net.model.next_ns()) is not None:
+        seen += net.model.collect(next_ns)
+    assert [(each.time_ns // MS, each.sender, each.message) for each in seen] == [(100, B, FaultNote(1, what))]
+    assert net.model.all_faults(300 * MS)[1]["applied"] == 1
 
 
 def test_a_drop_out_takes_the_carriers_away_and_gives_them_back() -> None:

@@ -53,6 +53,7 @@ class PamStar(Centre):
         medium.lose(self.hung_stations())
         instant_ns = at.clock.now_ns()
         reports, heard = medium.go_round(instant_ns, frames, late)
+        self.note_faults()
         at.heard(RING, reports)
         at.deliver(self.handler, reports)
         observed = encode(reports) if medium.observers else b""

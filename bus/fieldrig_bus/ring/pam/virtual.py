@@ -53,6 +53,7 @@ class PamRingModel(MediumModel[RingMessage]):
         self._schedule(self._over_ns, RING, reports, (master,))
         for cycle, names in heard:
             self._schedule(self._over_ns, master, cycle, names)
+        self._note_faults(now_ns)
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         return {**super().statistics(now_ns), "overruns": float(self._overruns)}

@@ -55,6 +55,7 @@ class Star(Centre):
         late = self.finish(is_repeating=mst.data[1] & 7 >= OPERATION)
         self._end_cycle(b"")
         answers = self._answers = self._fibre.begin_cycle(self._at.clock.now_ns(), mst, late)
+        self.note_faults()
         self._at.heard(RING, answers)
         self._at.deliver(self.handler, answers)
 
@@ -63,6 +64,7 @@ class Star(Centre):
         heard = fibre.end_cycle(self._at.clock.now_ns(), mdt)
         if not heard:
             return
+        self.note_faults()
         observed = encode(self._answers) if fibre.observers and self._answers is not None else b""
         instant_ns = self._at.clock.now_ns()
         self.spread(encode_spread(self.next_sequence(), instant_ns, heard, observed, fibre.station_count))

@@ -46,8 +46,10 @@ class RingModel(MediumModel[RingMessage]):
             self._end_cycle(now_ns, b"")
             answers = fibre.begin_cycle(now_ns, message)
             self._schedule(fibre.until_ns, RING, answers, (member,))
+            self._note_faults(now_ns)
         elif isinstance(message, Mdt):
             self._end_cycle(now_ns, message.data)
+            self._note_faults(now_ns)
 
     def _end_cycle(self, now_ns: int, mdt: bytes) -> None:
         fibre = self.fibre

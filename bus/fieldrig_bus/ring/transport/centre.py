@@ -16,6 +16,8 @@ from typing import Any, Final, Protocol
 
 from fieldrig.bus import Attachment
 from fieldrig.errors import refusals
+from fieldrig.faults.note import FaultNote
+from fieldrig_bus.ring.model import RING
 from fieldrig_bus.ring.transport.wire import SEQUENCES, Stations, decode_back
 
 log = logging.getLogger(__name__)
@@ -67,6 +69,9 @@ class Ring(Protocol):
 
     def all_faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
         """Injected faults by number."""
+
+    def take_notes(self, now_ns: int) -> Iterable[FaultNote]:
+        """Return what faults have done since the last call."""
 
 
 class Spokes(Protocol):
@@ -293,6 +298,11 @@ class Centre(ABC):
     def _is_done(process: _Process, sent: int) -> bool:
         """True if it is done with everything it was sent; it may even have found what it was not woken for."""
         return (process.done - sent) % SEQUENCES < SEQUENCES // 2
+
+    def note_faults(self) -> None:
+        """Add what faults have done in this cycle to the trace."""
+        for note in self._ring.take_notes(self._at.clock.now_ns()):
+            self._at.heard(RING, note)
 
     # ---- operation
 

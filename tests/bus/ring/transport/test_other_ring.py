@@ -10,6 +10,7 @@ from any_ring import StarAt
 from hub_bench import LoopBench
 
 from fieldrig.bus import Attachment
+from fieldrig.faults.note import FaultNote
 from fieldrig.link import patience_of
 from fieldrig.loop.threaded_loop import ThreadedLoop
 from fieldrig_bus.ring.topology import Node, Topology
@@ -61,6 +62,9 @@ class TokenRing(Topology[Buffered]):
 
     def all_faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:
         return {}
+
+    def take_notes(self, now_ns: int) -> list[FaultNote]:
+        return []
 
 
 class TokenCentre(Centre):
