@@ -1,6 +1,7 @@
 """The cell of configs/arp-cell.yaml, driven by python canopen as its PLC: a CANopen master that is not ours.
 
-The rig runs once for all tests here; each finds it with Enable low, and nothing that asks for a start.
+How the film runs is in `tests/devices/masters/test_arp_cell_film.py`, with the same master in virtual time, as a busy
+host stops it.  The rig runs once for all tests here; each finds it with Enable low, and nothing that asks for a start.
 """
 
 import os
@@ -16,10 +17,7 @@ from arp_cell import (
     PANEL,
     RUN,
     RUNS,
-    SHEETS,
-    SPEED,
     STAGE,
-    STOP,
     STOPPED,
     TENSION,
     TERMINAL,
@@ -147,81 +145,6 @@ def test_variables_of_all_blocks_and_parameters_are_kept(plc: Plc) -> None:
     assert gain.raw == 3  # a start takes the copy in flash
 
 
-# The winder
-
-
-def keep_running(plc: Plc, pdo: bytes = b"") -> None:
-    """Let the film run, at first and when a busy host has held up a card until it tripped.
-
-    `pdo` is an RPDO 2 that the line gets before.
-    """
-    if plc.variable(STAGE) != RUNS:
-        plc.rest()
-        if pdo:
-            plc.network.send_message(0x300 + LINE, pdo)
-        plc.run()
-
-
-def test_film_runs_at_its_tension_and_is_cut(cell: Cell, plc: Plc) -> None:
-    wanted = bytes.fromhex("50 c3 00 00 c0 d4 01 00")  # RPDO 2: 50 %, 120 N
-
-    def runs() -> bool:
-        keep_running(plc, wanted)
-        return (
-            plc.variable(SHEETS) >= 1_000
-            and abs(cell.value("roll/tension") - 120) < 2
-            and abs(plc.unwinder.sdo[0x2000][128].raw - 120_000) < 2_000
-            and abs(plc.speed() - 300) < 30  # of 600 mm/s
-            and abs(plc.line.sdo[0x2202][1].raw) < 30_000  # the knife follows its cam
-            and plc.line.sdo[0x2103].raw == plc.unwinder.sdo[0x2103].raw == 0
-        )
-
-    until(runs)
-    plc.ask_for(STOP)
-    until(lambda: plc.variable(STAGE) == WAITS)
-    until(lambda: cell.value("roll/tension") < 11)  # the drag brake holds 2 Nm at 0.2 m
-
-
-def test_pdos_tell_positions_and_flags_while_it_runs(plc: Plc) -> None:
-    heard: list[tuple[int, ...]] = []
-    plc.line.tpdo.read()
-    plc.line.tpdo[2].add_callback(lambda pdo: heard.append(tuple(variable.raw for variable in pdo)))
-
-    def has_heard() -> bool:
-        keep_running(plc)
-        return len(heard) > 50
-
-    until(has_heard)
-    knife, nip = zip(*heard, strict=True)
-    assert len(set(nip)) > 25
-    assert all(0 <= position <= 360_000 for position in knife)
-    assert all(0 <= position <= 1_000_000 for position in nip)
-
-    def has_flags() -> bool:
-        keep_running(plc)
-        knife_flags, nip_flags = plc.line.tpdo[4][0].raw, plc.line.tpdo[4][1].raw
-        # F261: the knife is in its cam; F296: axis 2 has its final speed
-        return bool(knife_flags >> 4 & 1 and nip_flags >> 7 & 1)
-
-    until(has_flags)
-
-
-def test_speed_is_a_variable(plc: Plc) -> None:
-    plc.run()
-    until(lambda: abs(plc.speed() - 300) < 30)
-    plc.put(SPEED, 80_000)
-    until(lambda: abs(plc.speed() - 480) < 30)
-
-
-def test_digital_cam_drives_an_output_of_the_remote_module(cell: Cell, plc: Plc) -> None:
-    plc.run()
-    mark = cell.value("line/O201")
-    until(lambda: plc.goes_on() and cell.value("line/O201") is not mark)
-    until(lambda: plc.goes_on() and cell.value("io1/6200:01") == 1)
-    until(lambda: plc.goes_on() and cell.value("io1/6200:01") == 0)
-    until(lambda: cell.value("io2/6200:01") == 1)  # O301: it runs
-
-
 # The I/O modules
 
 
@@ -273,18 +196,7 @@ def test_a_pulled_module_is_an_emergency_and_the_film_runs_on(cell: Cell, plc: P
     assert codes(plc.unwinder)[-1:] in ([], [0])
 
 
-# Terminal and USER ports, while a master is at work
-
-
-def test_terminal_shows_what_the_cards_exchange(cell: Cell, plc: Plc) -> None:
-    plc.run()
-    until(lambda: abs(cell.value("roll/tension") - 100) < 5)
-
-    def shown() -> float:
-        line: str = cell.value("terminal/screen.4")
-        return float(line.removeprefix("TENSION"))
-
-    until(lambda: 90 < shown() < 110)
+# USER ports, while a master is at work
 
 
 def test_user_ports_answer_on_pty_and_tcp(cell: Cell, plc: Plc) -> None:

@@ -20,7 +20,6 @@ RESET_ENABLE, RUN, STOPPED = 1, 3, 4
 # variables of the line's card
 SPEED, TENSION, STAGE, MEASURE, SHEETS = 1, 2, 20, 21, 22
 WAITS, RUNS = 0, 3000
-START_NODES = 1
 START, STOP = 1, 2
 """Bits of the second flag word: F33, F34."""
 
@@ -88,14 +87,6 @@ class Plc:
         self.ask_for(START)
         until(lambda: self.variable(STAGE) == RUNS)
         self.ask_for(0)
-
-    def goes_on(self) -> bool:
-        """Start the film again, as arp-cell.md says, if a late host has stopped it; return True when it runs."""
-        if self.variable(STAGE) != RUNS:
-            self.network.nmt.send_command(START_NODES)
-            self.rest()
-            self.run()
-        return True
 
 
 @contextmanager
