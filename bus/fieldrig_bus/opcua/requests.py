@@ -6,6 +6,7 @@ service with a list.
 
 import re
 from collections.abc import Mapping, Sized
+from enum import EnumType
 from typing import Any, Final
 
 from asyncua import ua
@@ -17,13 +18,17 @@ BAD_BROWSE_DIRECTION: Final[int] = ua.StatusCodes.BadBrowseDirectionInvalid
 BAD_REFERENCE_TYPE: Final[int] = ua.StatusCodes.BadReferenceTypeIdInvalid
 BAD_BROWSE_NAME: Final[int] = ua.StatusCodes.BadBrowseNameInvalid
 BAD_NODE: Final[int] = ua.StatusCodes.BadNodeIdUnknown
+BAD_DECODING: Final[int] = ua.StatusCodes.BadDecodingError
 BAD_METHOD: Final[int] = ua.StatusCodes.BadMethodInvalid
-_NO_MEMBER: Final = re.compile(r".* is not a valid (MonitoringMode|TimestampsToReturn|BrowseDirection)")
+_NO_MEMBER: Final = re.compile(r".* is not a valid (\w+)")
 _WRONG_MEMBERS: Final[Mapping[str, int]] = {
     "MonitoringMode": ua.StatusCodes.BadMonitoringModeInvalid,
     "TimestampsToReturn": ua.StatusCodes.BadTimestampsToReturnInvalid,
     "BrowseDirection": BAD_BROWSE_DIRECTION,
+    "DataChangeTrigger": ua.StatusCodes.BadMonitoredItemFilterInvalid,
+    "FilterOperator": ua.StatusCodes.BadMonitoredItemFilterInvalid,
 }
+"""The status of a number that one of these enumerations lacks; that of any other one is BadDecodingError."""
 _DIRECTIONS: Final = frozenset({ua.BrowseDirection.Forward, ua.BrowseDirection.Inverse, ua.BrowseDirection.Both})
 
 
@@ -36,7 +41,9 @@ def check_some(items: Sized | None) -> None:
 def wrong_member(cause: ValueError) -> int:
     """Return the status of a request in which the library has found a number that an enumeration lacks; else 0."""
     match = _NO_MEMBER.fullmatch(str(cause))
-    return _WRONG_MEMBERS[match[1]] if match is not None else 0
+    if match is None or not isinstance(getattr(ua, match[1], None), EnumType):
+        return 0
+    return _WRONG_MEMBERS.get(match[1], BAD_DECODING)
 
 
 def with_status(result: Any, status: int) -> Any:

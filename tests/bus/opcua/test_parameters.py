@@ -10,6 +10,8 @@ from asyncua import Client, Node, ua
 from in_loop import in_loop
 from opcua_bench import ServerBench, server_bench
 
+from fieldrig_bus.opcua.requests import wrong_member
+
 pytestmark = pytest.mark.system
 
 POSITION = "ns=2;s=belt.Position"
@@ -375,6 +377,36 @@ async def test_a_number_that_an_enumeration_lacks_has_the_status_of_its_paramete
         asked: Any = ua.BrowseDescription(client.get_node("ns=2;i=1").nodeid, 9)
         browsed = ua.BrowseParameters(NodesToBrowse=[asked])
         assert await status_of(client.uaclient.browse(browsed)) == "BadBrowseDirectionInvalid"
+
+
+def condition(operator: Any) -> ua.EventFilter:
+    return ua.EventFilter(WhereClause=ua.ContentFilter([ua.ContentFilterElement(operator, [])]))
+
+
+@in_loop
+@pytest.mark.parametrize("found", [deadband(0, 0.0, 9), deadband(1, 1.0, -1), condition(99)])
+async def test_a_filter_with_a_number_that_is_none_has_the_status_of_a_filter(tmp_path: Path, found: Any) -> None:
+    """It was BadInternalError, which says that the server is wrong."""
+    async with server_bench(tmp_path) as bench, Client(bench.url) as client:
+        subscription = await client.create_subscription(20, Heard())
+        item = ua.MonitoredItemCreateRequest(ItemToMonitor=ua.ReadValueId(client.get_node(POSITION).nodeid))
+        item.RequestedParameters.Filter = found
+        create: Any = ua.CreateMonitoredItemsParameters(subscription.subscription_id, 2, [item])
+        assert await status_of(client.uaclient.create_monitored_items(create)) == "BadMonitoredItemFilterInvalid"
+        change: Any = ua.ModifyMonitoredItemsParameters(
+            subscription.subscription_id, 2, [ua.MonitoredItemModifyRequest(1, item.RequestedParameters)]
+        )
+        assert await status_of(client.uaclient.modify_monitored_items(change)) == "BadMonitoredItemFilterInvalid"
+
+
+@pytest.mark.parametrize("words", ["999 is not a valid NodeClass", "-1 is not a valid MessageSecurityMode"])
+def test_any_other_number_that_is_none_cannot_be_decoded(words: str) -> None:
+    assert wrong_member(ValueError(words)) == ua.StatusCodes.BadDecodingError
+
+
+@pytest.mark.parametrize("words", ["9 is not a valid Colour", "9 is not a valid NodeId", "no number"])
+def test_a_mistake_that_is_no_number_of_the_request_stays_one(words: str) -> None:
+    assert wrong_member(ValueError(words)) == 0
 
 
 @in_loop
