@@ -159,6 +159,13 @@ def test_watch_shows_messages_and_changes(rig: RunningRig) -> None:
     assert rig.tool("watch", "lamp/colour", "--for", "300ms").returncode == 0
 
 
+def test_a_script_knows_that_watch_has_not_seen_all_that_it_waits_for(rig: RunningRig) -> None:
+    done = rig.tool("watch", "lamp/colour", "-n", "2", "--for", "500ms")
+    assert (done.returncode, done.stdout.count("\n")) == (7, 1)
+    assert done.stderr == "1 of 2 lines came within 500ms\n"
+    assert rig.tool("watch", "lamp/colour", "-n", "1", "--for", "60s").returncode == 0
+
+
 def test_traces_are_recorded_shown_and_converted(rig: RunningRig) -> None:
     done = rig.tool("trace", "record", "some.jsonl", "wires", "-n", "5")
     assert done.returncode == 0, done.stderr

@@ -18,6 +18,7 @@ from fieldrig.cli.thinning import Line, thinned
 from fieldrig.clock import S
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 from fieldrig.points.values import counted
+from fieldrig.system.exits import Exit
 from fieldrig.text.digits import show_with_unit, with_fewer_digits
 
 if TYPE_CHECKING:
@@ -49,7 +50,8 @@ def watch(
         fieldrig watch tank/level io/6200:*   values of devices, whenever they change
         fieldrig watch can0 -n 1 --json       one message, for a script
 
-    A * matches any characters. Watching loads the rig only while it lasts.
+    A * matches any characters. Watching loads the rig only while it lasts. If fewer than N lines come in the time of
+    --for, the exit code is 7.
     """
     from fieldrig.control.messages import Client
 
@@ -63,22 +65,30 @@ def watch(
         lines = _points(client, points) if points else _messages(client, patterns, rig)
         if is_everything and count is None and not as_json:
             lines = thinned(lines, len(client.ask("rig/status")["buses"]), time.monotonic)
-        _print(lines, count, give_up_s, as_json)
+        seen = _print(lines, count, give_up_s, as_json)
+    if count is not None and duration is not None and seen is not None and seen < count:
+        typer.echo(f"{seen} of {counted(count, 'line')} came within {duration}", err=True)
+        raise typer.Exit(Exit.NOT_READY)
 
 
-def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | None, as_json: bool) -> None:
-    """Print lines until a limit; None is a moment without a message."""
+def _print(lines: Iterator[Line | None], count: int | None, give_up_s: float | None, as_json: bool) -> int | None:
+    """Print lines until a limit; None is a moment without a message.
+
+    Return how many were printed; None if a person has ended it.
+    """
+    seen = 0
     try:
         for line in lines:
             if give_up_s is not None and time.monotonic() > give_up_s:
-                return
+                break
             if line is not None:
                 typer.echo(json_text(line[1]) if as_json else line[0])
-                count = None if count is None else count - 1
-                if count == 0:
-                    return
+                seen += 1
+                if seen == count:
+                    break
     except KeyboardInterrupt:
-        return
+        return None
+    return seen
 
 
 def _messages(client: "Client", patterns: list[str], rig: Path | None) -> Iterator[Line | None]:

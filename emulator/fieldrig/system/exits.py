@@ -34,7 +34,10 @@ ABOUT = {
     Exit.NO_RIG: "no rig answers at the control endpoint",
     Exit.DEVICE_FAILED: "a device failed, and its `on_exit` in the rig file is `stop`",
     Exit.REFUSED: "the rig or device refuses: unknown device or key, or a value that is not accepted",
-    Exit.NOT_READY: "not ready (only `fieldrig status --ready`)",
+    Exit.NOT_READY: (
+        "not ready (`fieldrig status --ready`), or fewer lines than wanted in the given time (`fieldrig watch -n N"
+        " --for DURATION`)"
+    ),
     Exit.NOT_CONFORMING: "a node fails a conformance test (only `fieldrig conform`)",
     Exit.CRASHED: "a device's code failed (only processes of a rig)",
 }
