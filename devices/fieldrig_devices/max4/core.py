@@ -8,6 +8,7 @@ from fieldrig_devices.max4.axes.axis import Axis
 from fieldrig_devices.max4.configuration.tree import ObjectTree
 from fieldrig_devices.max4.messages.diagnosis import Diagnosis, Sender
 from fieldrig_devices.max4.messages.logger import Logger
+from fieldrig_devices.max4.reports import Language
 
 
 class Controller(Protocol):
@@ -33,6 +34,10 @@ class Controller(Protocol):
 
     @property
     def is_booted(self) -> bool: ...
+
+    @property
+    def language(self) -> Language:
+        """The language of the messages."""
 
     @property
     def markers(self) -> bytearray | None:

@@ -27,7 +27,7 @@ from fieldrig_devices.max4.messages.logger import Logger
 from fieldrig_devices.max4.plc.plc import Plc
 from fieldrig_devices.max4.power import Power
 from fieldrig_devices.max4.project import Project
-from fieldrig_devices.max4.reports import Reports
+from fieldrig_devices.max4.reports import Language, Reports
 from fieldrig_devices.max4.settings import Max4Settings
 from fieldrig_devices.max4.storage.disk import FlashDisk
 from fieldrig_devices.max4.storage.memory import Memory
@@ -172,6 +172,10 @@ class Firmware:
     @property
     def is_booted(self) -> bool:
         return self._boot.is_finished
+
+    @property
+    def language(self) -> Language:
+        return self.reports.language
 
     @property
     def markers(self) -> bytearray | None:

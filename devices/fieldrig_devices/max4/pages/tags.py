@@ -34,6 +34,7 @@ MOST_TAGS: Final = 1000
 AXIS_VALUES: Final = ("AxisState", "MC4State", "Position", "Velocity", "Torque", "FollowingError")
 CODE: Final = COLUMNS.index("Diag. Code")
 MESSAGE: Final = COLUMNS.index("Message")
+NO_MESSAGE: Final[Mapping[str, str]] = {"de": "keine", "en": "none"}
 DIGITS: Final = 3
 """Decimal places of a value with its unit."""
 
@@ -109,7 +110,9 @@ def _diagnosis(controller: Controller, path: str, language: str) -> str:
     code, message = value_of(controller, f"{path}.DiagCode"), value_of(controller, f"{path}.DiagMsg")
     if not isinstance(code, int):
         return _shown(f"[no diagnosis of {path}]")
-    text = f"{code} {translated(str(message), code, language)}".strip() if code else "0 none"
+    if not code:
+        return _shown(f"0 {NO_MESSAGE.get(language) or NO_MESSAGE[controller.language]}")
+    text = f"{code} {translated(str(message), code, language)}".strip()
     return f'<span class="error">{_shown(text)}</span>' if _is_error(code) else _shown(text)
 
 

@@ -129,6 +129,24 @@ def test_messages_are_in_the_language_of_the_page(language: Literal["de", "en"],
     assert text["de" if language == "en" else "en"] not in page
 
 
+@pytest.mark.parametrize(
+    ("language", "of_controller", "text"),
+    [
+        ("de", "en", "0 keine"),
+        ("en", "de", "0 none"),
+        ("", "de", "0 keine"),
+        ("", "en", "0 none"),
+        ("fr", "en", "0 none"),
+    ],
+)
+def test_no_message_is_one_in_the_language_of_the_page(
+    language: str, of_controller: Literal["de", "en"], text: str
+) -> None:
+    bench = PageBench("belt", language=of_controller)
+    tags = f'<pac diagnosis="MAx-4" lang="{language}"><br><pac diagnosis="belt" lang="{language}">'
+    assert expanded(tags, bench.max4.firmware) == f"{text}<br>{text}"
+
+
 def test_an_error_is_visible_as_one() -> None:
     bench = PageBench("belt")
     _, _, page = bench.page("/")
