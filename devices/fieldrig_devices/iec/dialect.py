@@ -114,6 +114,9 @@ class Dialect:
     """`Lamp(IN := a, PT := t,);`: a comma behind the last argument, which today's tools accept."""
     has_chained_assignments: bool = _rule(Origin.TOOLS)
     """`a := b := 3;` of today's tools."""
+    allows_repeated_labels: bool = _rule(Origin.TOOLS, False, otherwise=True)
+    """A label twice in a CASE, of which the first branch runs (edition 3, 7.3.3.3.3); CODESYS V3 and TwinCAT refuse it
+    (C0216 to C0218)."""
     allows_empty_declarations: bool = _rule(Origin.TOOLS)
     """`a : INT;;`: a semicolon too many among declarations."""
     allows_open_addresses: bool = _rule(Origin.TOOLS)

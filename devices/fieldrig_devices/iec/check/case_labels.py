@@ -9,7 +9,7 @@ from fieldrig_devices.iec.types import Type
 
 
 class CaseLabels:
-    """The labels of one CASE: constants that occur once."""
+    """The labels of one CASE: constants that should occur once."""
 
     def __init__(self, expressions: Expressions, kind: Type | None) -> None:
         self._expressions, self._context = expressions, expressions.context
@@ -44,6 +44,12 @@ class CaseLabels:
         last = bisect_right(self._ranges, high, key=lambda known: known[0])
         if first < last:
             shown = str(low) if low == high else f"{low}..{high}"
-            self._context.note(node, f"the label {shown} occurs twice in this CASE", "only the first branch runs")
+            self._tell_repeated(node, f"the label {shown} occurs twice in this CASE")
             low, high = min(low, self._ranges[first][0]), max(high, self._ranges[last - 1][1])
         self._ranges[first:last] = [(low, high)]
+
+    def _tell_repeated(self, node: tree.Node, what: str) -> None:
+        if self._context.project.dialect.allows_repeated_labels:
+            self._context.note(node, what, "only the first branch runs")
+        else:
+            self._context.say(node, what, "each value once")
