@@ -27,6 +27,8 @@ class Tasks:
         self._project = project
         self._tasks: dict[str, Task] = {}
         self._places: dict[str, tree.Position] = {}
+        self._names: dict[Pou, str] = {}
+        """The first name that a configuration gives each program."""
 
     def configure(self, configurations: Sequence[tuple[tree.Configuration, str]]) -> None:
         configured = [(node, file) for node, file in configurations if node.tasks or node.programs]
@@ -154,10 +156,19 @@ class Tasks:
             context.say(node, f"there is no task {node.task}", "the name of a TASK", hint)
             return
         if isinstance(pou, Pou) and pou.kind is PouKind.PROGRAM:
+            self._note_shared(node, pou, context)
             task.programs.append(pou)
             task.instances.setdefault(context.key(node.name), pou)
         else:
             task.programs.append(NO_PROGRAM)
+
+    def _note_shared(self, node: tree.ProgramInstance, pou: Pou, context: Context) -> None:
+        """Note that two names are one program, where edition 3 of the standard has two with their own variables."""
+        name = context.key(node.name)
+        first = self._names.setdefault(pou, node.name)
+        if context.key(first) != name and pou.variables:
+            what = f"{first} and {node.name} are one program {pou.name}, with the same variables"
+            context.note(node, what, "a FUNCTION_BLOCK with two instances has its variables twice")
 
     def _free(self, node: tree.ProgramInstance, context: Context) -> Task:
         """A program without WITH runs free, at the lowest priority (IEC 61131-3)."""

@@ -3,7 +3,7 @@
 import pytest
 from iec_check import checked, messages, program
 
-from fieldrig_devices.iec.dialect import CODESYS
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.program import Located, Task, TaskKind
 
@@ -95,6 +95,31 @@ def test_idle_tasks_of_twincat_are_left_out() -> None:
 )
 def test_a_task_is_refused_with_one_message(inside: str, expected: str) -> None:
     assert messages(PROGRAMS, configuration(inside)) == [expected]
+
+
+@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3, CODESYS])
+def test_two_names_of_a_program_are_one_program_and_that_is_noted(dialect: Dialect) -> None:
+    """Edition 3, 6.8: each would be an instance with its own variables."""
+    program = "PROGRAM Count VAR n : INT; END_VAR n := n + 1; END_PROGRAM"
+    inside = "TASK T(INTERVAL := T#1ms); TASK S(INTERVAL := T#2ms); PROGRAM a WITH T : Count; PROGRAM b WITH S : Count;"
+    found, mistakes = checked(program, configuration(inside), dialect=dialect)
+    assert [pou.name for task in found.tasks for pou in task.programs] == ["Count", "Count"]
+    (note,) = mistakes
+    assert (note.is_note, note.line, note.what) == (True, 2, "a and b are one program Count, with the same variables")
+
+
+@pytest.mark.parametrize(
+    ("program", "second"),
+    [
+        ("PROGRAM Count VAR n : INT; END_VAR n := n + 1; END_PROGRAM", "a"),
+        ("PROGRAM Count VAR n : INT; END_VAR n := n + 1; END_PROGRAM", "A"),
+        ("PROGRAM Count ; END_PROGRAM", "b"),
+    ],
+)
+def test_a_program_under_one_name_or_without_variables_has_no_note(program: str, second: str) -> None:
+    inside = f"TASK T(INTERVAL := T#1ms); PROGRAM a WITH T : Count; PROGRAM {second} WITH T : Count;"
+    _, mistakes = checked(program, configuration(inside), dialect=EDITION_3)
+    assert mistakes == []
 
 
 @pytest.mark.manual("PD-061")
