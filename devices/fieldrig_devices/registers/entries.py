@@ -286,13 +286,26 @@ def _check_initial(register: Register, initial: Value) -> None:
 
 
 def check_size(register: Register, initial: Number, factor: float = 1) -> None:
-    """ValueError for a start value that does not fit; `factor` is that of another register."""
+    """ValueError for a start value that does not fit; `factor` is that of another register.
+
+    A value between two that an integer has is rounded, but one that would be lost in it is a mistake.
+    """
     form, scale = Form(register.type), register.scale * factor
     raw = (initial - register.offset) / scale if scale else 0
     try:
         form.pack(raw if form.is_float else round(raw))
     except (struct.error, OverflowError) as cause:
         raise ValueError(_too_large(register, form, initial, raw, scale)) from cause
+    if not form.is_float and raw and round(raw) == 0:
+        raise ValueError(
+            f"initial: {_in_register(register, initial, raw, scale)}, which is rounded to 0; expected"
+            f" {register.offset:.12g}, or at least {abs(scale):.12g} away from it, in the unit of the value"
+        )
+
+
+def _in_register(register: Register, initial: Number, raw: float, scale: float) -> str:
+    offset = f" and offset {register.offset:.12g}" if register.offset else ""
+    return f"{initial:.12g} is {raw:.12g} in the register, by scale {scale:.12g}{offset}"
 
 
 def _too_large(register: Register, form: Form, initial: Number, raw: float, scale: float) -> str:
@@ -301,8 +314,4 @@ def _too_large(register: Register, form: Form, initial: Number, raw: float, scal
     expected = f"expected {ends[0]:.12g} to {ends[1]:.12g}, for {register.type}"
     if scale == 1 and register.offset == 0:
         return f"initial: {expected}, got {initial:.12g}"
-    offset = f" and offset {register.offset:.12g}" if register.offset else ""
-    return (
-        f"initial: {initial:.12g} is {raw:.12g} in the register, by scale {scale:.12g}{offset}; {expected},"
-        " in the unit of the value"
-    )
+    return f"initial: {_in_register(register, initial, raw, scale)}; {expected}, in the unit of the value"

@@ -63,3 +63,39 @@ def test_no_other_name_is_a_type_itself() -> None:
 )
 def test_a_start_value_that_does_not_fit_says_what_the_scale_does_to_it(tmp_path: Path, entry: str, said: str) -> None:
     assert said in refused(tmp_path, entry)
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        (
+            "type: u16, scale: 10, initial: 5",
+            "5 is 0.5 in the register, by scale 10, which is rounded to 0; expected 0, or",
+        ),
+        ("type: s32, scale: 0.1, initial: -0.04", "-0.04 is -0.4 in the register, by scale 0.1, which is rounded to 0"),
+        ("type: u16, initial: 0.3", "0.3 is 0.3 in the register, by scale 1, which is rounded to 0; expected 0, or at"),
+        (
+            "type: u16, scale: 5, offset: 100, initial: 102",
+            "102 is 0.4 in the register, by scale 5 and offset 100, which is rounded to 0; expected 100, or at least 5",
+        ),
+        ("type: bcd16, scale: 100, initial: 20", "20 is 0.2 in the register, by scale 100, which is rounded to 0"),
+    ],
+)
+def test_a_start_value_that_would_be_lost_is_a_mistake(tmp_path: Path, entry: str, said: str) -> None:
+    """It was 0 without a word; `initial: 5` with a scale of 10 usually means the number in the register."""
+    assert f"initial: {said}" in refused(tmp_path, entry)
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        "scale: 10, initial: 0",
+        "scale: 10, initial: 6",
+        "scale: 0.1, initial: 21.37",
+        "type: f32, scale: 10, initial: 5",
+    ],
+)
+def test_a_start_value_may_be_rounded(tmp_path: Path, entry: str) -> None:
+    table = tmp_path / "table.yaml"
+    table.write_text(f"holding_registers:\n  - {{address: 0, name: a, {entry}}}\n", encoding="utf-8")
+    assert load_table(table)
