@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 
 from fieldrig.coverage import collecting
-from fieldrig_devices.iec import layout
+from fieldrig_devices.iec import layout, memory_functions
 from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.check.extension import Extension
 from fieldrig_devices.iec.costs import Costs
@@ -185,7 +185,7 @@ def build(
 ) -> Compiled:
     """Place and lower a checked program, and compile its Python."""
     placed = layout.place(program, previous)
-    natives: dict[str, NativeFunction | NativeBlock] = {}
+    natives: dict[str, NativeFunction | NativeBlock] = {**memory_functions.natives()}
     for library in host.libraries:
         natives |= {**library.functions, **library.blocks}
     is_covered = _covered(files, uncovered) if collecting.is_on() else _nothing_is_covered

@@ -4,6 +4,7 @@ A pointer that is used with another type than that of the cells that it points t
 controller, which is little-endian.
 """
 
+import re
 import struct
 from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -36,6 +37,8 @@ _LETTERS: Final = {1: "Bb", 2: "Hh", 4: "Ii", 8: "Qq"}
 _SINGLE: Final = struct.Struct("<f")
 BY_NUMBER: Final = {kind_number(kind): kind for kind in Elementary}
 _INSIDE: Final = INSIDE[0]
+_BEGIN: Final = re.compile(b"[^" + re.escape(INSIDE) + b"]", re.DOTALL)
+"""The kind of a cell that is not within a value."""
 _UNKNOWN: Final = bytes(STACK_SIZE)
 MOST_ALLOCATED: Final = 64 << 20
 """Bytes that a program may have from __NEW."""
@@ -267,6 +270,24 @@ class Memory:
         """Give a program bytes in its memory; RunError if it has none there."""
         self._put_bytes(address, data)
 
+    def check_bytes(self, address: int, size: int) -> None:
+        """RunError if a program does not have these bytes in its memory."""
+        if self._area(address, size) is None:
+            self._check(address, size)
+
+    def copy_cells(self, target: int, source: int, size: int) -> bool:
+        """Copy bytes that have whole values of the same kinds in both places; return whether they have."""
+        ends = max(target, source) + size
+        if min(target, source) < STACKS or ends > len(self.cells) or self._written:
+            return False
+        kinds = self.kinds[source : source + size]
+        is_whole = kinds[0] != _INSIDE and self.kinds[source + size : source + size + 1] != INSIDE
+        is_whole = is_whole and self.kinds[target + size : target + size + 1] != INSIDE
+        if not is_whole or self.kinds[target : target + size] != kinds:
+            return False
+        self.cells[target : target + size] = self.cells[source : source + size]
+        return True
+
     def peek(self, address: int, number: int) -> Value:
         """Read a value through a pointer whose target begins otherwise."""
         if number in _TEXTS:
@@ -377,9 +398,9 @@ class Memory:
         self._check(address, size)
         read = bytearray(size)
         for start, data in self._values(address, size):
-            for offset, byte in enumerate(data, start - address):
-                if 0 <= offset < size:
-                    read[offset] = byte
+            part = data[max(0, address - start) : address + size - start]
+            offset = max(0, start - address)
+            read[offset : offset + len(part)] = part
         return bytes(read)
 
     def _put_bytes(self, address: int, data: bytes) -> None:
@@ -393,10 +414,9 @@ class Memory:
             return
         self._check(address, len(data))
         for start, old in self._values(address, len(data)):
-            new = bytearray(old)
-            for offset in range(len(new)):
-                if 0 <= start + offset - address < len(data):
-                    new[offset] = data[start + offset - address]
+            new, part = bytearray(old), data[max(0, start - address) : start + len(old) - address]
+            offset = max(0, address - start)
+            new[offset : offset + len(part)] = part
             self.cells[start] = value = self._decoded(bytes(new), self.kinds[start])
             if self.kinds[start] in _TEXTS:
                 self._keep_behind(start, value, bytes(new))
@@ -408,9 +428,10 @@ class Memory:
             start -= 1
         values = []
         while start < address + size:
-            if self.kinds[start] not in (0, _INSIDE):
-                values.append((start, self._encoded(start)))
-            start += 1
+            data = self._encoded(start) if self.kinds[start] not in (0, _INSIDE) else b""
+            if data:
+                values.append((start, data))
+            start += len(data) or 1
         return values
 
     def _encoded(self, address: int) -> bytes:
@@ -434,10 +455,8 @@ class Memory:
 
     def _room(self, address: int) -> int:
         """Return the size of the string at an address."""
-        end = address + 1
-        while end < len(self.kinds) and self.kinds[end] == _INSIDE:
-            end += 1
-        return end - address
+        end = _BEGIN.search(self.kinds, address + 1)
+        return (end.start() if end is not None else len(self.kinds)) - address
 
     def _string(self, address: int, number: int) -> str:
         width = _TEXTS[number]

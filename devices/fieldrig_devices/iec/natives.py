@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, Final
 
+from fieldrig_devices.iec import memory_functions
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction, Pending, Results
 from fieldrig_devices.iec.layout import STRING_KIND, WIDE_STRING_KIND, storage
@@ -32,7 +33,7 @@ _LIMITS: Final = {number: limiter(kind) for number, kind in BY_NUMBER.items()} |
 class Natives:
     def __init__(self, host: Host, memory: Memory, compiled: Compiled) -> None:
         self._host, self._memory = host, memory
-        self._functions: dict[str, NativeFunction | NativeBlock] = {}
+        self._functions: dict[str, NativeFunction | NativeBlock] = {**memory_functions.natives(memory)}
         for library in host.libraries:
             self._functions |= {**library.functions, **library.blocks}
         self._pous = [compiled.program.pous[name] for name in compiled.code.natives]

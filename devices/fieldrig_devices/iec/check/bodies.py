@@ -7,6 +7,7 @@ from fieldrig_devices.iec.check.project import PouSource, Project
 from fieldrig_devices.iec.check.sfc import come_from, lower_sfc
 from fieldrig_devices.iec.check.startup import Startup
 from fieldrig_devices.iec.check.statements import Statements
+from fieldrig_devices.iec.host import OF_MEMORY
 from fieldrig_devices.iec.program import AnyStatement, Pou
 
 
@@ -48,6 +49,8 @@ def _body(project: Project, source: PouSource, pou: Pou, body: tree.Body, level:
 def _check_native(project: Project, source: PouSource, pou: Pou) -> None:
     """The host must implement a POU whose body is {native}."""
     name = pou.name.casefold()
+    if source.is_library and name in OF_MEMORY:
+        return
     if not any(name in library.functions or name in library.blocks for library in project.host.libraries):
         position = source.tree.body.position if source.tree.body.position.line else source.tree.position
         project.reports.say(
