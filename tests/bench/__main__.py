@@ -44,6 +44,7 @@ import search_farm  # noqa: E402
 import shipped_rigs  # noqa: E402
 import single_drive  # noqa: E402
 import start_up  # noqa: E402
+import tcunit  # noqa: E402
 import teleservice  # noqa: E402
 import timers  # noqa: E402
 import trace_codecs  # noqa: E402
@@ -74,6 +75,7 @@ BENCHMARKS = (
     branches,
     search,
     program_tests,
+    tcunit,
     coverage_cost,
     planted_bugs,
     master_time,
