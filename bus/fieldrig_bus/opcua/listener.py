@@ -1,7 +1,8 @@
 """The TCP connections of an OPC UA server, with the limits of every port of fieldrig.
 
-asyncua answers one message at a time here, and its next one is read when that is done.  The library's own listener
-takes messages as fast as they come: 500 of a connection wait there, each with all bytes that were read after it.
+asyncua answers one message at a time here, and the next one is read when that is done, or when it has waited for a
+device for so long that others would suffer.  The library's own listener takes messages as fast as they come: 500 of a
+connection wait there, each with all bytes that were read after it.
 
 Source of the header: OPC 10000-6, 7.1.2.2.
 """
@@ -128,6 +129,11 @@ class Messages:
             yield message
 
 
+LONG_S: Final = 0.1
+"""How long a message may keep those behind it from being answered; a client's watchdog is one of them.
+
+A request that a device has not answered by then is answered when it can be, as OPC 10000-4, 5.3 allows any order.
+"""
 KINDS: Final = (b"HEL", b"ACK", b"ERR", b"RHE", b"OPN", b"MSG", b"CLO")
 
 
@@ -143,12 +149,16 @@ class Client(Connection):
         self._waiting: deque[bytes] = deque()
         self._may_go_on, self._turn = asyncio.Event(), asyncio.Event()
         self._is_stopped = False
+        self._workers: set[asyncio.Task[None]] = set()
+        """The tasks that answer messages: the present one, and those that still wait for a device."""
+        self._present: asyncio.Task[None] | None = None
+        """The task that takes the next message."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         self._name = transport.get_extra_info("peername")
         self._processor: Any = self._make_processor(self.transport)
-        self._task = asyncio.get_running_loop().create_task(self._work())
+        self._work_on()
 
     def data_received(self, data: bytes) -> None:
         try:
@@ -160,10 +170,11 @@ class Client(Connection):
 
     def connection_lost(self, exc: Exception | None) -> None:
         super().connection_lost(exc)
-        self._task.cancel()
+        for worker in self._workers:
+            worker.cancel()
         self._backend.forget(self._name)
         self._backend.close_later(self._processor.close())
-        del self._processor, self._task, self._make_processor  # no circle that the collector has to find
+        del self._processor, self._make_processor  # no circle that the collector has to find
 
     def pause_writing(self) -> None:
         super().pause_writing()
@@ -191,16 +202,28 @@ class Client(Connection):
         else:
             self._may_go_on.clear()
 
+    def _work_on(self) -> None:
+        """Take the next messages in a task of their own."""
+        worker = self._present = asyncio.get_running_loop().create_task(self._work())
+        self._workers.add(worker)
+        worker.add_done_callback(self._workers.discard)
+
     async def _work(self) -> None:
-        """Answer one message after another."""
-        while True:
+        """Answer one message after another, until one of them takes so long that another task goes on."""
+        loop, this = asyncio.get_running_loop(), asyncio.current_task()
+        while self._present is this:
             await self._may_go_on.wait()
             if self.pace is not None and not self.pace.is_free(self):
                 self._turn.clear()
                 await self._turn.wait()
             message = self._waiting.popleft()
             self._look()
-            if not await self._is_answered(message):
+            others = loop.call_later(LONG_S, self._work_on)
+            try:
+                goes_on = await self._is_answered(message)
+            finally:
+                others.cancel()
+            if not goes_on:
                 self.transport.close()
                 return
             if self._processor.session is not None and self._processor.session.is_activated():

@@ -1,6 +1,6 @@
 """Samples the values that clients have subscribed to, each at its interval, and nothing else.
 
-Monitored items of the same interval are read in one request to each device.
+Monitored items of one device with the same interval are read in one request; a device that is late delays only its own.
 """
 
 import asyncio
@@ -18,6 +18,8 @@ SLOWEST_MS: Final = 3_600_000.0
 
 Item = tuple[int, int]
 """Subscription and monitored item."""
+Group = tuple[float, int]
+"""Interval in milliseconds, and the namespace of a device."""
 Take = Callable[[ua.DataValue], Awaitable[None]]
 
 
@@ -25,6 +27,11 @@ class Sampled(NamedTuple):
     node_id: ua.NodeId
     interval_ms: float
     take: Take
+
+    @property
+    def group(self) -> Group:
+        """The group of items that are sampled together."""
+        return self.interval_ms, self.node_id.NamespaceIndex
 
 
 def revised_ms(requested_ms: float, publishing_ms: float, fastest_ms: float) -> float:
@@ -39,12 +46,12 @@ class Sampler:
     def __init__(self, values: Callable[[list[ua.NodeId]], Awaitable[Sequence[ua.DataValue]]]) -> None:
         self._values = values
         self._items: dict[Item, Sampled] = {}
-        self._tasks: dict[float, asyncio.Task[None]] = {}
+        self._tasks: dict[Group, asyncio.Task[None]] = {}
 
     @property
     def intervals_ms(self) -> list[float]:
         """The intervals at which devices are asked at present."""
-        return sorted(self._tasks)
+        return sorted({interval_ms for interval_ms, _ in self._tasks})
 
     def __contains__(self, item: Item) -> bool:
         return item in self._items
@@ -57,8 +64,8 @@ class Sampler:
 
     def _keep(self, item: Item, sampled: Sampled) -> None:
         self._items[item] = sampled
-        if sampled.interval_ms not in self._tasks:
-            self._tasks[sampled.interval_ms] = asyncio.get_running_loop().create_task(self._run(sampled.interval_ms))
+        if sampled.group not in self._tasks:
+            self._tasks[sampled.group] = asyncio.get_running_loop().create_task(self._run(sampled.group))
 
     def change(self, item: Item, interval_ms: float) -> None:
         if item in self._items:
@@ -80,17 +87,17 @@ class Sampler:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def _end_unused(self) -> None:
-        used = {sampled.interval_ms for sampled in self._items.values()}
-        for interval_ms in [period_ms for period_ms in self._tasks if period_ms not in used]:
-            self._tasks.pop(interval_ms).cancel()
+        used = {sampled.group for sampled in self._items.values()}
+        for group in [group for group in self._tasks if group not in used]:
+            self._tasks.pop(group).cancel()
 
-    async def _run(self, interval_ms: float) -> None:
-        loop = asyncio.get_running_loop()
+    async def _run(self, group: Group) -> None:
+        loop, (interval_ms, _) = asyncio.get_running_loop(), group
         due_s = loop.time()
         while True:
             due_s = max(due_s + interval_ms / 1e3, loop.time())  # a busy host leaves samples out
             await asyncio.sleep(due_s - loop.time())
-            due = [sampled for sampled in self._items.values() if sampled.interval_ms == interval_ms]
+            due = [sampled for sampled in self._items.values() if sampled.group == group]
             nodes = list(dict.fromkeys(sampled.node_id for sampled in due))
             values = dict(zip(nodes, await self._values(nodes), strict=True))
             for sampled in due:

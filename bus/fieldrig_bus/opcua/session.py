@@ -102,8 +102,9 @@ class Backend(InternalServer):  # type: ignore[misc]
                 by_node[node_id] = _data_value(ua.StatusCodes.BadNodeIdUnknown)
             else:
                 by_device.setdefault(self.space.device(node_id), []).append((node_id, node))
-        for device, asked in by_device.items():
-            outcomes = await self.devices.read(device, [node.path for _, node in asked])
+        reads = (self.devices.read(device, [node.path for _, node in asked]) for device, asked in by_device.items())
+        answers = await asyncio.gather(*reads)  # all at once, as each of them may be late
+        for asked, outcomes in zip(by_device.values(), answers, strict=True):
             for (node_id, node), outcome in zip(asked, outcomes, strict=True):
                 by_node[node_id] = self.source_times.applied(node_id, _shown(node, outcome))
         return [by_node[node_id] for node_id in node_ids]

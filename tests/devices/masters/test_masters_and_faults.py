@@ -1,5 +1,6 @@
 """An unchanged Modbus master in virtual time, while its bus and its device have faults: no time-out costs wall time."""
 
+import asyncio
 import logging
 import socket
 import time
@@ -88,3 +89,40 @@ def test_a_connection_that_is_cut_and_a_device_without_power(rig: Rig) -> None:
         assert client.read_input_registers(0, count=1).exception_code == 0x0B  # of the gateway that the bus is
         time.sleep(6)
         assert client.read_input_registers(0, count=1).registers == [500]
+
+
+def test_a_silent_controller_keeps_nothing_else_of_an_opc_ua_client_waiting(
+    fieldrig_master: MasterRigMaker, tmp_path: Path
+) -> None:
+    """Its server answers for it after two seconds; the client's own watchdog waits for one."""
+    from asyncua import Client, ua
+
+    (tmp_path / "count.st").write_text("PROGRAM Main VAR n : DINT; END_VAR n := n + 1; END_PROGRAM")
+    device = {"kind": "max4", "links": {"opcua": "ua"}, "program": [str(tmp_path / "count.st")], "autostart": True}
+    buses = {"ua": {"kind": "opcua.server", "listen": "127.0.0.1:48457"}}
+    rig = fieldrig_master({"buses": buses, "devices": {"first": device, "second": device}})
+    heard: list[tuple[int, float]] = []
+
+    class Handler:
+        def datachange_notification(self, node: Any, _value: Any, _data: Any) -> None:
+            heard.append((node.nodeid.NamespaceIndex, time.monotonic()))
+
+    async def main() -> None:
+        async with Client("opc.tcp://127.0.0.1:48457") as client:
+            nodes = [client.get_node(f"ns={index};s=Main.n") for index in (2, 3)]
+            await (await client.create_subscription(100, Handler())).subscribe_data_change(nodes)
+            await asyncio.sleep(1)
+            rig.add_fault("ua", {"what": "drop", "device": "first", "duration_ms": 3000})
+            asked_s = time.monotonic()
+            reads = asyncio.create_task(client.read_attributes(nodes, ua.AttributeIds.Value))
+            await asyncio.sleep(0.05)
+            await client.nodes.server_state.read_value()
+            assert time.monotonic() - asked_s < 0.2
+            assert [value.StatusCode.name for value in await reads] == ["BadNoCommunication", "Good"]
+            assert time.monotonic() - asked_s < 2.1
+            assert sum(index == 3 and asked_s < when_s < asked_s + 2 for index, when_s in heard) > 15
+            await asyncio.sleep(4)
+            assert heard[-1][1] > asked_s + 5
+
+    time.sleep(2)
+    asyncio.run(main())
