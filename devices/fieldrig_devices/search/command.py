@@ -130,19 +130,23 @@ def run(
 
     origin = Origin(str(properties or plan), "" if properties is None else str(plan), tuple(overrides or ()))
     given, chosen, part = _plan(origin), _chosen(strategies), _shard(shard)
+    limits = Limits(_seconds(budget or (None if cpu else "60s")), most, _seconds(cpu), is_first)
     store = Corpus(corpus)
     store.come_from(origin)
     luggage = luggage_of(given) if dask else None
     with Bench(given) as bench, ClusterCrew(dask, luggage) if dask and luggage else LocalCrew(bench, workers) as crew:
-        tally, told = Tally(crew), list[str]()
+        tally, told, is_interrupted = Tally(crew), list[str](), False
         one = Search(given, bench, tally, store, seed, part)
-        limits = Limits(_seconds(budget or (None if cpu else "60s")), most, _seconds(cpu), is_first)
 
         def tell(line: str) -> None:
             told.append(line)
             typer.echo(line, err=as_json)
 
-        one.go(chosen, limits, tell)
+        try:
+            one.go(chosen, limits, tell)
+        except KeyboardInterrupt:  # what was found until then is a result
+            is_interrupted = True
+            tell(f"interrupted after {counted(one.runs, 'run')}")
         store.cover(Coverage(tuple(tally.seen(bench.places))))
     found = store.findings()
     _show(found, as_json=as_json)
@@ -152,6 +156,8 @@ def run(
         _write_report(given, store, told, html, as_json=as_json)
     if found:
         raise typer.Exit(Exit.TESTS_FAILED)
+    if is_interrupted:
+        raise KeyboardInterrupt
 
 
 @app.command()

@@ -1,30 +1,17 @@
 """The runs and the findings of searches in one SQLite file."""
 
 import json
-import sqlite3
 from collections.abc import Iterator
-from contextlib import closing
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from fieldrig.coverage.data import read, written
 from fieldrig.coverage.summary import Coverage
-from fieldrig.errors import UsageError
 from fieldrig_devices.scenarios.act import Schedule
+from fieldrig_devices.search.corpus_file import CorpusFile
 from fieldrig_devices.search.piece import Run, World, acts_of, acts_text
 
-_TABLES: Final = """
-CREATE TABLE IF NOT EXISTS run (
-    acts TEXT, world TEXT, strategy TEXT, length_ns INTEGER, violations TEXT, PRIMARY KEY (acts, world)
-);
-CREATE TABLE IF NOT EXISTS finding (
-    id INTEGER PRIMARY KEY, property TEXT, acts TEXT, found TEXT, length_ns INTEGER, at_ns INTEGER, what TEXT,
-    world TEXT, cause TEXT, reason TEXT, hash TEXT, UNIQUE (property, acts, world)
-);
-CREATE TABLE IF NOT EXISTS plan (file TEXT, rig TEXT, overrides TEXT, UNIQUE (file, rig, overrides));
-CREATE TABLE IF NOT EXISTS covered (data BLOB PRIMARY KEY);
-"""
 _FINDING: Final = "property, acts, found, length_ns, at_ns, what, world, cause, reason, hash"
 
 
@@ -64,20 +51,15 @@ class Corpus:
     """A file, or memory only; every change is on the disk before the next one."""
 
     def __init__(self, file: Path | None) -> None:
-        """UsageError for a file that is no corpus."""
-        try:
-            self._store = sqlite3.connect(file if file is not None else ":memory:")
-            self._store.executescript(_TABLES)
-            self._store.execute(f"SELECT {_FINDING} FROM finding")
-        except sqlite3.Error as wrong:
-            raise UsageError(f"{file} is no corpus of a search", str(wrong)) from wrong
+        """UsageError for a file that is no corpus, or one of another version; it stays as it is."""
+        self._store = CorpusFile(file)
 
     def add(self, run: Run, strategy: str) -> bool:
         """Keep a run; false if there was one with the same actions."""
         violations = json.dumps([[one.property, one.at_ns, one.what] for one in run.violations])
         row = (acts_text(run.acts), json.dumps(run.world), strategy, run.length_ns, violations)
-        with self._store:
-            return self._store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?, ?)", row).rowcount == 1
+        with self._store.changing() as store:
+            return store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?, ?)", row).rowcount == 1
 
     def note(self, finding: Finding) -> bool:
         """Keep a finding, whose number the corpus gives; false if it was there."""
@@ -91,15 +73,15 @@ class Corpus:
             json.dumps(finding.reason),
             finding.hash,
         )
-        with self._store:
+        with self._store.changing() as store:
             marks = ", ".join("?" * len(row))
             sql = f"INSERT OR IGNORE INTO finding ({_FINDING}) VALUES ({marks})"
-            return self._store.execute(sql, row).rowcount == 1
+            return store.execute(sql, row).rowcount == 1
 
     def replace(self, number: int, finding: Finding) -> None:
         """Keep a finding instead of the one with a number."""
-        with self._store:
-            self._store.execute("DELETE FROM finding WHERE id = ?", (number,))
+        with self._store.changing() as store:
+            store.execute("DELETE FROM finding WHERE id = ?", (number,))
         self.note(finding)
 
     def runs(self) -> Iterator[tuple[Schedule, str, int, list[Any]]]:
@@ -111,46 +93,45 @@ class Corpus:
     def all_runs(self) -> Iterator[tuple[Run, str, list[Any]]]:
         """Yield each run without its violations, the strategy, and property, instant and reason of each violation."""
         sql = "SELECT acts, world, strategy, length_ns, violations FROM run ORDER BY rowid"
-        with closing(self._store.execute(sql)) as rows:
-            for acts, world, strategy, length_ns, violations in rows:
-                run = Run(acts_of(acts), (), length_ns, world=tuple(json.loads(world)))
-                yield run, strategy, json.loads(violations)
+        for acts, world, strategy, length_ns, violations in self._store.rows(sql):
+            run = Run(acts_of(acts), (), length_ns, world=tuple(json.loads(world)))
+            yield run, strategy, json.loads(violations)
 
     def findings(self) -> list[Finding]:
         """Return the findings: of those of each property the one with the fewest actions first."""
-        rows = self._store.execute(f"SELECT id, {_FINDING} FROM finding ORDER BY id").fetchall()
+        rows = self._store.rows(f"SELECT id, {_FINDING} FROM finding ORDER BY id")
         found = [_finding_of(*row) for row in rows]
         return sorted(found, key=lambda one: (one.property, len(one.acts), one.acts and one.acts[-1].at_ns, one.number))
 
     def cover(self, coverage: Coverage) -> None:
         """Add the coverage of the programs by a search."""
-        with self._store:
-            self._store.execute("INSERT OR IGNORE INTO covered VALUES (?)", (written(coverage),))
+        with self._store.changing() as store:
+            store.execute("INSERT OR IGNORE INTO covered VALUES (?)", (written(coverage),))
 
     def coverage(self) -> Coverage:
         """Return the coverage of the programs by all searches together."""
         found = Coverage()
-        for (data,) in self._store.execute("SELECT data FROM covered ORDER BY rowid"):
+        for (data,) in self._store.rows("SELECT data FROM covered ORDER BY rowid"):
             found.add(read(data))
         return found
 
     def come_from(self, origin: Origin) -> None:
         """Note the plan of the search, for those who play its findings again."""
-        with self._store:
+        with self._store.changing() as store:
             row = (origin.file, origin.rig, json.dumps(origin.overrides))
-            self._store.execute("INSERT OR IGNORE INTO plan VALUES (?, ?, ?)", row)
+            store.execute("INSERT OR IGNORE INTO plan VALUES (?, ?, ?)", row)
 
     def origins(self) -> list[Origin]:
-        rows = self._store.execute("SELECT file, rig, overrides FROM plan ORDER BY rowid").fetchall()
+        rows = self._store.rows("SELECT file, rig, overrides FROM plan ORDER BY rowid")
         return [Origin(file, rig, tuple(json.loads(overrides))) for file, rig, overrides in rows]
 
     def merge(self, other: "Corpus") -> None:
         """Add everything of another corpus."""
-        with self._store:
-            for row in other._store.execute("SELECT acts, world, strategy, length_ns, violations FROM run"):
-                self._store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?, ?)", row)
-            for row in other._store.execute("SELECT data FROM covered ORDER BY rowid"):
-                self._store.execute("INSERT OR IGNORE INTO covered VALUES (?)", row)
+        with self._store.changing() as store:
+            for row in other._store.rows("SELECT acts, world, strategy, length_ns, violations FROM run"):
+                store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?, ?)", row)
+            for row in other._store.rows("SELECT data FROM covered ORDER BY rowid"):
+                store.execute("INSERT OR IGNORE INTO covered VALUES (?)", row)
         known = {(one.property, one.cause) for one in self.findings() if one.cause}
         for one in other.findings():
             if (one.property, one.cause) not in known:
@@ -161,7 +142,7 @@ class Corpus:
     def hash(self) -> str:
         """Return a hash of all runs and findings.  It does not depend on the order in which they came."""
         rows = [
-            repr(row) for row in self._store.execute("SELECT acts, world, length_ns, violations FROM run ORDER BY 1, 2")
+            repr(row) for row in self._store.rows("SELECT acts, world, length_ns, violations FROM run ORDER BY 1, 2")
         ]
         rows += sorted(repr(one[1:]) for one in self.findings())
         return sha256("\n".join(rows).encode()).hexdigest()[:16]

@@ -1,8 +1,15 @@
-"""Durations as people write them: `10ms`, `1.5 s`, `2min`."""
+"""Durations as people write them: `10ms`, `1.5 s`, `2min`, `8h`."""
 
 from typing import Final
 
-UNITS_NS: Final = {"ns": 1, "us": 1_000, "ms": 1_000_000, "s": 1_000_000_000, "min": 60_000_000_000}
+UNITS_NS: Final = {
+    "ns": 1,
+    "us": 1_000,
+    "ms": 1_000_000,
+    "s": 1_000_000_000,
+    "min": 60_000_000_000,
+    "h": 3_600_000_000_000,
+}
 
 
 def duration_ns(text: str) -> int:

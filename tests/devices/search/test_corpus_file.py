@@ -1,0 +1,89 @@
+"""Files of a corpus that cannot be used: each is refused in words, and stays as it is."""
+
+import sqlite3
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from fieldrig.errors import UsageError
+from fieldrig_devices.search.corpus import Corpus, Origin
+from fieldrig_devices.search.corpus_file import CorpusFile
+from fieldrig_devices.search.piece import Run
+
+
+def changed(*statements: str) -> Callable[[Path], None]:
+    def change(file: Path) -> None:
+        with closing(sqlite3.connect(file)) as store, store:
+            for statement in statements:
+                store.execute(statement)
+
+    return change
+
+
+def made_of(content: bytes) -> Callable[[Path], None]:
+    def change(file: Path) -> None:
+        file.write_bytes(content)
+
+    return change
+
+
+def cut(file: Path) -> None:
+    file.write_bytes(file.read_bytes()[:5_000])
+
+
+NO_CORPUS, OTHER_VERSION = "is no corpus of a search", "is the corpus of another version of fieldrig"
+TABLES = ("run", "finding", "plan", "covered")
+FILES = {
+    "a text": (made_of(b"hello\n" * 400), NO_CORPUS),
+    "no signs of a text": (made_of(bytes(range(256)) * 20), NO_CORPUS),
+    "a part of a corpus": (cut, NO_CORPUS),
+    "bookmarks": (changed(*(f"DROP TABLE {name}" for name in TABLES), "CREATE TABLE places (url TEXT)"), NO_CORPUS),
+    "runs of others": (changed(*(f"DROP TABLE {name}" for name in TABLES), "CREATE TABLE run (name TEXT)"), NO_CORPUS),
+    "more is known of a run": (changed("ALTER TABLE run ADD COLUMN cost REAL"), OTHER_VERSION),
+    "less is known of a finding": (changed("ALTER TABLE finding DROP COLUMN reason"), OTHER_VERSION),
+    "a further table": (changed("CREATE TABLE worker (name TEXT)"), OTHER_VERSION),
+}
+
+
+def kept(file: Path) -> None:
+    """Write a corpus with a run."""
+    with closing(Corpus(file)) as corpus:
+        corpus.add(Run((), (), 5), "swarm")
+        corpus.come_from(Origin("plan.yaml", "", ()))
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_that_is_no_corpus_of_this_version_stays_as_it_is(tmp_path: Path, name: str) -> None:
+    change, what = FILES[name]
+    file = tmp_path / "c.sqlite"
+    kept(file)
+    change(file)
+    before = file.read_bytes()
+    with pytest.raises(UsageError) as caught:
+        Corpus(file)
+    assert caught.value.what == f"{file} {what}"
+    assert file.read_bytes() == before
+
+
+def test_statistics_that_sqlite_keeps_itself_are_no_other_version(tmp_path: Path) -> None:
+    file = tmp_path / "c.sqlite"
+    kept(file)
+    changed("ANALYZE")(file)
+    with closing(Corpus(file)) as corpus:
+        assert sum(1 for _ in corpus.runs()) == 1
+
+
+def test_a_full_disk_is_said_and_what_was_kept_before_is_there(tmp_path: Path) -> None:
+    file = tmp_path / "c.sqlite"
+    kept(file)
+    store = CorpusFile(file)
+    with store.changing() as full:
+        full.execute("PRAGMA max_page_count = 1")  # SQLite's own way to be out of space: no page more than there are
+    with pytest.raises(UsageError, match="cannot be used any more: database or disk is full"), store.changing() as full:
+        full.executemany("INSERT INTO plan VALUES (?, '', '')", [("x" * 1_000 + str(n),) for n in range(100)])
+    store.close()
+    with closing(Corpus(file)) as corpus:
+        assert sum(1 for _ in corpus.runs()) == 1
+        assert corpus.origins() == [Origin("plan.yaml", "", ())]
