@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 
 class Position(NamedTuple):
@@ -32,6 +32,18 @@ class Statement(Node):
     """Comments behind the last statement of a block, in lines of their own."""
 
 
+class _Parts(dict[type, tuple[str, ...]]):
+    """The names of the parts of each kind of node, the last first; what is no node has none."""
+
+    def __missing__(self, kind: type) -> tuple[str, ...]:
+        parts = tuple(one.name for one in reversed(fields(kind)) if one.compare) if is_dataclass(kind) else ()
+        self[kind] = parts
+        return parts
+
+
+_PARTS: Final = _Parts()
+
+
 def walk(node: object) -> Iterator[object]:
     """Yield everything within a tree, itself first, in the order of the source; neither comments nor positions.
 
@@ -43,5 +55,5 @@ def walk(node: object) -> Iterator[object]:
         yield part
         if isinstance(part, tuple | list):
             waiting.extend(reversed(part))
-        elif is_dataclass(part) and not isinstance(part, type):
-            waiting.extend(getattr(part, one.name) for one in reversed(fields(part)) if one.compare)
+        else:
+            waiting.extend(getattr(part, name) for name in _PARTS[type(part)])
