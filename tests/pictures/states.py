@@ -6,21 +6,21 @@ from typing import Final
 
 from fieldrig.text.svg import Drawing
 
-COLUMN: Final = 230
-ROW: Final = 96
+COLUMN: Final = 222
+ROW: Final = 118
 WIDTH: Final = 150
 HEIGHT: Final = 40
 MARGIN: Final = 30
 CHARACTER: Final = 9.4
 """Width of a character of a state's name, at most."""
-LINE: Final = 13
-LONGEST_LINE: Final = 22
+LINE: Final = 16
+LONGEST_LINE: Final = 18
 """Characters in a line of a label."""
 BESIDE: Final = 10
 """Distance of an arrow from the middle line of its boxes, if the opposite arrow exists."""
-SMALL_CHARACTER: Final = 6.2
+SMALL_CHARACTER: Final = 7.4
 """Width of a character of a label, at most."""
-ASCENT: Final = 10
+ASCENT: Final = 12
 """Distance of the base line from the top of a line of a label."""
 CLEARANCE: Final = 4
 PARTS_OF_ARROW: Final = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8)
@@ -64,7 +64,7 @@ def states(
     for arrow, texts, shift in arrows:
         x, y = places_of_labels.place(arrow, texts, bool(shift))
         for number, text in enumerate(texts):
-            drawing.text(x, y + LINE * (number - len(texts) / 2) + ASCENT, text, "tiny halo", "middle")
+            drawing.text(x, y + LINE * (number - len(texts) / 2) + ASCENT, text, "halo", "middle")
     for name, (x, y) in middles.items():
         drawing.rect("device", x - box / 2, y - HEIGHT / 2, box, HEIGHT, radius=8)
         drawing.text(x, y + 5, name, "name", "middle")

@@ -98,16 +98,16 @@ def enable_chain() -> str:
     places: Mapping[str, tuple[float, float]] = {
         named(Stage.NO_HARDWARE_ENABLE): (0, 0),
         named(Stage.WAITING): (1.6, 0),
-        named(Stage.LIFTING): (2.9, 0),
-        named(Stage.CONTROLLED): (4.1, 0),
-        named(Stage.OVERLOAD_STOP): (3.1, 1.2),
-        named(Stage.OVERLOAD_HELD): (4.4, 1.2),
-        WITH_TORQUE: (4.4, 2.4),
-        named(Stage.RAMPING): (3.2, 2.4),
-        named(Stage.COUPLING): (2.1, 2.4),
-        named(Stage.STOPPED): (1.0, 2.4),
-        named(Stage.COASTING): (1.0, 3.6),
-        ANY_STAGE: (2.3, 3.6),
+        named(Stage.LIFTING): (3.0, 0),
+        named(Stage.CONTROLLED): (4.3, 0),
+        named(Stage.OVERLOAD_STOP): (3.2, 1.2),
+        named(Stage.OVERLOAD_HELD): (4.6, 1.2),
+        WITH_TORQUE: (4.6, 2.4),
+        named(Stage.RAMPING): (3.3, 2.4),
+        named(Stage.COUPLING): (2.0, 2.4),
+        named(Stage.STOPPED): (0.7, 2.4),
+        named(Stage.COASTING): (0.7, 3.6),
+        ANY_STAGE: (2.0, 3.6),
     }
     about = "Inverter Enable and ControllerEnable lead from left to right; a missing enable and errors lead back."
     return states(places, _enable_transitions(named), "Enable chain of an MC-4", about)
