@@ -47,9 +47,9 @@ class Assembler:
         if emitter.lines:
             self._add(Do(self.line, tuple(emitter.lines), self._scaled(emitter.cost)))
 
-    def mark(self, python: str) -> None:
+    def mark(self, *python: str) -> None:
         """Add what takes the program no time."""
-        self._add(Do(self.line, (python,), 0))
+        self._add(Do(self.line, python, 0))
 
     def branch(self, emitter: Emitter, condition: str, target: Label) -> None:
         line, python = self.line, tuple(emitter.lines)

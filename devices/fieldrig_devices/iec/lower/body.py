@@ -139,18 +139,18 @@ class Body:
         else:
             emitter.add(f"M[{where}] = {constant(cells[0], kind).text}")
 
-    def note_states(self, emitter: Emitter) -> None:
+    def note_states(self) -> None:
         """Mark the values of the enumerations of this POU, as its body begins; it costs the program no time."""
         for variable in self.marks.states_to_note():
             assert isinstance(variable.type, EnumType)
             low, high = min(variable.type.values.values()), max(variable.type.values.values())
             first = self.context.mark(high - low + 2)  # the last one is for numbers that are no values
-            cost = emitter.cost
+            emitter = self.emitter()
             value = emitter.atom(self.expressions.raw(Load(Cell(variable, variable.type)), emitter)).text
-            emitter.cost = cost
             emitter.add(
                 f"{HIT}[{first - low} + {value} if {low} <= {value} <= {high} else {first + high - low + 1}] = 1"
             )
+            self.assembler.mark(*emitter.lines)
             for name, number in variable.type.values.items():
                 self.marks.alone(first + number - low, self.marks.state(variable, name))
 

@@ -116,7 +116,6 @@ class Statements:
         for variable in pou.variables.values():
             if variable.space is Space.FRAME and not variable.is_reference and has_block(variable.type):
                 self._body.places.mark(variable, emitter)  # its code may hand out pointers to itself
-        self._body.note_states(emitter)
         if pou.owner is not None:
             references = [
                 one for one in pou.owner.variables.values() if one.is_reference and one.space is Space.INSTANCE
@@ -127,6 +126,7 @@ class Statements:
                     emitter.add(f"if not M[{self._body.places.cell(variable)}]:")
                     emitter.add("    null_reference()")
         self._body.do(emitter)
+        self._body.note_states()
 
     def native(self, function: str, *, is_block: bool, is_slow: bool, cost_ns: int) -> None:
         """Add the body of a POU that the host implements."""

@@ -36,13 +36,16 @@ def played(text: str, dialect: str, cycles: int, *, is_covered: bool) -> tuple[d
     return bench.values(), str(bench.thread.fault), used, bench.compiled.code_size
 
 
-@pytest.mark.parametrize("file", FILES[::6], ids=lambda file: file.stem)
+SAMPLE = sorted({*FILES[::6], *(file for file in FILES if "enumeration" in file.stem)})
+
+
+@pytest.mark.parametrize("file", SAMPLE, ids=lambda file: file.stem)
 def test_small_programs_have_the_same_results_and_take_the_same_time(file: Path) -> None:
     text = file.read_text(encoding="ascii")
     head = HEAD.match(text)
     assert head is not None
     plain, marked = (played(text, head[1], 3, is_covered=on) for on in (False, True))
-    assert plain == marked
+    assert str(plain) == str(marked)  # as texts, because NaN is not equal to itself
 
 
 NAMES = st.sampled_from(["a", "b", "c"])
