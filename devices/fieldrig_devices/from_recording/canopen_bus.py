@@ -10,6 +10,7 @@ from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.eds import reader
 from fieldrig_devices.canopen.guarding import GUARD_TIME, LIFE_TIME_FACTOR
 from fieldrig_devices.canopen.heartbeat import CONSUMER_TIME, PRODUCER_TIME
+from fieldrig_devices.canopen.io_names import PROFILE as IO_MODULES
 from fieldrig_devices.canopen.nmt import STARTUP
 from fieldrig_devices.canopen.standard import STORED_EDS
 from fieldrig_devices.cia402 import objects as profile
@@ -188,8 +189,11 @@ class CanopenBus:
             )
         return (is_said or is_alike) and not has_several
 
+    def _is_io(self, node_id: int) -> bool:
+        return (self._number(node_id)(DEVICE_TYPE, 0) or 0) & 0xFFFF == IO_MODULES
+
     def _described(self, model: NodeModel, drive: DriveModel | None) -> str:
-        node, log = DescribedNode(model.node_id, is_drive=model.is_drive), model.log
+        node, log = DescribedNode(model.node_id, is_drive=model.is_drive, is_io=self._is_io(model.node_id)), model.log
         node.take(log.objects)
         for pdo in model.pdos:
             first = pdo.log.changes.changes(model.begin_ns)

@@ -8,6 +8,7 @@ from fieldrig_devices.canopen.cob_id import INVALID
 from fieldrig_devices.canopen.datatypes import DATA_TYPES, Boolean, Integer
 from fieldrig_devices.canopen.eds.source import NODE_ID
 from fieldrig_devices.canopen.emcy import COB_ID as EMCY_COB_ID
+from fieldrig_devices.canopen.io_names import io_name, io_variable
 from fieldrig_devices.canopen.pdo import rpdo, tpdo
 from fieldrig_devices.canopen.pdo.mapping import MAX_BITS
 from fieldrig_devices.canopen.pdo_maps import TO_MAPPING
@@ -40,8 +41,9 @@ MANDATORY: Final = ((0x1000, 0), (0x1001, 0), (0x1018, 1))
 class DescribedNode:
     """Rows by index and sub-index, names of the objects with sub-indices, and values that no EDS can hold."""
 
-    def __init__(self, node_id: int, *, is_drive: bool) -> None:
-        self.node_id, self.is_drive = node_id, is_drive
+    def __init__(self, node_id: int, *, is_drive: bool, is_io: bool = False) -> None:
+        """`is_io` says that the node is an I/O module of CiA 401."""
+        self.node_id, self.is_drive, self.is_io = node_id, is_drive, is_io
         self.rows: dict[Key, Row] = {}
         self.names: dict[int, str] = {}
         self.values: dict[Key, str] = {}
@@ -80,9 +82,7 @@ class DescribedNode:
         size = next(iter(log.sizes)) if len(log.sizes) == 1 else len(data) if not log.sizes else None
         type = type_number(index, subindex, size, data, self.is_drive)
         access = access_of(log, "ro" if known is None else known.access.value)
-        name = (known.name if known is not None else "") or (
-            f"Object {index:04X}h" if not subindex else f"Object {index:04X}h, sub-index {subindex}"
-        )
+        name = (known.name if known is not None else "") or self._plain_name(index, subindex)
         start: Value = self._start(key, type, data)
         if isinstance(start, int) and start & 0x7F == self.node_id and self._is_own_cob_id(index, subindex, start):
             start = f"{NODE_ID}+{start - self.node_id:#x}"
@@ -95,6 +95,11 @@ class DescribedNode:
         has_rules = index < FIRST_APPLICATION_INDEX or (self.is_drive and known is not None)
         low, high = (None, None) if has_rules else limits_of(log, DATA_TYPES[type], start)
         return Row(index, subindex, name, type, access, start, known is not None and known.is_mappable, low, high)
+
+    def _plain_name(self, index: int, subindex: int) -> str:
+        """Return the name of an object that is not one of CiA 301 or of a drive."""
+        known = io_variable(index, subindex) if self.is_io else None
+        return f"Object {index:04X}h" + (f", sub-index {subindex}" if subindex else "") if known is None else known.name
 
     def _is_own_cob_id(self, index: int, subindex: int, cob_id: int) -> bool:
         """True for a COB-ID of the predefined connection set, which follows the node-ID."""
@@ -169,7 +174,7 @@ class DescribedNode:
             known = standard_variable(index, subindex, self.is_drive)
             size = (bits + 7) // 8
             type = BOOLEAN if bits == 1 else UNSIGNED.get(size, OCTETS)
-            name = f"Object {index:04X}h" + (f", sub-index {subindex}" if subindex else "")
+            name = self._plain_name(index, subindex)
             if known is not None and known.type.bits == bits:
                 type, name = type_number(index, subindex, size, b"", self.is_drive), known.name
             if not is_known and index in BYTES:
@@ -215,7 +220,7 @@ class DescribedNode:
         elif max(rows) < highest:
             alike = rows[max(rows)].type if max(rows) else UNSIGNED[4]
             type = type_number(index, highest, DATA_TYPES[alike].size, b"", self.is_drive)
-            self.add(index, highest, f"Object {index:04X}h, sub-index {highest}", type, "ro")
+            self.add(index, highest, self._plain_name(index, highest), type, "ro")
 
     def _has_room(self, index: int) -> bool:
         """True if what a mapping begins with fits into a PDO."""
@@ -288,6 +293,7 @@ class DescribedNode:
         return {
             index: self.names.get(index)
             or (standard.get(index, "") if self._is_standard(index) else "")
+            or (io_name(index) if self.is_io else "")
             or f"Object {index:04X}h"
             for index, _ in self.rows
         }

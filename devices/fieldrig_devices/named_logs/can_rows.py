@@ -13,6 +13,8 @@ from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.traces.can_fields import fields_of
 from fieldrig_devices.canopen.cob_id import EXTENDED_KEY
 from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.canopen.io_names import PROFILE as IO_MODULES
+from fieldrig_devices.canopen.io_names import IoDictionary
 from fieldrig_devices.canopen.names import NODES, SDO_REQUEST, SDO_RESPONSE, CanopenNames
 from fieldrig_devices.canopen.standard_names import StandardDictionary
 from fieldrig_devices.dialogues import SdoTransfer
@@ -120,8 +122,8 @@ class CanRows:
         if not transfer.is_done or transfer.data is None or transfer.subindex:
             return
         number = int.from_bytes(transfer.data[:4], "little")
-        if transfer.index == DEVICE_TYPE and number & 0xFFFF == DRIVES and self._is_standard(transfer.node_id):
-            self.names.describe(transfer.node_id, _drive())
+        if transfer.index == DEVICE_TYPE and number & 0xFFFF in PROFILES and self._is_standard(transfer.node_id):
+            self.names.describe(transfer.node_id, PROFILES[number & 0xFFFF]())
 
     def meet(self, node_id: int) -> None:
         """Give a node without an EDS the names that every node has."""
@@ -171,3 +173,12 @@ def _drive() -> Dictionary:
     from fieldrig_devices.cia402.single.own_objects import EDS
 
     return StandardDictionary(load(EDS, 1))
+
+
+@cache
+def _io_module() -> Dictionary:
+    return StandardDictionary(IoDictionary())
+
+
+PROFILES: Final = {DRIVES: _drive, IO_MODULES: _io_module}
+"""The names of the objects of nodes without an EDS, by the device profile that they say they have."""

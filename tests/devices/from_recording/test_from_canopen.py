@@ -66,6 +66,15 @@ def test_node_guarding_is_told_from_a_heartbeat(tmp_path: Path) -> None:
         assert frames == ["7f", "ff"]
 
 
+@pytest.mark.parametrize(("type_code", "name"), [("9101", "Read analogue input 16-bit"), ("0000", "Object 6401h")])
+def test_an_i_o_module_has_the_names_of_its_profile(type_code: str, name: str, tmp_path: Path) -> None:
+    """Device type 000F 0191h: profile 401."""
+    asked = read_by_sdo(0.05, 5, f"43001000{type_code}0F00"), read_by_sdo(0.1, 5, "4B0164029CFF0000")
+    rig = rig_file(written_log(tmp_path, BOOT, *asked[0], *asked[1]))
+    described: Any = canopen.import_od(str(rig.parent / "eds/node5.eds"))[0x6401]
+    assert (described.name, described[2].name.startswith(f"{name}, ")) == (name, True)
+
+
 def test_a_node_that_no_command_has_started_starts_by_itself(tmp_path: Path) -> None:
     log = written_log(tmp_path, *(f"{0.1 * beat} 705#05" for beat in range(10)))
     with virtual(rig_file(log)) as rig:

@@ -85,6 +85,23 @@ def test_a_drive_without_eds_has_the_names_of_its_profile() -> None:
     assert after.lower() == "sdo read node 6 6041:00 statusword = 567 (237h, operation enabled), in 1 ms"
 
 
+@pytest.mark.parametrize(
+    ("asked", "answer", "text"),
+    [
+        ("40 01 64 02", "4B 01 64 02 9C FF 00 00", "6401:02 Read analogue input 16-bit, 2 = -100"),
+        ("40 00 60 00", "4F 00 60 00 04 00 00 00", "6000:00 Read input 8-bit, number of entries = 4"),
+        ("40 26 63 01", "43 26 63 01 FF 00 00 00", "6326:01 Error mode output 32-bit, 1 = 255"),
+        ("40 23 64 00", "4F 23 64 00 01 00 00 00", "6423:00 Analogue input global interrupt enable = True"),
+    ],
+)
+def test_an_i_o_module_without_eds_has_the_names_of_its_profile(asked: str, answer: str, text: str) -> None:
+    """Device type 000F 0191h: profile 401."""
+    asking = (f"606#{asked} 00 00 00 00", f"586#{answer}")
+    before, _, after = words(*asking, "606#40 00 10 00 00 00 00 00", "586#43 00 10 00 91 01 0F 00", *asking)
+    assert text not in before
+    assert after.startswith(f"SDO read node 6 {text}")
+
+
 def test_a_pdo_has_the_fields_of_its_eds_until_the_log_shows_another_mapping(named: NamedLog) -> None:
     mapped = (
         "605#2F 00 1A 00 00 00 00 00", "585#60 00 1A 00 00 00 00 00",
