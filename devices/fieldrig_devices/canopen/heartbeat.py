@@ -25,14 +25,25 @@ class HeartbeatProducer(Service):
         self._clock, self._port = clock, port
         self._due = Alarm(clock)
         self._time = dictionary.get(PRODUCER_TIME)
+        self._reset_ns = clock.now_ns()
+        self._is_initialising = True
         if self._time is not None:
             self._time.watchers.append(self._on_time)
 
     def reset(self, scope: Reset) -> None:
+        self._reset_ns = self._clock.now_ns()
+        self._begin()
+
+    def enter(self, state: State) -> None:
+        """Count from the boot-up message on where it comes later than the reset."""
+        if self._is_initialising and state is not State.INITIALISING and self._clock.now_ns() > self._reset_ns:
+            self._begin()
+        self._is_initialising = state is State.INITIALISING
+
+    def _begin(self) -> None:
+        """Send the next heartbeat after a whole period, as the boot-up message counts as one."""
         self._due.stop()
-        if (
-            self._period_ns > 0 and self._port.node_id != UNCONFIGURED
-        ):  # the boot-up message counts as the first heartbeat
+        if self._period_ns > 0 and self._port.node_id != UNCONFIGURED:
             self._due.after(self._period_ns, self._on_due)
 
     @property
@@ -47,6 +58,8 @@ class HeartbeatProducer(Service):
             self._due.after(0, self._on_due)
 
     def _on_due(self) -> None:
+        if self._is_initialising:
+            return
         self._port.send(ERROR_CONTROL_ID + self._port.node_id, bytes((self._port.state,)))
         self._due.after(self._period_ns, self._on_due)
 

@@ -1,11 +1,13 @@
 """NMT slave: the state machine of the node, its commands and the boot-up message.
 
-Source: CiA 301 chapter 7.2.8 and 7.3.2; CiA 302-2 for starting without a master (1F80h bit 2).
+Source: CiA 301 chapter 7.2.8 and 7.3.2; CiA 302-2 for starting without a master (1F80h bit 2).  How long a node is in
+'initialising' is up to its maker.
 """
 
 from collections.abc import Callable
 from enum import IntEnum
 
+from fieldrig.clock import Alarm, Clock
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.abort import Abort, Code
 from fieldrig_devices.canopen.dictionary import Dictionary
@@ -41,9 +43,17 @@ class NmtSlave(Service):
     """Executes NMT commands.  `restart` resets parameters and services; `enter` takes the services into a state."""
 
     def __init__(
-        self, port: Port, dictionary: Dictionary, restart: Callable[[Reset], None], enter: Callable[[State], None]
+        self,
+        clock: Clock,
+        port: Port,
+        dictionary: Dictionary,
+        restart: Callable[[Reset], None],
+        enter: Callable[[State], None],
+        boot_up_ns: int = 0,
     ) -> None:
-        self._port = port
+        """The node stays in 'initialising' for `boot_up_ns`."""
+        self._port, self._boot_up_ns = port, boot_up_ns
+        self._booting = Alarm(clock)
         self._restart, self._enter = restart, enter
         self.state = State.INITIALISING
         self._startup = dictionary.get(STARTUP)
@@ -62,17 +72,25 @@ class NmtSlave(Service):
             self._go(NEXT_STATE[command])
 
     def boot(self, scope: Reset) -> None:
-        """Initialise the node, send the boot-up message, and enter 'pre-operational'."""
+        """Initialise the node, send the boot-up message in time, and enter 'pre-operational'."""
+        self._booting.stop()
         self._go(State.INITIALISING)
         self._restart(scope)
         if self._port.node_id == UNCONFIGURED:
             return
+        if self._boot_up_ns:
+            self._booting.after(self._boot_up_ns, self._boot_up)
+        else:
+            self._boot_up()
+
+    def _boot_up(self) -> None:
         self._port.send(ERROR_CONTROL_ID + self._port.node_id, BOOT_UP)
         self._go(State.PRE_OPERATIONAL)
         if self._startup is not None and not self._startup.number & IS_STARTED_BY_OTHERS:
             self._go(State.OPERATIONAL)
 
     def power_off(self) -> None:
+        self._booting.stop()
         self._go(State.INITIALISING)
 
     def _on_startup_written(self, data: bytes) -> None:

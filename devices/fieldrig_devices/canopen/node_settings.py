@@ -45,6 +45,9 @@ class CanopenSettings(Settings):
     sdo_block_size: Annotated[
         int, Field(ge=1, le=127, description="segments that a client may send in one block of a block download")
     ] = 127
+    boot_up_ms: Annotated[
+        float, Field(ge=0, le=600_000, description="time from power-on or a reset until the boot-up message")
+    ] = 0.0
     time_period_ms: Annotated[
         int, Field(gt=0, description="period of TIME messages if 1012h makes the node a producer")
     ] = 1000

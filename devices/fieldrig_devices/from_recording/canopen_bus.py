@@ -176,6 +176,8 @@ class CanopenBus:
         if drive is not None:
             drive.write(self._log.start_ns)
             model.boot_up_ms = drive.settings.boot_up_ms
+        elif log.life.boot_up_ns:
+            model.boot_up_ms = model.more["boot_up_ms"] = round(log.life.boot_up_ns / MS, 1)
         return model
 
     def _is_drive(self, node_id: int) -> bool:

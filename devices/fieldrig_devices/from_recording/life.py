@@ -5,9 +5,10 @@ Source: CiA 301, 7.2.8 (NMT, boot-up, heartbeat, node guarding) and 7.2.7 (EMCY)
 
 from array import array
 from collections import Counter
+from statistics import median_low
 from typing import Final, NamedTuple
 
-from fieldrig.clock import S
+from fieldrig.clock import MS, S
 from fieldrig_devices.canopen.guarding import TOGGLE
 from fieldrig_devices.canopen.nmt import BOOT_UP, RESETS, Command
 from fieldrig_devices.canopen.service import State
@@ -122,6 +123,14 @@ class Life:
                 if reset is not None and is_reset
                 else BootUp(time_ns, None, 0)
             )
+
+    @property
+    def boot_up_ns(self) -> int:
+        """The usual time from a reset to the boot-up; 0 if the recording shows none, or one that is hardly any."""
+        resets = [boot for boot in self.boots if boot.command is not None]
+        took = [boot.took_ns for boot in resets if boot.was_on] or [boot.took_ns for boot in resets]
+        usual_ns = median_low(took) if took else 0
+        return usual_ns if usual_ns >= MS else 0
 
     @property
     def heartbeat_ns(self) -> int:

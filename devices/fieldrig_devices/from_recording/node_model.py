@@ -59,7 +59,7 @@ class NodeModel:
     objects: dict[str, Any] = field(default_factory=dict)
     columns: dict[str, Column] = field(default_factory=dict)
     boot_up_ms: float = 0.0
-    """Time that a drive takes to boot."""
+    """Time that it takes to boot."""
     faults: list[dict[str, Any]] = field(default_factory=list)
     more: dict[str, Any] = field(default_factory=dict)
     """Further keys of the device in the rig file."""

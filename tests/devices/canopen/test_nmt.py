@@ -36,6 +36,20 @@ def test_reset_boots_up_into_pre_operational(bench: CanopenBench, state: str, co
     assert bench.point("nmt.state") == "pre_operational"
 
 
+@pytest.mark.parametrize("command", [RESET_NODE, RESET_COMMUNICATION])
+def test_a_node_that_takes_time_to_boot_neither_sends_nor_hears_anything_meanwhile(command: str) -> None:
+    bench = CanopenBench(objects={"1017:00": 40}, boot_up_ms=100)
+    assert bench.after(99) == []
+    assert bench.after(1) == ["705#00"]
+    assert bench.send(f"000#{command} 05") == []
+    assert bench.point("nmt.state") == "initialising"
+    assert bench.send("000#01 05", "605#40 00 10 00 00 00 00 00") == []
+    assert bench.after(50) == []
+    assert bench.send(f"000#{command} 05") == []
+    assert bench.after(50) == ["705#00"]
+    assert bench.after(40) == ["705#7f"]
+
+
 def test_command_to_all_nodes_is_obeyed(bench: CanopenBench) -> None:
     bench.send("000#01 00")
     assert bench.point("nmt.state") == "operational"

@@ -66,6 +66,20 @@ def test_node_guarding_is_told_from_a_heartbeat(tmp_path: Path) -> None:
         assert frames == ["7f", "ff"]
 
 
+@pytest.mark.parametrize(
+    ("lines", "boot_up_ms"),
+    [
+        (["1 000#8205", "1.25 705#00"], 250),
+        (["1 000#8105", "1.25 705#00", "2 000#8200", "2.15 705#00", "3 000#8105", "3.21 705#00"], 210),
+        (["1 000#8105", "1.0005 705#00"], 0),
+        (["1 705#00"], 0),
+    ],
+)
+def test_a_node_boots_as_long_after_a_reset_as_in_the_log(lines: list[str], boot_up_ms: float, tmp_path: Path) -> None:
+    rig = rig_file(written_log(tmp_path, BOOT, *TYPE, *lines))
+    assert keys_of(rig)["devices"]["node5"].get("boot_up_ms", 0) == boot_up_ms
+
+
 @pytest.mark.parametrize(("type_code", "name"), [("9101", "Read analogue input 16-bit"), ("0000", "Object 6401h")])
 def test_an_i_o_module_has_the_names_of_its_profile(type_code: str, name: str, tmp_path: Path) -> None:
     """Device type 000F 0191h: profile 401."""

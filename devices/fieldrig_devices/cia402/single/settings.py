@@ -150,6 +150,9 @@ class Cia402DriveSettings(CanopenSettings):
     faults: list[AnyDriveFault] = Field(default=[], description="faults that the drive has from the start")
 
     def _wrong_machine(self) -> Iterator[WrongKey]:
+        if self.boot_up_ms:
+            remedy = f"write behaviour: {{boot_up_ms: {self.boot_up_ms:g}}}"
+            yield WrongKey(("boot_up_ms",), "for a drive this is part of its behaviour", remedy)
         for name in self.switches:
             if name not in INPUTS:
                 yield WrongKey(("switches", name), "there is no such input", closest(name, list(INPUTS)))

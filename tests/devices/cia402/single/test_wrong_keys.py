@@ -38,6 +38,7 @@ def told(folder: Path, lines: str) -> list[tuple[int | None, str, str]]:
     ("lines", "line", "key", "remedy"),
     [
         ("low_stop_rad: 5\nhigh_stop_rad: -5", 0, "low_stop_rad", "less than -5"),
+        ("boot_up_ms: 500", 0, "boot_up_ms", "write behaviour: {boot_up_ms: 500}"),
         ("initial_position_rad: 7\nhigh_stop_rad: 6", 0, "initial_position_rad", "at most 6"),
         ("high_stop_rad: 6\nlow_stop_rad: 2", None, "initial_position_rad", "at least 2"),
         ("switches:\n  hoem: {low: 0, high: 1}", 1, "switches.hoem", "home"),
