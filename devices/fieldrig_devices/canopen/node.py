@@ -97,9 +97,7 @@ class CanopenNode(Device):
         self._living = LivingObjects(
             clock, self.dictionary, settings.sources, {} if self._profile is None else self._profile.terminals, random
         )
-        self.nmt = NmtSlave(
-            clock, self._port, self.dictionary, self._restart, self._enter, round(settings.boot_up_ms * MS)
-        )
+        self.nmt = NmtSlave(clock, self._port, self.dictionary, self._restart, self._enter, settings.boot_up_ns)
         self.emcy = Emcy(clock, self._port, self.dictionary)
         self._time = TimeOfDay(clock, self._port, self.dictionary, settings.time_period_ms * MS)
         self._heard = EmcyConsumer(self._port, self.dictionary)

@@ -7,6 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from fieldrig.clock import MS
 from fieldrig.errors import Mistake
 from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig_devices.canopen.dictionary import Dictionary
@@ -111,6 +112,11 @@ class CanopenSettings(Settings):
         for key, binding in zip(self.signals, bind(dictionary, self.signals), strict=True):
             if binding.is_output:
                 yield Claim("wires", "wire", binding.settings.wire, ("signals", key))
+
+    @property
+    def boot_up_ns(self) -> int:
+        """Time from power-on or a reset until the boot-up message, in ns."""
+        return round(self.boot_up_ms * MS)
 
     def _start_values(self) -> dict[str, bool | int | float | str]:
         own = {} if self.serial_number is None else {SERIAL_NUMBER: self.serial_number}

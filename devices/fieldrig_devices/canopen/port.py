@@ -114,8 +114,9 @@ class Port:
 
     def _connect_routes(self) -> None:
         handlers: dict[int, list[Handler]] = {}
+        is_booting = self.state is State.INITIALISING and self.node_id != UNCONFIGURED
         for carried, key, handler in self._listeners.values():
-            if carried in ALLOWED[self.state]:
+            if carried in ALLOWED[self.state] and not is_booting:
                 handlers.setdefault(key, []).append(handler)
         self._routes = {key: several[0] if len(several) == 1 else _all(several) for key, several in handlers.items()}
 

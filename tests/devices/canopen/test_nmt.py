@@ -43,7 +43,10 @@ def test_a_node_that_takes_time_to_boot_neither_sends_nor_hears_anything_meanwhi
     assert bench.after(1) == ["705#00"]
     assert bench.send(f"000#{command} 05") == []
     assert bench.point("nmt.state") == "initialising"
-    assert bench.send("000#01 05", "605#40 00 10 00 00 00 00 00") == []
+    switch_state_global = "7e5#04 01 00 00 00 00 00 00"
+    assert (
+        bench.send("000#01 05", "605#40 00 10 00 00 00 00 00", switch_state_global, "7e5#5e 00 00 00 00 00 00 00") == []
+    )
     assert bench.after(50) == []
     assert bench.send(f"000#{command} 05") == []
     assert bench.after(50) == ["705#00"]

@@ -1,4 +1,4 @@
-"""The end of the bus of a drive with habits: when it boots, how fast it answers, and what it misses.
+"""The end of the bus of a drive with habits: how it boots, how fast it answers, and what it misses.
 
 Source: docs/devices/drive-personalities.md; CiA 301 for the frames: boot-up and heartbeat at 700h + node-ID, SDO at
 580h and 600h + node-ID, NMT at 0.  Only one node uses this end, so the upper bits of an identifier say what a frame is.
@@ -54,14 +54,7 @@ class MannerLink:
         self._link.on_receive(partial(self._hear, handler), interest)
 
     def _boot(self, message: CanFrame) -> None:
-        self._has_lost = False
-        self._absent_until_ns = self._clock.now_ns() + round(self._manner.boot_up_ms * MS)
-        if self._manner.boot_up_ms:
-            self._clock.call_at(self._absent_until_ns, partial(self._greet, message))
-        else:
-            self._greet(message)
-
-    def _greet(self, message: CanFrame) -> None:
+        self._has_lost, self._absent_until_ns = False, 0
         self._link.send(message)
         if self._manner.says_preoperational:
             self._link.send(CanFrame(message.identifier, PRE_OPERATIONAL))

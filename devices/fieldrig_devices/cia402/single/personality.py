@@ -36,7 +36,7 @@ LONGEST_MS: Final = 600_000.0
 FOLDER: Final = Path(__file__).with_name("personalities")
 Time = Annotated[float, Field(ge=0, le=LONGEST_MS)]
 OF_FRAMES: Final = frozenset({
-    "missed_syncs", "boot_up_ms", "says_preoperational", "needs_reset_node", "sdo_answer_ms", "sdo_answer_most_ms",
+    "missed_syncs", "says_preoperational", "needs_reset_node", "sdo_answer_ms", "sdo_answer_most_ms",
     "loses_first_sdo", "save_ms", "silent_while_saving",
 })  # fmt: skip
 """The keys that `manner_link` takes care of."""

@@ -6,6 +6,7 @@ from typing import Annotated, Final, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+from fieldrig.clock import MS
 from fieldrig.errors import Mistake
 from fieldrig.settings import Claim, ConfigFile, Settings, WrongKey, refuse_all
 from fieldrig.text.nearest import closest
@@ -195,6 +196,10 @@ class Cia402DriveSettings(CanopenSettings):
     def manner(self) -> PersonalitySettings:
         """The personality, with the keys of `behaviour`."""
         return personality(self.personality, self.behaviour)
+
+    @property
+    def boot_up_ns(self) -> int:
+        return round(self.manner.boot_up_ms * MS)
 
     def chosen_behaviour(self) -> Behaviour:
         """Return how the drive behaves where the standard leaves a choice."""
