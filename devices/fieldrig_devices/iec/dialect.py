@@ -113,7 +113,8 @@ class Dialect:
     allows_trailing_commas: bool = _rule(Origin.TODAY)
     """`Lamp(IN := a, PT := t,);`: a comma behind the last argument, which today's tools accept."""
     has_chained_assignments: bool = _rule(Origin.TOOLS)
-    """`a := b := 3;` of today's tools."""
+    """`a := b := 3;` and `IF a := b = 3 THEN` of today's tools: an assignment is an expression, in brackets or as a
+    condition."""
     allows_repeated_labels: bool = _rule(Origin.TOOLS, False, otherwise=True)
     """A label twice in a CASE, of which the first branch runs (edition 3, 7.3.3.3.3); CODESYS V3 and TwinCAT refuse it
     (C0216 to C0218)."""

@@ -226,6 +226,9 @@ class Flow:
                     waiting += [node.value, node.enable.condition]
                     if node.enable.ok is not None:
                         self._write(node.enable.ok, always=False)
+                case ir.Assigned():
+                    waiting.append(node.value)
+                    self._write(node.place, always=False)
                 case ir.Unary() | ir.Binary() | ir.Convert() | ir.Intrinsic():
                     waiting.extend(getattr(node, part.name) for part in fields(node) if part.name != "type")
                 case _ if isinstance(node, ir.Place):

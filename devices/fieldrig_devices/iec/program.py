@@ -4,7 +4,7 @@
 are statements here already, so the rest knows one form only.  A program, function block, function or action is a `Pou`.
 
     expressions, each with its `type`        Constant, Load, Unary, Binary, Convert, Intrinsic, CallFunction, Enabled,
-                                             AddressOf, Description, Allocate
+                                             AddressOf, Description, Allocate, Assigned
     places, which are read and written       Cell, Element, OpenElement, Component, Target, This, Result, Kept, Swapped,
                                              Located, Parameter, Bit
     statements, each with its source line    Assign, Evaluate, CallBlock, CallAction, If, Case, For, Loop, Exit,
@@ -363,8 +363,31 @@ class Allocate:
     type: Type
 
 
+@dataclass(slots=True)
+class Assigned:
+    """The value of a place once another value has been assigned to it."""
+
+    place: Place
+    value: "Expression"
+
+    @property
+    def type(self) -> Type:
+        return self.place.type
+
+
 Expression = (
-    Constant | Load | Unary | Binary | Convert | Intrinsic | CallFunction | Enabled | AddressOf | Description | Allocate
+    Constant
+    | Load
+    | Unary
+    | Binary
+    | Convert
+    | Intrinsic
+    | CallFunction
+    | Enabled
+    | AddressOf
+    | Description
+    | Allocate
+    | Assigned
 )
 
 

@@ -33,7 +33,18 @@ from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer, real
 from fieldrig_devices.iec.elementary import Elementary
-from fieldrig_devices.iec.program import Cell, Constant, Expression, Load, Operator, Place, Pou, Target, Variable
+from fieldrig_devices.iec.program import (
+    Assigned,
+    Cell,
+    Constant,
+    Expression,
+    Load,
+    Operator,
+    Place,
+    Pou,
+    Target,
+    Variable,
+)
 from fieldrig_devices.iec.tree import LiteralKind, PouKind
 from fieldrig_devices.iec.types import BlockType, EnumType, ObjectType, OpenArrayType, PointerType, StringType, Type
 from fieldrig_devices.languages.mistakes import Code
@@ -328,6 +339,13 @@ def _call(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression 
     return value
 
 
+def _assigned(checker: Checker, node: tree.Assigned, _wanted: Type | None) -> Expression | None:
+    """`(a := b)` of ExST has the type of a, as CODESYS has it: `int := real := int` is refused."""
+    target = checker.target(node.target)
+    value = checker.expression(node.value) if target is None else checker.expression_as(node.value, target.type)
+    return Assigned(target, value) if target is not None and value is not None else None
+
+
 _EXPRESSIONS: Final[dict[type, Callable[[Checker, Any, Type | None], Expression | None]]] = {
     tree.Literal: _literal,
     tree.Name: _named,
@@ -339,4 +357,5 @@ _EXPRESSIONS: Final[dict[type, Callable[[Checker, Any, Type | None], Expression 
     tree.Unary: _unary,
     tree.Binary: _binary,
     tree.Call: _call,
+    tree.Assigned: _assigned,
 }

@@ -112,6 +112,8 @@ class Statements:
         if type(condition) is Untyped:
             return self.expressions.convert(condition, BOOL, node)
         hint = f"write {text(node)} <> 0" if integer_of(condition) is not None else ""
+        if isinstance(node, tree.Assigned):
+            hint = "a comparison is written with =, an assignment with :="
         self.context.say(node, f"the condition {text(node)} is {a(condition.type)}", "a BOOL", hint)
         return None
 

@@ -66,6 +66,8 @@ def _text(node: tree.Node) -> str:
             return f"{node.operator}{' ' if node.operator[-1].isalpha() else ''}{_text(node.operand)}"
         case tree.Binary():
             return "..." if _is_chain(node) else f"{_text(node.left)} {node.operator} {_text(node.right)}"
+        case tree.Assigned():
+            return f"{_text(node.target)} := {_text(node.value)}"
         case _:
             return "..."
 

@@ -18,6 +18,7 @@ from fieldrig_devices.iec.lower.values import of_type
 from fieldrig_devices.iec.program import (
     AddressOf,
     Assign,
+    Assigned,
     Binary,
     Bit,
     CallAction,
@@ -89,6 +90,15 @@ class Calls:
         self._assembler.place(end)
 
     # ---- assignments
+
+    def assigned(self, given: Assigned) -> Expression:
+        value = self._hoisting.out_of(given.value)
+        place = given.place
+        if has_call(place) or isinstance(place, Parameter):
+            value = self._body.keep(value)
+            place = self._hoisting.out_of_place(place)
+        self._body.store(place, value)
+        return value if isinstance(place, Parameter) else Load(place)
 
     def assign(self, statement: Assign) -> None:
         place, value = statement.place, statement.value

@@ -11,6 +11,7 @@ from typing import Final, Protocol, TypeVar
 from fieldrig_devices.iec.program import (
     AddressOf,
     Allocate,
+    Assigned,
     Binary,
     Bit,
     CallFunction,
@@ -53,7 +54,7 @@ def has_call(node: Expression | Place) -> bool:
             return True
         node = node.left
     match node:
-        case CallFunction() | Enabled() | Result() | Kept():
+        case CallFunction() | Enabled() | Result() | Kept() | Assigned():
             return True
         case Load(place) | AddressOf(place) | Description(place):
             return (isinstance(place, Parameter) and place.is_slow) or has_call(place)
@@ -83,6 +84,9 @@ class Caller(Protocol):
     def enabled(self, call: Enabled) -> Cell:
         """Make a call with EN or ENO; return where its result is until the next call."""
 
+    def assigned(self, given: Assigned) -> Expression:
+        """Make an assignment; return the value of its place."""
+
     def read_slowly(self, place: Parameter) -> Cell: ...
 
     def keep(self, value: Expression) -> Load:
@@ -107,6 +111,8 @@ class Hoisting:
                 return Load(self._caller.call(expression))
             case Enabled():
                 return Load(self._caller.enabled(expression))
+            case Assigned():
+                return self._caller.assigned(expression)
             case Binary():
                 return self._out_of_chain(expression)
             case Intrinsic():

@@ -199,7 +199,8 @@ class Blocks(Expressions):
         return condition
 
     def _no_assignment(self, left: tree.Expression) -> tree.Expression:
-        """Report := in a condition, and read it as the comparison that was meant."""
+        """Report := in a condition, unless it may assign there, and read it as the comparison that was meant."""
+        left = self.assigned(left)
         if self.kinds[self.i] != ":=":
             return left
         hint = "A comparison is written with =, an assignment with :=."

@@ -123,6 +123,17 @@ class Expressions(Cursor):
             left = tree.Binary(plain, left, self.expression(RANKS[plain] + 1), position=position)
         return left
 
+    def assigned(self, left: tree.Expression) -> tree.Expression:
+        """Read the rest of an assignment behind its target, where one is an expression, as in `IF a := b = 3 THEN`."""
+        if self.kinds[self.i] != ":=" or not self.dialect.has_chained_assignments:
+            return left
+        position = self.positions[self.i]
+        self._rise()
+        self.i += 1
+        value = self.assigned(self.expression())
+        self.height -= 1
+        return tree.Assigned(left, value, position=position)
+
     def _unary(self) -> tree.Expression:
         kind = self.kinds[self.i]
         if kind == token.NAME:
@@ -156,7 +167,7 @@ class Expressions(Cursor):
         if kind == "(":
             self._rise()
             self.i += 1
-            inner = self.expression()
+            inner = self.assigned(self.expression())
             self.close(")", at)
             self.height -= 1
             return self._behind(inner) if self.kinds[self.i] in (".", "[", "^") else inner

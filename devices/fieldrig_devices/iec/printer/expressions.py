@@ -18,6 +18,8 @@ def expression_text(node: tree.Expression, weakest: int = 0) -> str:
             return _literal(node)
         case tree.Binary():
             return _chain(node, weakest)
+        case tree.Assigned(target, value):
+            return f"({expression_text(target)} := {expression_text(value)})"
         case tree.Unary(operator, operand):
             inner = expression_text(operand, _SIGN)
             if operator[-1].isalpha():

@@ -38,6 +38,7 @@ from fieldrig_devices.iec.tree.declarations import (
 )
 from fieldrig_devices.iec.tree.expressions import (
     Argument,
+    Assigned,
     Binary,
     BitOf,
     Call,
@@ -102,6 +103,7 @@ __all__ = [
     "ArraySpec",
     "Assign",
     "AssignKind",
+    "Assigned",
     "Binary",
     "BitOf",
     "Body",

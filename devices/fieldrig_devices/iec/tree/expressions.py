@@ -115,7 +115,15 @@ class Binary(Node):
     right: "Expression"
 
 
-Expression = Literal | Name | Member | BitOf | Index | Dereference | Direct | Call | Unary | Binary
+@dataclass(slots=True)
+class Assigned(Node):
+    """`target := value` within an expression, whose value is that of the target then."""
+
+    target: "Expression"
+    value: "Expression"
+
+
+Expression = Literal | Name | Member | BitOf | Index | Dereference | Direct | Call | Unary | Binary | Assigned
 
 
 @dataclass(slots=True)

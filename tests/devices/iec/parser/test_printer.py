@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from iec_trees import EXPRESSIONS, INITIALS, STATEMENTS, UNITS
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.dialect import DIALECTS, EDITION_3
+from fieldrig_devices.iec.dialect import CODESYS, DIALECTS, EDITION_3
 from fieldrig_devices.iec.parser import parse
 from fieldrig_devices.iec.printer import print_unit
 
@@ -151,3 +151,15 @@ def test_a_test_of_trust_keeps_its_words() -> None:
     unit, mistakes = parse(text, "counts.st", EDITION_3)
     assert not mistakes
     assert print_unit(unit) == text
+
+
+def test_assignments_within_expressions_survive() -> None:
+    body = (
+        "IF a := b = 3 THEN c := (d := (e := 4) + 1) * 2; END_IF F((a := b), n := (c := 5)); WHILE x := y DO END_WHILE"
+    )
+    unit, mistakes = parse(f"PROGRAM p {body} END_PROGRAM", "expressions.st", CODESYS)
+    assert mistakes == []
+    text = print_unit(unit)
+    assert "IF (a := b = 3) THEN" in text
+    assert "c := (d := (e := 4) + 1) * 2;" in text
+    assert parse(text, unit.file, CODESYS) == (unit, [])
