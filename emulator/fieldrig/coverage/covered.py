@@ -5,19 +5,25 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fieldrig.coverage.collecting import Collector, collecting
+from fieldrig.coverage.places import News
 from fieldrig.coverage.reports.table import said, table
 from fieldrig.coverage.summary import Coverage
 from fieldrig.coverage.wanted import Wanted
 
 
 class Covered:
-    """The coverage so far of the programs that were loaded in a block of `covered`."""
+    """The coverage so far of the programs that were loaded in a block of `covered`; behind it, that at its end."""
 
     def __init__(self, collector: Collector) -> None:
         self._collector = collector
+        self._at_end: News | None = None
+
+    def end(self) -> None:
+        """Keep what has run until now, because the notes of the processes are about to go."""
+        self._at_end = self._collector.news()
 
     def _coverage(self) -> Coverage:
-        return Coverage(self._collector.news())
+        return Coverage(self._at_end if self._at_end is not None else self._collector.news())
 
     @property
     def per_cent(self) -> float:
@@ -63,4 +69,8 @@ def covered(*, detail: bool = False) -> Iterator[Covered]:
     marks.
     """
     with collecting(is_detailed=detail) as collector:
-        yield Covered(collector)
+        seen = Covered(collector)
+        try:
+            yield seen
+        finally:
+            seen.end()

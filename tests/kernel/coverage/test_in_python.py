@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,23 @@ def test_a_block_shows_what_its_programs_have_run(folder: Path) -> None:
         seen.write(data=folder / "d/a.json", lcov=folder / "a.info", cobertura=folder / "a.xml", html=folder / "html")
     for name in ("d/a.json", "a.info", "a.xml", "html/index.html"):
         assert b"pump.st" in (folder / name).read_bytes()
+
+
+def test_what_was_seen_stays_behind_the_block(folder: Path) -> None:
+    with fieldrig.covered() as seen:
+        fieldrig.program("pump.st").block("Pump")(level=10)
+    assert seen.missed == ["pump.st:4 IF", "pump.st:5"]
+    assert seen.per_cent < 100.0
+    assert "Pump" in str(seen)
+    seen.write(lcov=folder / "behind.info")
+    assert b"pump.st" in (folder / "behind.info").read_bytes()
+
+
+def test_what_was_seen_stays_behind_a_block_that_fails(folder: Path) -> None:
+    with suppress(ValueError), fieldrig.covered() as seen:
+        fieldrig.program("pump.st").block("Pump")(level=10)
+        raise ValueError("a test has failed")
+    assert seen.missed == ["pump.st:4 IF", "pump.st:5"]
 
 
 def test_what_a_branch_of_a_rig_runs_counts(folder: Path) -> None:
