@@ -43,36 +43,35 @@ def line_clock(head: bytes) -> Callable[[str], int | None]:
 def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd: Oddities | None = None) -> int:
     """Write entries; `start_unix_ns` is the time of day at their instant 0.  Returns the number of messages."""
     columns, heads, written = Columns(Oddities() if odd is None else odd), PlainHeads(_head), 0
-    second, second_ns = "0.", 0
+    second, second_ns = b"0.", 0
     file.write(f"{HEAD}\n".encode())
     for entry in entries:
         time_ns, bus, family, _, message = entry
         head = heads[message[:HEAD_BYTES]] if family == "can" and bus == columns.bus else None
         if head is not None and message[4] == len(message) - HEAD_BYTES:
-            frame = f"{head}{b2a_base64(message[HEAD_BYTES:], newline=False).decode()}"
+            data = message[HEAD_BYTES:]
         else:
             fields = columns.fields(entry)
             if fields is None:
                 continue
-            frame = _frame(fields)
+            head, data = _odd_head(fields), fields.data
         now_ns = start_unix_ns + time_ns
         part_ns = now_ns - second_ns
         if not 0 <= part_ns < S:
             seconds, part_ns = divmod(abs(now_ns), S)
-            second, second_ns = (f"{seconds}.", seconds * S) if now_ns >= 0 else (f"-{seconds}.", _NO_SECOND_NS)
-        file.write(f"{second}{part_ns:09},{frame}\n".encode())
+            second, second_ns = (b"%d." % seconds, seconds * S) if now_ns >= 0 else (b"-%d." % seconds, _NO_SECOND_NS)
+        file.write(b"%b%09d,%b%b" % (second, part_ns, head, b2a_base64(data)))  # bytes take half the time of texts
         written += 1
     return written
 
 
-def _head(identifier: int, is_extended: bool, length: int) -> str:
-    return f"0x{identifier:x},{is_extended:d},0,0,{length},"
+def _head(identifier: int, is_extended: bool, length: int) -> bytes:
+    return b"0x%x,%d,0,0,%d," % (identifier, is_extended, length)
 
 
-def _frame(fields: Fields) -> str:
+def _odd_head(fields: Fields) -> bytes:
     row = row_of(fields)
-    flags = f"{row.is_extended:d},{row.is_remote:d},{row.is_error:d}"
-    return f"0x{row.identifier:x},{flags},{row.length},{b2a_base64(row.data, newline=False).decode()}"
+    return b"0x%x,%d,%d,%d,%d," % (row.identifier, row.is_extended, row.is_remote, row.is_error, row.length)
 
 
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:

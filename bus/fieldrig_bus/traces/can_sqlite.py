@@ -75,10 +75,10 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
             with closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)) as database:
                 _check(database)
                 most, heads = path.stat().st_size // _LEAST_ROW, HeadsOfNumbers()
-                for values in database.execute(_SELECT):
-                    if odd.number >= most:  # pages that lead to each other have rows without end
+                for number, values in enumerate(database.execute(_SELECT), 1):
+                    if number > most:  # pages that lead to each other have rows without end
                         raise sqlite3.DatabaseError("there are more rows than a file of this size can hold")
-                    odd.number += 1
+                    odd.number = number
                     try:
                         seconds, identifier, extended, remote, error, _, data = values
                         if type(seconds) is float and type(data) is bytes and len(data) <= 8 and not (remote or error):
