@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
 
 from fieldrig.device import Value
+from fieldrig.errors import ControlError
 from fieldrig.faults.words import words_of_fault
 
 Verb = Literal["set", "press", "fault", "clear", "restart", "send"]
@@ -53,6 +54,18 @@ class Act(NamedTuple):
             case "send":
                 return f"send {self.where} {self.value}"
         return f"{self.verb} {self.where}"
+
+
+class RefusedActError(ControlError):
+    """A rig refuses an action, such as a value that the device does not take."""
+
+    def __init__(self, what: str, remedy: str, act: Act) -> None:
+        super().__init__(what, remedy)
+        self.act = act
+
+    def __reduce__(self) -> tuple[type["RefusedActError"], tuple[str, str, Act]]:
+        """Cross the pipe of a branch with the action."""
+        return type(self), (self.what, self.remedy, self.act)
 
 
 Schedule = tuple[Act, ...]

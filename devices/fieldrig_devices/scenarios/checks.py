@@ -1,6 +1,6 @@
 """Checks, before anything happens, that a rig has everything that a scenario names; each mistake has its line."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from fieldrig.config.yaml_source import KeyPath, Source, key_text
@@ -10,7 +10,7 @@ from fieldrig.faults.faults import fault_of
 from fieldrig.faults.power import models_of_device
 from fieldrig.points.names import split_point
 from fieldrig.text.nearest import closest
-from fieldrig_devices.scenarios.act import Act, Schedule
+from fieldrig_devices.scenarios.act import Act, RefusedActError, Schedule
 from fieldrig_devices.scenarios.expression import expression_of
 from fieldrig_devices.scenarios.known_texts import check_compared, check_written
 from fieldrig_devices.scenarios.places import ReadOnly, place_of
@@ -24,12 +24,31 @@ if TYPE_CHECKING:
 
 def check(rig: "Rig", scenario: Scenario) -> None:
     """ConfigError, with every mistake, for a scenario whose places, faults or messages the rig does not have."""
-    source = scenario.source or Source()
-    mistakes = [
-        Mistake(*source.mark(path), key_text(path), wrong.what, wrong.remedy) for path, wrong in _wrong(rig, scenario)
-    ]
+    refuse_at(scenario.source, _wrong(rig, scenario))
+
+
+def refuse_at(source: Source | None, wrong: Iterable[tuple[KeyPath, RigError]]) -> None:
+    """ConfigError with these mistakes, each with its line in the source, unless there is none."""
+    given = source or Source()
+    mistakes = [Mistake(*given.mark(path), key_text(path), one.what, one.remedy) for path, one in wrong]
     if mistakes:
         raise ConfigError(list(dict.fromkeys(mistakes)))
+
+
+def refused_at(scenario: Scenario, wrong: RefusedActError) -> RigError:
+    """Return the refusal of a step as a mistake in its line; as it is if no line of a file has the step."""
+    for key, schedule in (("steps", scenario.schedule), ("recover", scenario.recovery)):
+        for path, act in _numbered(scenario, key, schedule):
+            if scenario.source is not None and act._replace(at_ns=0, when="") == wrong.act._replace(at_ns=0, when=""):
+                place = _key_of(path, act)
+                mark = scenario.source.mark(place)
+                return ConfigError([Mistake(*mark, key_text(place), wrong.what, wrong.remedy)])
+    return wrong
+
+
+def _key_of(path: KeyPath, act: Act) -> KeyPath:
+    """Return the key of an action in its step."""
+    return (*path, act.verb, *((act.where,) if act.verb in ("set", "press", "send") else ()))
 
 
 def _wrong(rig: "Rig", scenario: Scenario) -> Iterator[tuple[KeyPath, RigError]]:
@@ -43,7 +62,7 @@ def _wrong(rig: "Rig", scenario: Scenario) -> Iterator[tuple[KeyPath, RigError]]
         try:
             _check_act(rig, act)
         except RigError as wrong:
-            yield (*path, act.verb, *((act.where,) if act.verb in ("set", "press", "send") else ())), wrong
+            yield _key_of(path, act), wrong
 
 
 def _of_expression(rig: "Rig", path: KeyPath, text: str) -> Iterator[tuple[KeyPath, RigError]]:

@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Protocol
 
 from fieldrig.device import Value
-from fieldrig_devices.scenarios.act import Act
+from fieldrig.errors import ControlError
+from fieldrig_devices.scenarios.act import Act, RefusedActError
 
 
 class Operated(Protocol):
@@ -36,10 +37,16 @@ class Hands:
         """The buses and devices that have been given faults."""
 
     def do(self, act: Act) -> Act | None:
-        """Do an action, and return the one that ends it, if there is one.  RigError if the rig refuses it.
+        """Do an action, and return the one that ends it, if there is one.  RefusedActError if the rig refuses it.
 
         A key of a device without power does nothing.
         """
+        try:
+            return self._do(act)
+        except ControlError as wrong:
+            raise RefusedActError(wrong.what, wrong.remedy, act) from wrong
+
+    def _do(self, act: Act) -> Act | None:
         rig = self._rig
         if act.verb in ("set", "press", "restart") and not self._has_power(act.where.partition("/")[0]):
             return None

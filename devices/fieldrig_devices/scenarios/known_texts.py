@@ -21,6 +21,10 @@ def check_compared(rig: "Rig", place: str, text: Value, present: Value) -> None:
     known = _known(rig, place, text, present)
     if known:
         raise ControlError(f"{place} is never {text!r}", closest(text, known))
+    if isinstance(text, str) and isinstance(present, int | float) and not _states(rig, place):
+        is_flag = isinstance(present, bool) or text.lower() in FLAG
+        if not is_flag:
+            raise ControlError(f"{place} is never {text!r}", f"it is a number, now {present}")
 
 
 def check_written(rig: "Rig", place: str, value: object, present: Value) -> None:
@@ -34,7 +38,12 @@ def _known(rig: "Rig", place: str, text: object, present: Value) -> list[str]:
     """Return the texts of the place, if this is a text and none of them."""
     if not isinstance(text, str):
         return []
-    device, key = split_point(place)
-    states = rig.facts(device).get(key, {}).get("states", []) if device in rig.config.devices else []
+    states = _states(rig, place)
     known = list(states) or (list(FLAG) if isinstance(present, bool) else [])
     return [] if text in known or (not states and text.lower() in FLAG) else known
+
+
+def _states(rig: "Rig", place: str) -> list[str]:
+    device, key = split_point(place)
+    states: list[str] = rig.facts(device).get(key, {}).get("states", []) if device in rig.config.devices else []
+    return states

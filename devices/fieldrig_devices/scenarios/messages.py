@@ -4,9 +4,9 @@ The names of nodes and services are those of the rig file.  Only what asks for n
 contents are compared without.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fnmatch import fnmatchcase
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.errors import ControlError
@@ -25,8 +25,17 @@ from fieldrig_devices.named_logs.modbus_rows import ModbusRows
 from fieldrig_devices.named_logs.named_log import NamedLog
 from fieldrig_devices.named_logs.row import Row, row_of
 
+Read = TypeVar("Read")
 NAMED: Final = ("node", "service", "unit", "register", "text")
 """Keys that need the name of a message."""
+
+_OF_FAMILIES: Final = (
+    ("id", "can", "identifiers"),
+    ("code", "can", "emergency messages"),
+    ("unit", "modbus", "units"),
+    ("register", "modbus", "registers"),
+)
+"""Keys that messages of one family of buses have, with the name of what they choose."""
 
 
 class Messages:
@@ -39,15 +48,16 @@ class Messages:
         self._bus, self._words = config.buses[bus].bus, words
         try:
             self._ids = identifiers_of(words["id"]) if "id" in words else None
-            self._code = int(words["code"], 0) if "code" in words else None
-            self._data = bytes.fromhex(words["data"]) if "data" in words else None
+            self._code = _read(words, "code", lambda text: int(text, 0), "expected a number such as code=0x8611")
+            self._data = _read(words, "data", bytes.fromhex, 'expected hex digits such as data="10 43"')
             self._filter = _filter_of(config, words)
         except ValueError as wrong:
             what, _, remedy = str(wrong).partition("\n")
-            raise ControlError(f"{bus}: {what}", remedy or "expected code=0x8611, and hex digits in data=") from wrong
+            raise ControlError(f"{bus}: {what}", remedy or "expected one such as id=0x181 or id=0x180-0x1FF") from wrong
         family = self._bus.family
-        if family != "can" and ("id" in words or "code" in words):
-            raise ControlError(f"{bus} has no identifiers: it is a bus of {family}", "expected a CAN bus")
+        for key, wanted, about in _OF_FAMILIES:
+            if key in words and family != wanted:
+                raise ControlError(f"{bus} has no {about}: it is a bus of {family}", f"expected a bus of {wanted}")
         names = [member.entry.name for member in members_of(config, bus)]
         node = words.get("node", "*")
         if not node.isdigit() and not any(fnmatchcase(name, node) for name in names):
@@ -104,6 +114,16 @@ def _rows_of(namer: Namer | None) -> CanRows | ModbusRows | None:
     if isinstance(namer, CanopenNames):
         return CanRows(namer)
     return ModbusRows(namer) if isinstance(namer, ModbusNames) else None
+
+
+def _read(words: Mapping[str, str], key: str, read: Callable[[str], Read], remedy: str) -> Read | None:
+    """Return the value of a key, if it is given.  ValueError, with the remedy in its second line."""
+    if key not in words:
+        return None
+    try:
+        return read(words[key])
+    except ValueError as wrong:
+        raise ValueError(f"{key} cannot be {words[key]!r}\n{remedy}") from wrong
 
 
 def _filter_of(config: RigConfig, words: Mapping[str, str]) -> Filter:

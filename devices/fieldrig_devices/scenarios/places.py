@@ -89,7 +89,7 @@ class BusSignal:
             return False  # a device listens to it, and nothing has been on it yet
         raise ControlError(
             f"{self._bus} has no signal {self._key!r}",
-            closest(self._key, [*self._rig.signals(self._bus), *map(str, heard)]),
+            closest(self._key, [*dict.fromkeys([*self._rig.signals(self._bus), *map(str, heard)])]),
         )
 
     def write(self, value: Value) -> None:

@@ -4,13 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fieldrig.config.rig_file import RigConfig, load
+from fieldrig.config.rig_file import load
 from fieldrig.errors import ConfigError, RigError, UnmetError
 from fieldrig.system.stopwatch import Stopwatch
 from fieldrig.virtual.rig import Rig
-from fieldrig_devices.scenarios.checks import check
+from fieldrig_devices.scenarios.act import RefusedActError
+from fieldrig_devices.scenarios.checks import check, refused_at
 from fieldrig_devices.scenarios.play import play
 from fieldrig_devices.scenarios.report import Outcome, failures
+from fieldrig_devices.scenarios.rig_of_scenario import config_of
 from fieldrig_devices.scenarios.scenario_file import Scenario, load_scenario
 from fieldrig_devices.scenarios.tracing import Trace, heard_by, traced
 from fieldrig_devices.scenarios.watching import Played
@@ -41,6 +43,8 @@ def played(file: Path, overrides: Sequence[str] = (), trace_file: Path | None = 
             shown = played_of(scenario, overrides, trace)
     except ConfigError:
         raise
+    except RefusedActError as wrong:
+        raise refused_at(scenario, wrong) from wrong
     except RigError as wrong:
         raise type(wrong)(f"{file}: {wrong.what}", wrong.remedy) from wrong
     return Outcome(file, scenario, shown, watch.seconds)
@@ -118,17 +122,11 @@ def check_scenario(scenario: Scenario, overrides: Sequence[str] = ()) -> None:
             check(rig, scenario)
 
 
-def config_of(scenario: Scenario, overrides: Sequence[str]) -> RigConfig:
-    """Return the rig of a scenario in virtual time.  ConfigError with its mistakes."""
-    return load(scenario.rig, (*scenario.overrides, *overrides, f"{_TIME}virtual"))
-
-
 def _in_real_time(scenario: Scenario, overrides: Sequence[str], trace: Trace | None) -> Played:
     """Play a scenario to the rig that runs, or to one that is started for it."""
     from fieldrig.real.running_rig import running  # virtual time needs no sessions
 
     check_scenario(scenario, overrides)
-    config = load(scenario.rig, (*overrides, f"{_TIME}real"))
-    with running(config) as rig:
+    with running(config_of(scenario, overrides, "real")) as rig:
         rig.wait_for_uptime(scenario.after_ns)
         return played_live(rig, scenario, trace)

@@ -9,7 +9,7 @@ properties:
   stops: {within: 50ms, condition: not feeder/g_bBusy, after: stepper/fault}
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Final, NamedTuple, Self
@@ -20,8 +20,9 @@ from fieldrig.clock import S
 from fieldrig.config.settings_file import settings_of
 from fieldrig.config.yaml_source import Source, read_file
 from fieldrig.device import Value
+from fieldrig.errors import ConfigError, Mistake
 from fieldrig.faults.words import fault_of_words, split_words
-from fieldrig.settings import ConfigFile, Settings, WrongKey, WrongSettingsError
+from fieldrig.settings import ConfigFile, Settings, WrongKey, WrongSettingsError, refuse_all
 from fieldrig_devices.scenarios.act import Act, Schedule, Verb
 from fieldrig_devices.scenarios.property import Property
 from fieldrig_devices.scenarios.property_settings import Condition, Duration, PropertySettings
@@ -42,11 +43,19 @@ FaultText = Annotated[dict[str, str], BeforeValidator(_fault, json_schema_input_
 VERBS: Final[tuple[Verb, ...]] = ("set", "press", "fault", "clear", "restart", "send")
 
 
+def wrong_hold(keys: Collection[str], verbs: Collection[str]) -> Iterator[WrongKey]:
+    """Yield what is wrong with the keys of an action: only `press` has a time."""
+    if "hold" in keys and "press" not in verbs:
+        yield WrongKey(("hold",), f"{' and '.join(verbs)} takes no time", "only `press` has `hold`")
+
+
 class ActionSettings(Settings):
     """One action, at whatever instant."""
 
-    set: dict[str, Value] | None = Field(default=None, description="places with their new values")
-    press: dict[str, Value] | None = Field(default=None, description="places with values that they have for a time")
+    set: dict[str, Value] | None = Field(default=None, min_length=1, description="places with their new values")
+    press: dict[str, Value] | None = Field(
+        default=None, min_length=1, description="places with values that they have for a time"
+    )
     hold: Duration = Field(default=100_000_000, description="the time of `press`")
     fault: FaultText | None = Field(
         default=None, description="a bus or device with a fault, as `fieldrig fault` takes it: stepper trip"
@@ -54,7 +63,9 @@ class ActionSettings(Settings):
     clear: str | None = Field(default=None, description="a bus or device whose faults end")
     restart: str | None = Field(default=None, description="a device that is switched off and on")
     send: dict[str, str] | None = Field(
-        default=None, description="CAN buses with a frame as of `cansend`, and serial lines with bytes in hex"
+        default=None,
+        min_length=1,
+        description="CAN buses with a frame as of `cansend`, and serial lines with bytes in hex",
     )
 
     @model_validator(mode="after")
@@ -63,6 +74,7 @@ class ActionSettings(Settings):
         if len(given) != 1:
             what = f"it has {' and '.join(given)}" if given else "it does nothing"
             raise ValueError(f"{what}: expected one of {', '.join(VERBS)}")
+        refuse_all(wrong_hold(self.model_fields_set, given))
         return self
 
     def acts(self, at_ns: int) -> Iterator[Act]:
@@ -149,6 +161,8 @@ class ScenarioSettings(Settings):
         ]
         if self.length is not None and timed and timed[-1][1] > self.length:
             wrong.append(WrongKey(("for",), "the last step is later", "expected a longer time"))
+        if self.jitter and self.master is None:
+            wrong.append(WrongKey(("jitter",), "only a master wakes up late", "expected `master` as well"))
         if wrong:
             raise WrongSettingsError(wrong)
         return self
@@ -180,7 +194,14 @@ class Scenario(NamedTuple):
 def load_scenario(path: Path) -> Scenario:
     """Return the scenario of a file.  ConfigError with every mistake; places are looked up when it runs."""
     source = read_file(path)
-    scenario = scenario_of(settings_of(source, ScenarioSettings))
+    if isinstance(source.data, dict) and "vary" in source.data:
+        remedy = "`fieldrig search run FILE` takes it"
+        raise ConfigError([Mistake(*source.mark(("vary",)), "vary", "this is the plan of a search", remedy)])
+    return with_lines(scenario_of(settings_of(source, ScenarioSettings)), source)
+
+
+def with_lines(scenario: Scenario, source: Source) -> Scenario:
+    """Return a scenario with the file that it comes from, and the lines of its properties there."""
     lined = [one._replace(line=source.mark(("properties", one.name)).line or 0) for one in scenario.properties]
     return scenario._replace(properties=tuple(lined), source=source)
 

@@ -6,16 +6,19 @@ from contextlib import ExitStack
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, Self
 
-from fieldrig.config.rig_file import load
 from fieldrig.coverage.collecting import collecting
 from fieldrig.coverage.places import Place
 from fieldrig.virtual.branch import Branch
 from fieldrig.virtual.rig import Rig
+from fieldrig_devices.scenarios.act import RefusedActError
+from fieldrig_devices.scenarios.checks import check, refused_at
 from fieldrig_devices.scenarios.play import Played
+from fieldrig_devices.scenarios.rig_of_scenario import config_of
 from fieldrig_devices.search import run
 from fieldrig_devices.search.choices import Choice
 from fieldrig_devices.search.piece import Piece, Run, World, acts_text
 from fieldrig_devices.search.plan import Plan, in_world
+from fieldrig_devices.search.plan_checks import check_alone, check_plan
 from fieldrig_devices.search.run import Nominal
 from fieldrig_devices.search.trunk import Trunk
 from fieldrig_devices.search.vary import choices_of
@@ -51,17 +54,22 @@ class Bench:
         """The first world at the begin of the scenario."""
         return self._first.root
 
+    def check(self) -> None:
+        """ConfigError, with every mistake, for what no rig of the plan has."""
+        for world in self.plan.worlds:
+            config_of(in_world(self.plan.scenario, world))
+        _ = self.choices
+
     @cached_property
     def choices(self) -> tuple[Choice, ...]:
-        """The things that may happen.  ControlError for what the rig does not have."""
+        """The things that may happen.  ConfigError, with every mistake, for what the rig does not have."""
         with self.rig.branch() as scratch:
-            found = scratch.call(choices_of, self.plan.vary)
-        with self.rig.branch() as scratch:
-            refused = scratch.call(run.try_all, found)
-        for act in refused:
+            refused = scratch.call(check_plan, self.plan)
+        for path, act in refused:
             with self.rig.branch() as scratch:
-                scratch.call(run.try_alone, act)
-        return found
+                scratch.call(check_alone, self.plan, path, act)
+        with self.rig.branch() as scratch:
+            return scratch.call(choices_of, self.plan.vary)
 
     @property
     def places(self) -> Sequence[tuple[int, Place]]:
@@ -72,7 +80,10 @@ class Bench:
     def nominal(self) -> Nominal:
         """The run of the first world without any action besides."""
         with self.root.branch() as branch:
-            found = branch.call(run.nominal, self.plan.edges, self.plan.scenario.length_ns)
+            try:
+                found = branch.call(run.nominal, self.plan.edges, self.plan.scenario.length_ns)
+            except RefusedActError as wrong:
+                raise refused_at(self.plan.scenario, wrong) from wrong
         self._cpu_s += found.cpu_s
         return found
 
@@ -181,9 +192,10 @@ class _Standing:
             load_libraries(scenario.master)  # before the rig: some have threads, such as those of numpy
         with ExitStack() as stack:
             collector = stack.enter_context(collecting(is_written=False))
-            config = load(scenario.rig, ("time=virtual", *scenario.overrides))
-            self.rig = stack.enter_context(Rig(config))
+            self.rig = stack.enter_context(Rig(config_of(scenario)))
             self.rig.run_until(scenario.after_ns)
+            with self.rig.branch() as scratch:
+                scratch.call(check, scenario)
             self.root = self.rig.branch()
             self.root.call(run.begin, plan)
             self.places, first = list[tuple[int, Place]](), 0

@@ -93,9 +93,19 @@ def fault_choices(rig: "Rig", wanted: Wanted) -> Iterator[Choice]:
                 is_any = True
                 yield Choice("fault", where, tuple(_in_time(rig, where, forms, model, wanted)))
     if not is_any:
+        _check_keys(rig, wanted)
         kinds = {what for where in matching_parts(rig, wanted.where) for what in _models(rig, where)}
         text = f"{', '.join(wanted.where)} cannot have a fault {', '.join(wanted.kinds)}"
         raise ControlError(text, closest(wanted.kinds[0], sorted(kinds)))
+
+
+def _check_keys(rig: "Rig", wanted: Wanted) -> None:
+    """ControlError for a key that no fault of these buses and devices has."""
+    models = [model for where in matching_parts(rig, wanted.where) for model in _models(rig, where).values()]
+    keys = sorted({key for model in models for key in model.model_fields})
+    for key in wanted.given:
+        if key not in keys:
+            raise ControlError(f"no fault of {', '.join(wanted.where)} has {key}", closest(key, keys))
 
 
 def _models(rig: "Rig", where: str) -> Mapping[str, type[Timed]]:

@@ -18,10 +18,11 @@ from typing import Final, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from fieldrig.config.settings_file import load_settings
+from fieldrig.config.settings_file import settings_of
+from fieldrig.config.yaml_source import Source, read_file
 from fieldrig.settings import ConfigFile, WrongKey, refuse_all
 from fieldrig.text.durations import duration_ns
-from fieldrig_devices.scenarios.scenario_file import Scenario, ScenarioSettings, scenario_of
+from fieldrig_devices.scenarios.scenario_file import Scenario, ScenarioSettings, scenario_of, with_lines
 from fieldrig_devices.search.piece import World
 from fieldrig_devices.search.state_places import Sort
 from fieldrig_devices.search.vary import FaultsSettings, VarySettings
@@ -109,17 +110,19 @@ def in_world(scenario: Scenario, world: World) -> Scenario:
 
 def load_plan(path: Path, overrides: Sequence[str] = ()) -> Plan:
     """Return the plan of a file.  ConfigError with every mistake; places are looked up when the search begins."""
-    return _plan_of(load_settings(path, PlanSettings), overrides)
+    source = read_file(path)
+    return _plan_of(settings_of(source, PlanSettings), source, overrides)
 
 
 def plan_for(rig: Path, path: Path, overrides: Sequence[str] = ()) -> Plan:
     """Return the plan of a file of properties for a rig.  ConfigError with every mistake."""
-    given = load_settings(path, PropertyFileSettings)
-    return _plan_of(given.model_copy(update={"rig": rig}), overrides)
+    source = read_file(path)
+    given = settings_of(source, PropertyFileSettings)
+    return _plan_of(given.model_copy(update={"rig": rig}), source, overrides)
 
 
-def _plan_of(given: PlanSettings, overrides: Sequence[str]) -> Plan:
-    scenario = scenario_of(given)
+def _plan_of(given: PlanSettings, source: Source, overrides: Sequence[str]) -> Plan:
+    scenario = with_lines(scenario_of(given), source)
     scenario = scenario._replace(overrides=(*scenario.overrides, *overrides))
     judged = tuple(dict.fromkeys(place for one in scenario.properties for place in one.places))
     return Plan(

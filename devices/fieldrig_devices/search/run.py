@@ -4,7 +4,7 @@ A branch has a stage and an eye of its own, which its branches begin from.  The 
 and what crosses the pipe is small.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -133,12 +133,11 @@ def _acting() -> AbstractContextManager[None]:
     return stage.acting(scenario.master, scenario.jitter_ns, is_quiet=True)
 
 
-def try_all(rig: "Rig", choices: Sequence[Choice]) -> list[Act]:
+def try_all(rig: "Rig", choices: Iterable[Choice], places: MutableMapping[str, RigPlace]) -> list[Act]:
     """Try each choice once, one after the other, and return those of which the rig has refused the value.
 
-    RigError for a place, a fault or a device that the rig does not have.
+    `places` has those that were written before.  RigError for a place, a fault or a device that the rig does not have.
     """
-    places: dict[str, RigPlace] = {}
     refused: list[Act] = []
     for choice in choices:
         for act in choice.all(0):

@@ -49,7 +49,8 @@ class Search:
         return self._watch.busy_seconds + self._bench.cpu_s + self._played_s
 
     def go(self, strategies: Sequence[str], limits: Limits, tell: Callable[[str], None]) -> None:
-        """Search.  RigError if the scenario does not hold without any action besides."""
+        """Search.  RigError if the scenario does not hold without any action besides, or for a plan with mistakes."""
+        self._bench.check()
         self._check_control()
         task = Task(self._plan, self._bench, self._seed, self._shard)
         from_begin = self._plan.scenario.master is not None  # no branch has its threads

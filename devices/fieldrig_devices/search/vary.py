@@ -20,11 +20,11 @@ from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.faults.condition import condition_of
 from fieldrig.points.names import split_point
-from fieldrig.settings import Settings
+from fieldrig.settings import Settings, refuse_all
 from fieldrig.text.nearest import closest
 from fieldrig_devices.scenarios.act import Verb
 from fieldrig_devices.scenarios.property_settings import Duration
-from fieldrig_devices.scenarios.scenario_file import VERBS, FaultText
+from fieldrig_devices.scenarios.scenario_file import VERBS, FaultText, wrong_hold
 from fieldrig_devices.search.choices import Choice, Span
 from fieldrig_devices.search.fault_choices import fault_choices, matching_parts
 
@@ -105,16 +105,23 @@ class VarySettings(Settings):
         if len(given) != 1:
             what = f"it has {' and '.join(given)}" if given else "it does nothing"
             raise ValueError(f"{what}: expected one of {', '.join(known)}")
+        refuse_all(wrong_hold(self.model_fields_set, given))
         return self
+
+    @property
+    def key(self) -> str:
+        """The key of what it lets happen."""
+        return next(name for name in (*VERBS, "faults") if getattr(self, name, None) is not None)
 
 
 def choices_of(rig: "Rig", vary: Iterable[VarySettings]) -> tuple[Choice, ...]:
     """Return what may happen to a rig.  ControlError, with the nearest name, for what it does not have."""
-    found = [choice for one in vary for choice in _choices(rig, one)]
+    found = [choice for one in vary for choice in choices_for(rig, one)]
     return tuple({repr(choice): choice for choice in found}.values())
 
 
-def _choices(rig: "Rig", given: VarySettings) -> Iterator[Choice]:
+def choices_for(rig: "Rig", given: VarySettings) -> Iterator[Choice]:
+    """Yield what one entry lets happen."""
     yield from _writes(rig, "set", given.set, (0,))
     yield from _writes(rig, "press", given.press, tuple(given.hold))
     if given.fault is not None:

@@ -13,7 +13,7 @@ from fieldrig.config.rig_file import load
 from fieldrig.errors import ConfigError
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.scenarios.checks import check
-from fieldrig_devices.scenarios.running import check_file
+from fieldrig_devices.scenarios.running import check_file, played
 from fieldrig_devices.scenarios.scenario_file import load_scenario
 
 LAB = Path(__file__).parents[3] / "configs" / "lab.yaml"
@@ -72,6 +72,64 @@ WRONG_TEXTS = [
     ({"steps": [{"at": "1s", "fault": "io power_off when='io/nmt.state == stoped'"}]}, "io/nmt.state is never 'stoped'",
      "did you mean stopped?"),
 ]  # fmt: skip
+
+
+WRONG_KEYS = [
+    ({"steps": [{"at": "0s", "set": {"drive/run": True}, "hold": "1s"}]}, "steps[0].hold", "set takes no time"),
+    ({"steps": [{"at": "0s", "fault": "tank leak", "hold": "1s"}]}, "steps[0].hold", "fault takes no time"),
+    ({"steps": [{"at": "0s", "set": {}}]}, "steps[0].set", "{} doesn't fit"),
+    ({"steps": [{"at": "0s", "send": {}}]}, "steps[0].send", "{} doesn't fit"),
+    ({"jitter": "5ms"}, "jitter", "only a master wakes up late"),
+    ({"vary": [{"restart": "io"}]}, "vary", "this is the plan of a search"),
+    ({"overrides": ["devices.tank.hight_m=3"]}, "overrides[0]", "devices.tank.hight_m: there is no such key"),
+    ({"properties": {"a": {"never": "tank/level == full"}}}, "properties.a.never", "tank/level is never 'full'"),
+    ({"properties": {"a": {"never": "message(can0 unit=1)"}}}, "properties.a.never", "can0 has no units"),
+    ({"properties": {"a": {"never": "message(can0 register=level)"}}}, "properties.a.never", "can0 has no registers"),
+    ({"properties": {"a": {"never": "message(mb_tcp code=1)"}}}, "properties.a.never", "mb_tcp has no emergency"),
+    ({"properties": {"a": {"never": "message(can0 data=xy)"}}}, "properties.a.never", "can0: data cannot be 'xy'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("part", "key", "what"), WRONG_KEYS)
+def test_what_would_do_nothing_or_say_nothing_is_a_mistake_with_its_line(
+    tmp_path: Path, part: dict[str, Any], key: str, what: str
+) -> None:
+    file = tmp_path / "scenario.yaml"
+    file.write_text(json.dumps(GOOD | part, indent=1))
+    with pytest.raises(ConfigError) as caught:
+        check_file(file)
+    [mistake] = caught.value.mistakes
+    assert (mistake.file, mistake.key) == (str(file), key)
+    assert mistake.what.startswith(what)
+    assert mistake.line is not None
+    line = file.read_text().splitlines()[mistake.line - 1]
+    assert (f'"{key.rpartition(".")[2]}": ' in line) or ("hight_m" in line and key == "overrides[0]")
+
+
+REFUSED = [
+    ({"steps": [{"at": "0s", "set": {"drive/speed_set": 1_000}}]}, "steps[0].set.drive/speed_set"),
+    ({"steps": [{"at": "0s", "press": {"drive/run": 7}}]}, "steps[0].press.drive/run"),
+    ({"steps": [{"when": "tank/level > 0", "at": "5ms", "set": {"io/6411:01": 99_999}}]}, "steps[0].set.io/6411:01"),
+    ({"steps": [], "recover": [{"at": "1s", "set": {"drive/speed_set": -1}}]}, "recover[0].set.drive/speed_set"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("part", "key"), REFUSED)
+def test_a_value_that_the_device_refuses_is_a_mistake_in_the_line_of_its_step(
+    tmp_path: Path, part: dict[str, Any], key: str
+) -> None:
+    file = tmp_path / "scenario.yaml"
+    properties = {"properties": {"a": {"always": "tank/level > 0"}}}
+    file.write_text(json.dumps(GOOD | {"steps": [], "recover": []} | properties | part, indent=1))
+    with pytest.raises(ConfigError) as caught:
+        played(file)
+    [mistake] = caught.value.mistakes
+    place = key.partition("et.")[2] or key.partition("ess.")[2]
+    lines = file.read_text().splitlines()
+    assert (mistake.file, mistake.key) == (str(file), key)
+    assert mistake.line is not None
+    assert json.dumps(place) in lines[mistake.line - 1]
+    assert "expected" in f"{mistake.what} {mistake.remedy}"
 
 
 @pytest.mark.parametrize(("part", "what", "remedy"), WRONG_TEXTS)
