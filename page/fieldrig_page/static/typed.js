@@ -3,7 +3,7 @@ import { html } from 'htm/preact';
 import { useState } from 'preact/hooks';
 
 // `onGiven(text)` is called by Enter, or when the field is left, if the text is another one.  Escape takes it back.
-export function Typed({ value, onGiven, ...rest }) {
+export function Typed({ value, onGiven, disabled, ...rest }) {
   const [typed, setTyped] = useState(null);
   const give = () => {
     if (typed === null) return;
@@ -14,6 +14,7 @@ export function Typed({ value, onGiven, ...rest }) {
     if (event.key === 'Enter') give();
     if (event.key === 'Escape') setTyped(null);
   };
-  return html`<input ...${rest} value=${typed ?? value} onInput=${(event) => setTyped(event.currentTarget.value)}
+  // What is being typed is not taken away while a device does not answer: what it is given then has an answer of its own.
+  return html`<input ...${rest} disabled=${disabled && typed === null} value=${typed ?? value} onInput=${(event) => setTyped(event.currentTarget.value)}
     onBlur=${give} onKeyDown=${onKeyDown} />`;
 }

@@ -153,6 +153,37 @@ def test_a_refusal_is_shown_with_its_reason(browser: Browser, kinds: ServedRig) 
         expect(page.get_by_role("alert")).to_contain_text("expected a number from 0 to 2 m, got 5")
 
 
+TANK = """
+name: tank
+time: real
+buses: {wires: {kind: wires.hub}}
+devices:
+  tank:
+    kind: plant.tank
+    links: {wires: wires}
+    area_m2: 0.25
+    height_m: 2.0
+    outlet_area_m2: 0.0002
+    pump_flow_m3_per_s: 0.001
+"""
+
+
+def test_what_is_typed_outlives_a_while_without_answers(browser: Browser) -> None:
+    with ServedRig(TANK) as rig, opened(browser, rig, path="/device/tank") as page:
+        field, why = page.get_by_role("textbox", name="level"), page.locator("#device .pill")
+        field.fill("5")
+        os.kill(rig.pid("tank"), signal.SIGSTOP)
+        try:
+            expect(why).to_be_visible()
+            expect(field).to_be_enabled()
+        finally:
+            os.kill(rig.pid("tank"), signal.SIGCONT)
+        expect(why).to_have_count(0)
+        expect(field).to_have_value("5")
+        field.press("Enter")
+        expect(page.get_by_role("alert")).to_contain_text("expected a number from 0 to 2 m, got 5")
+
+
 def test_the_message_logger_of_a_controller_is_below_its_front(browser: Browser, kinds: ServedRig) -> None:
     with opened(browser, kinds, path="/device/max4") as page:
         expect(page.get_by_role("region", name="Messages: log")).to_contain_text("boot started")
