@@ -339,10 +339,10 @@ class Session:
 
     def _state(self, wish: Wish, capture: Capture | None) -> dict[str, Any]:
         rows = self._rows(self._signals if capture is None else capture.traces)
-        lost, pauses = [0] * len(wish.setup.signals), [0] * len(wish.setup.signals)
+        lost, pauses, away_ns = ([0] * len(wish.setup.signals) for _ in range(3))
         for track, numbers in drawing.tracks_of(rows):
             for row in numbers:
-                lost[row], pauses[row] = track.lost, track.pauses
+                lost[row], pauses[row], away_ns[row] = track.lost, track.pauses, track.away_ns
         return {
             "state": self._word(wish, capture),
             "hits": self.hits,
@@ -350,6 +350,7 @@ class Session:
             "trouble": "" if self.trouble is None else str(self.trouble),
             "lost": lost,
             "pauses": pauses,
+            "away_ns": away_ns,
             "capture": None if capture is None else self._about(capture),
         }
 

@@ -80,6 +80,8 @@ class Track:
         self.lost = 0
         self.pauses = 0
         """Gaps in which the sampler stood still."""
+        self.away_ns = 0
+        """The time of all gaps together: samples of a process that stood still were never taken, and have no number."""
         self.gaps: deque[Gap] = deque(maxlen=MOST_GAPS)
         self.noted = 0
         """Number of all gaps so far."""
@@ -180,6 +182,7 @@ class Track:
         self.noted += 1
         self.lost += gap.lost
         self.pauses += not gap.lost
+        self.away_ns += gap.end_ns - gap.first_ns
 
     def gaps_since(self, noted: int) -> list[Gap]:
         """Return the gaps after the first `noted`, as far as they are remembered."""

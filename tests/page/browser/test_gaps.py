@@ -66,7 +66,7 @@ def test_samples_of_a_process_that_stood_still_are_a_gap_that_is_said(browser: B
         finally:
             os.kill(source.pid("source"), signal.SIGCONT)
         said = page.locator(".scope-values tbody tr").first.locator(".pill")
-        expect(said).to_have_text(re.compile(r"^\d+ lost$|^not sampled (once|\d+ times)$"))
+        expect(said).to_have_text(re.compile(r"^\d+ lost in [\d.]+ s$|^not sampled (once|\d+ times), [\d.]+ s$"))
         until(lambda: hole(page) > 0.5 * STOOD_S / 10)
 
 

@@ -89,6 +89,16 @@ def test_lost_samples_are_a_gap_by_their_instants() -> None:
     assert list(track.gaps) == [Gap(20, 60, 3)]
 
 
+def test_the_time_of_gaps_is_counted_also_where_samples_are_that_were_never_taken() -> None:
+    track = Track(1, period_ns=10)
+    track.add(rows([0, 10, 20], [1.0] * 3))
+    track.add(
+        rows([220, 230], [1.0] * 2, lost=1)
+    )  # the process stood still: one sample was lost, the others never were
+    track.add(rows([330, 340], [1.0] * 2))
+    assert (track.lost, track.pauses, track.away_ns) == (1, 1, 200 + 100)
+
+
 def test_a_sampler_that_stood_still_leaves_a_gap_within_a_batch_and_between_two() -> None:
     track = Track(1, period_ns=10)
     track.add(rows([0, 10, 40, 50], [1.0, 2.0, 3.0, 4.0]))

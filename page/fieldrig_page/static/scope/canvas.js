@@ -262,7 +262,8 @@ function drawGap(g, plot, gap, picture, look, xOf) {
   const left = Math.max(xOf(gap.first_ns), plot.x);
   const right = Math.min(Math.max(xOf(gap.end_ns), left + 2), plot.x + plot.width);
   if (right <= plot.x || left >= plot.x + plot.width) return;
-  const words = gap.lost ? `${gap.lost} lost` : 'not sampled';
+  // One that was lost says nothing of how many others never were: the time of the gap does.
+  const words = `${gap.lost ? `${gap.lost} lost` : 'not sampled'} in ${exactly(gap.end_ns - gap.first_ns, 2)}`;
   for (const row of gap.rows) {
     const lane = picture.lanes[row];
     g.fillStyle = gap.lost ? look.down : look.late;
@@ -372,10 +373,10 @@ export function duration(ns, stepNs = 1) {
   return `${(ns / shown).toFixed(decimals)} ${name}`;
 }
 
-// A time with six digits, in the unit that fits it.
-export function exactly(ns) {
+// A time with so many digits, in the unit that fits it.
+export function exactly(ns, digits = 6) {
   const [size, unit] = UNITS.find(([one]) => Math.abs(ns) >= one) ?? UNITS[3];
-  return `${Number((ns / size).toPrecision(6))} ${unit}`;
+  return `${Number((ns / size).toPrecision(digits))} ${unit}`;
 }
 
 // A number with as many decimals as the range around it needs.

@@ -26,7 +26,7 @@ function difference(a, b, column) {
 }
 
 // `cursors` are instants, or empty; `values` are the values at each of them.
-export function Values({ id, isStill, columns, colours, lost, pauses, newest, cursors, values, zeroNs }) {
+export function Values({ id, isStill, columns, colours, lost, pauses, away, newest, cursors, values, zeroNs }) {
   const hasCursors = cursors.length === 2;
   const [a, b] = cursors;
   return html`
@@ -39,8 +39,8 @@ export function Values({ id, isStill, columns, colours, lost, pauses, newest, cu
         : html`<th scope="col" class="number">value</th>`}</tr></thead>
       <tbody>${columns.map((column, row) => html`<tr key=${column.name}>
         <th scope="row"><span class="swatch" style=${{ background: colours[row] }}></span>${column.name.split(/(?<=[/.])/).map((part) => html`${part}<wbr />`)}
-          ${lost[row] > 0 && html` <span class="pill down">${lost[row]} lost</span>`}
-          ${lost[row] === 0 && pauses[row] > 0 && html` <span class="pill late">not sampled ${pauses[row] === 1 ? 'once' : `${pauses[row]} times`}</span>`}
+          ${lost[row] > 0 && html` <span class="pill down">${lost[row]} lost${away[row] > 0 && ` in ${exactly(away[row], 2)}`}</span>`}
+          ${lost[row] === 0 && pauses[row] > 0 && html` <span class="pill late">not sampled ${pauses[row] === 1 ? 'once' : `${pauses[row]} times`}, ${exactly(away[row], 2)}</span>`}
           ${column.trouble && html` <span class="pill down">not recorded</span>`}</th>
         ${hasCursors
           ? html`<td class="number">${shown(values[0]?.[row] ?? null, column)}</td><td class="number">${shown(values[1]?.[row] ?? null, column)}</td><td class="number">${difference(values[0]?.[row], values[1]?.[row], column)}</td>`

@@ -31,7 +31,7 @@ export function Scope({ role, signals = [], usual = {}, isAddressed = false, isC
   const [setup, setSetup] = useState(before?.setup ?? { ...USUAL, ...usual, signals });
   const [look, setLook] = useState(before?.look ?? LIVE);
   const [width, setWidth] = useState(0);
-  const [status, setStatus] = useState({ state: 'asking', lost: [], pauses: [], hits: 0, capture: null, trouble: '', messages_lost: 0 });
+  const [status, setStatus] = useState({ state: 'asking', lost: [], pauses: [], away_ns: [], hits: 0, capture: null, trouble: '', messages_lost: 0 });
   const [columns, setColumns] = useState([]);
   const [talk, setTalk] = useState({ newest: [], values: [], events: [] });
   const [isChoosing, setChoosing] = useState(setup.signals.length === 0 && !isCompact);
@@ -152,7 +152,7 @@ export function Scope({ role, signals = [], usual = {}, isAddressed = false, isC
             <${Sliders} cursors=${look.cursors} firstNs=${view[0]} endNs=${view[1]} zeroNs=${zeroNs} onMove=${move} />
           </div>`}
         </div>
-        <${Values} id="scope-values" isStill=${isStill} columns=${columns} colours=${colours} lost=${status.lost} pauses=${status.pauses} newest=${talk.newest}
+        <${Values} id="scope-values" isStill=${isStill} columns=${columns} colours=${colours} lost=${status.lost} pauses=${status.pauses} away=${status.away_ns} newest=${talk.newest}
           cursors=${isStill ? look.cursors : []} values=${talk.values} zeroNs=${zeroNs} />
       </div>
       <div class="scope-row" role="group" aria-label="exports">
