@@ -3,14 +3,12 @@
 Work is counted in executed lines of Python, because seconds depend on the host.
 """
 
-import sys
 from collections.abc import Callable
 from contextlib import suppress
-from types import FrameType
-from typing import Any
 
 import pytest
 from exchange_documents import coil, contact, pou, rail, sink, source, tc6
+from executed_lines import executed_lines
 from iec_growth import DEEP, TODAY, WIDE
 
 from fieldrig.clock import VirtualClock
@@ -38,21 +36,8 @@ def compiled(text: str, dialect: Dialect) -> None:
 
 
 def work(text: str, dialect: Dialect) -> int:
-    """Return how many lines of Python a compilation executes; in a comprehension, each element is a line."""
-    executed = 0
-
-    def count(frame: FrameType, event: str, argument: Any) -> Any:
-        nonlocal executed
-        executed += 1
-        return count
-
-    before = sys.gettrace()
-    sys.settrace(count)
-    try:
-        compiled(text, dialect)
-    finally:
-        sys.settrace(before)
-    return executed
+    """Return how many lines of Python a compilation executes."""
+    return executed_lines(lambda: compiled(text, dialect))
 
 
 def growth(text: Text, dialect: Dialect, first: int = 20) -> float:

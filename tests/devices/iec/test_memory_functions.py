@@ -1,10 +1,7 @@
 """MEMCPY, MEMMOVE, MEMSET and MEMCMP do what a loop over the bytes does, in a time that grows with their number."""
 
-import sys
-from types import FrameType
-from typing import Any
-
 import pytest
+from executed_lines import executed_lines
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from iec_program import IecBench
@@ -101,24 +98,12 @@ def test_bytes_are_those_of_a_loop(
 
 
 def lines(size: int) -> int:
-    """Return how many lines of Python a cycle executes, since seconds depend on the host."""
+    """Return how many lines of Python a cycle executes."""
     declarations = f"a, b : STRING({size}); list : ARRAY[1..{size}] OF BYTE; n : DINT;"
     body = f"MEMSET(ADR(a), 65, {size}); MEMCPY(ADR(b), ADR(a), {size}); MEMCPY(ADR(list), ADR(b), {size});"
     body += f"n := MEMCMP(ADR(list), ADR(a), {size});"
     bench = IecBench(f"PROGRAM PLC_PRG VAR {declarations} END_VAR {body} END_PROGRAM", CODESYS)
-    executed = 0
-
-    def count(frame: FrameType, event: str, argument: Any) -> Any:
-        nonlocal executed
-        executed += 1
-        return count
-
-    before = sys.gettrace()
-    sys.settrace(count)
-    try:
-        bench.cycle()
-    finally:
-        sys.settrace(before)
+    executed = executed_lines(bench.cycle)
     assert (bench["n"], bench[f"list[{size}]"], len(str(bench["b"]))) == (0, 65, size)
     return executed
 
