@@ -66,6 +66,16 @@ def test_faults_are_given_and_cleared_while_it_runs(ring: RunningRig) -> None:
     assert "no station 'bolt'" in refused.stderr
 
 
+@pytest.mark.parametrize("point", ["max4/number", "belt/told"])
+def test_a_fault_begins_when_a_point_of_any_process_has_a_value(ring: RunningRig, point: str) -> None:
+    at = ring.value(point) + 200
+    ring.json("fault", "ring0", "break", "after=lift", f"when={point} > {at}")
+    until(lambda: ring.value("max4/closed") is False)
+    assert ring.value(point) >= at
+    ring.json("fault", "ring0", "--clear", "1")
+    until(lambda: is_whole(ring))
+
+
 @pytest.mark.manual("PD-140")
 def test_a_drive_that_is_killed_opens_the_ring_until_it_is_back(ring: RunningRig) -> None:
     before = statistics(ring)["cycles"]

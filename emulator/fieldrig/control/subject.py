@@ -17,6 +17,9 @@ class Faulty(Protocol):
 class Subject(Faulty, Protocol):
     """A bus that can be asked for its statistics and its faults."""
 
+    def begin_fault(self, number: int) -> None:
+        """Begin a fault that waits for its condition, which is met now."""
+
     def statistics(self) -> dict[str, float]: ...
 
     def conditions(self) -> Mapping[str, str]:

@@ -15,6 +15,7 @@ from fieldrig.bus import Bus, Delivery, DirectBus, ModelBus
 from fieldrig.config.build import build_device, random_of
 from fieldrig.config.entries import DeviceEntry
 from fieldrig.config.rig_file import RigConfig
+from fieldrig.control.armed import Armed
 from fieldrig.control.bus_questions import answers_of_bus
 from fieldrig.control.end_questions import FaultsOfOneEnd, FaultyEnd, TellingEnd, answers_of_end
 from fieldrig.control.messages import Control
@@ -81,7 +82,7 @@ class End:
         return self._process.control.session
 
     def serve(self, subject: Subject) -> None:
-        self._process.serve(self._bus.name, subject)
+        self._process.serve(self._bus.name, Armed(self._bus.name, subject, self._process.waiting))
 
 
 class DeviceProcess:

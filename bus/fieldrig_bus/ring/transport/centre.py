@@ -64,6 +64,9 @@ class Ring(Protocol):
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
         """Inject a fault, and return its number."""
 
+    def begin_fault(self, now_ns: int, number: int) -> None:
+        """Begin a fault that waits for its condition."""
+
     def clear_fault(self, number: int) -> None:
         """Clear a fault.  ValueError if there is none with this number."""
 
@@ -347,6 +350,10 @@ class Centre(ABC):
         """Inject a fault, and return its number."""
         with refusals(self._bus):
             return self._ring.add_fault(self._at.clock.now_ns(), fault)
+
+    def begin_fault(self, number: int) -> None:
+        """Begin a fault that waits for its condition, which is met now."""
+        self._ring.begin_fault(self._at.clock.now_ns(), number)
 
     def clear_fault(self, number: int) -> None:
         """Clear an injected fault."""

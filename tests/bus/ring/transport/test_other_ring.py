@@ -57,6 +57,9 @@ class TokenRing(Topology[Buffered]):
     def add_fault(self, now_ns: int, fault: Mapping[str, Any]) -> int:
         raise ValueError("this ring takes no faults")
 
+    def begin_fault(self, now_ns: int, number: int) -> None:
+        raise ValueError("this ring takes no faults")
+
     def clear_fault(self, number: int) -> None:
         raise ValueError("this ring takes no faults")
 
