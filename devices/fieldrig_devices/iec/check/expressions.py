@@ -28,7 +28,7 @@ from fieldrig_devices.iec.check import (
 )
 from fieldrig_devices.iec.check.checker import Checker, Meaning
 from fieldrig_devices.iec.check.context import Checked, Context
-from fieldrig_devices.iec.check.literal_only import takes_its_type_from_outside
+from fieldrig_devices.iec.check.literal_only import divides_integers, is_real, takes_its_type_from_outside
 from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.check.untyped import Untyped, integer, real
@@ -275,6 +275,8 @@ def _binary(checker: Checker, node: tree.Binary, wanted: Type | None) -> Express
     while isinstance(first, tree.Binary):
         chain.append(first)
         first = first.left
+    if is_real(wanted) and divides_integers(first, chain):
+        wanted = None
     known = checker.context.operations
     if known is None:
         if not any(map(_may_be_checked_twice, (first, *(each.right for each in chain)))):

@@ -14,6 +14,7 @@ from fieldrig_devices.iec.check import (
 )
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context
+from fieldrig_devices.iec.check.literal_only import DIVISIONS, are_whole, is_real
 from fieldrig_devices.iec.check.project import start_of
 from fieldrig_devices.iec.check.texts import a
 from fieldrig_devices.iec.check.untyped import Untyped, integer
@@ -41,7 +42,8 @@ def call(checker: Checker, name: str, node: tree.Call, wanted: Type | None) -> E
     given = _in_order(checker.context, name, parts[0]) if parts is not None else None
     if given is None or parts is None:
         return None
-    values = [_value(checker, argument, wanted_inside(name, wanted, n)) for n, argument in enumerate(given)]
+    around = None if name in DIVISIONS and is_real(wanted) and are_whole(given) else wanted
+    values = [_value(checker, argument, wanted_inside(name, around, n)) for n, argument in enumerate(given)]
     if any(value is None and argument is not None for value, argument in zip(values, given, strict=True)):
         return None
     whole = _with_defaults(checker.context, name, values, node)
