@@ -228,6 +228,8 @@ WIDE: Final[dict[str, Callable[[int], str]]] = {
 """Texts for EPAS-4, and so for every dialect: with a number, a text that is about as long as the number."""
 
 TODAY: Final[dict[str, Callable[[int], str]]] = {
+    "assignments as conditions": lambda n: main("q : BOOL;", each(n, "IF q := x > @ THEN x := 2; END_IF;")),
+    "assignments in an expression": lambda n: main("y : INT;", f"x := {chain(n, '(y := @)', ' + ')};"),
     "methods": lambda n: main(
         "f : F;", "f.m0();", f"FUNCTION_BLOCK F\n{each(n, 'METHOD m@ : INT m@ := 1; END_METHOD')}\nEND_FUNCTION_BLOCK"
     ),
