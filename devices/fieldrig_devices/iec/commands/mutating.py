@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fieldrig.cli.common import AsJson, echo_json
+from fieldrig.errors import UsageError
 from fieldrig.points.values import counted
 from fieldrig.system.exits import Exit
 from fieldrig_devices.iec.commands.choosing import Keywords, Paths, Timeout, Workers, chosen_work
@@ -78,6 +79,11 @@ def mutate(
     before, reached = trial.baseline(work, limits)
     if before.bad:
         _tell_failures(before.bad)
+    if not before.changes:
+        raise UsageError(
+            "the tests run no program that can be changed",
+            "expected one of IEC 61131-3; applications of a PAM and programs of ARP cards are not changed",
+        )
     known = files.accepted(accepted, before.changes) if accepted is not None else {}
     changes: Sequence[Change] = before.changes
     if only is not None:

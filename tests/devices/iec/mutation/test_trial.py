@@ -197,3 +197,18 @@ def test_a_change_that_does_not_compile_is_no_program_in_python_either(tmp_path:
     test = f"def test(fieldrig_program):\n    assert {loads}.function('F')() == 3\n"
     (tmp_path / "test_table.py").write_text(test)
     assert fates(tmp_path / "test_table.py")[3, "2", "3"] == "no program"
+
+
+def test_tests_of_no_iec_program_are_refused(tmp_path: Path) -> None:
+    """The tests of a PAM or of a card change nothing, and 0 of 0 changes would be 100 %."""
+    (tmp_path / "card.I01").write_text("BEG MAIN\nAGAIN: WAIT 0.01\nGOTO AGAIN\nEND\n")
+    (tmp_path / "rig.yaml").write_text(
+        "time: virtual\nbuses: {wires: {kind: wires.virtual}}\n"
+        "devices: {card: {kind: arp, number: 1, program: card.I01, links: {wires: wires}}}\n"
+    )
+    (tmp_path / "card_test.st").write_text(
+        "TEST 'runs'\nRIG 'rig.yaml' AFTER T#10ms;\nADVANCE_TIME(T#10ms);\nEND_TEST\n"
+    )
+    done = mutate(tmp_path / "card_test.st", "--fail-under", "90")
+    assert isinstance(done.exception, UsageError)
+    assert "no program that can be changed" in str(done.exception)
