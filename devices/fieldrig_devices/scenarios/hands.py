@@ -1,7 +1,7 @@
 """Does the actions of a scenario, in virtual time and in real time alike."""
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
@@ -20,6 +20,15 @@ class Operated(Protocol):
     def restart(self, name: str, /) -> None: ...
 
 
+class Held(NamedTuple):
+    """A place that `press` has written."""
+
+    end_ns: int
+    """The instant at which the last `press` of it ends."""
+    before: Value
+    """The value before the first of them."""
+
+
 class Hands:
     """Does actions, and knows whether a fault is left."""
 
@@ -35,6 +44,8 @@ class Hands:
         self._rig, self._read, self._write, self._send, self._has_power = rig, read, write, send, has_power
         self._faulty: dict[str, None] = {}
         """The buses and devices that have been given faults."""
+        self._held: dict[str, Held] = {}
+        """The places of `press`: one that comes while another one holds does not leave the key pressed forever."""
 
     def do(self, act: Act) -> Act | None:
         """Do an action, and return the one that ends it, if there is one.  RefusedActError if the rig refuses it.
@@ -54,7 +65,10 @@ class Hands:
             case "set":
                 self._write(act.where, _value(act))
             case "press":
-                before = self._read(act.where)
+                held = self._held.get(act.where)
+                is_held = held is not None and act.at_ns < held.end_ns  # else its end has been written
+                before = held.before if held is not None and is_held else self._read(act.where)
+                self._held[act.where] = Held(max(act.end_ns, held.end_ns) if held is not None else act.end_ns, before)
                 self._write(act.where, _value(act))
                 return Act(act.end_ns, "set", act.where, before)
             case "fault":

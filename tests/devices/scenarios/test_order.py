@@ -36,3 +36,13 @@ def test_the_end_of_a_key_is_first_then_milestones_and_then_the_steps(planned_ns
         stage.add(SET)
         done = stage.finish(150 * MS).done
     assert [act.value for act in done if act.at_ns == 100 * MS] == [0.5, 1.25, 1.5]
+
+
+@pytest.mark.parametrize("second_ns", [0, 20 * MS, 60 * MS, 99 * MS, 100 * MS, 130 * MS])
+@pytest.mark.parametrize("hold_ns", [10 * MS, 40 * MS, 100 * MS])
+def test_keys_that_are_pressed_at_a_time_are_up_in_the_end(second_ns: int, hold_ns: int) -> None:
+    second = Act(second_ns, "press", "tank/level", 1.0, hold_ns)
+    third = Act(second_ns + hold_ns // 2, "press", "tank/level", 1.75, hold_ns)
+    with Rig(from_dict(DATA)) as rig, Stage(rig, (PRESS, second, third), [RULE]) as stage:
+        stage.finish(400 * MS)
+        assert rig.get("tank/level") == 0.5
