@@ -50,6 +50,8 @@ class LiveEvents(ExitStack):
         self.values: dict[str, Value] = {**places.values(), **self._traffic.first()}
         """The values of all places at the begin; of the last instant that was handed out later."""
         self._points = dict(places.points)
+        self._latest = dict(places.points)
+        """The same as of the latest news, which are not judged yet."""
         self._ages: dict[str, int] = {}
         self.judged_ns = 0
         """The instant up to which everything has been handed out."""
@@ -100,7 +102,9 @@ class LiveEvents(ExitStack):
     def news(self) -> Iterator[Change]:
         """Yield all changes that have come since the last call, as soon as they have."""
         news, self._news = self._news, []
-        yield from news
+        for at_ns, name, value in news:
+            yield at_ns, name, value
+            yield from ((at_ns, place, shown) for place, shown in self._derived(self._latest, name, value))
 
     def _horizon_ns(self) -> int:
         now_ns = self._rig.now_ns()
@@ -120,13 +124,17 @@ class LiveEvents(ExitStack):
         """Yield the places that a change concerns, with their new values."""
         if name in self._ages:
             self._ages[name] = at_ns
-        if name in self._points:
-            self._points[name] = value
-            for place, one in self._places.derived.items():
-                if name in one.points:
-                    yield place, one.value(self._points)
+        yield from self._derived(self._points, name, value)
         if name in self.values:
             yield name, value
+
+    def _derived(self, points: dict[str, Value], name: str, value: Value) -> Iterator[tuple[str, Value]]:
+        """Yield the diagnoses that a change of a point concerns, and keep its value among the points."""
+        if name in points:
+            points[name] = value
+            for place, one in self._places.derived.items():
+                if name in one.points:
+                    yield place, one.value(points)
 
     def _collect(self) -> None:
         """Take what has come."""

@@ -34,13 +34,15 @@ class LivePlaces:
         self.signals: dict[tuple[str, str], Value] = {}
         """The signals of buses, with their present values; before its first message a wire is False."""
         self.derived: dict[str, Derived] = {}
-        for name in dict.fromkeys(names):
+        self._named = dict.fromkeys(names)
+        for name in self._named:
             self._sort(name)
 
     def values(self) -> dict[str, Value]:
-        """Return the present values of all places but those of messages."""
+        """Return the present values of all places but those of messages; a point of a diagnosis alone is none."""
+        points = {name: value for name, value in self.points.items() if name in self._named}
         signals = {f"{bus}/{key}": value for (bus, key), value in self.signals.items()}
-        return {**self.points, **signals, **{name: one.value(self.points) for name, one in self.derived.items()}}
+        return {**points, **signals, **{name: one.value(self.points) for name, one in self.derived.items()}}
 
     def _sort(self, name: str) -> None:
         call = call_of(name)

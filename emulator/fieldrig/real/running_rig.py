@@ -51,8 +51,16 @@ class RunningRig(LiveRig):
         """Wait until the rig has run for this time, in nanoseconds."""
         self.wait(ns - round(self.status()["uptime_s"] * S))
 
+    def output(self) -> str:
+        """Return where to look: what the rig prints is in the terminal that has it."""
+        return "the terminal of the rig says why"
+
     def close(self) -> None:
         self._client.__exit__()
+
+    def _check_lives(self, when: str) -> None:
+        """ControlError if the rig has ended."""
+        self.status()
 
 
 @contextmanager

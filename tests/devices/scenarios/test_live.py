@@ -87,6 +87,31 @@ def test_a_scenario_starts_its_rig_and_judges_what_its_processes_record(tmp_path
     assert found["hash"] == ""
 
 
+EVERY_STEP = """
+rig: rig.yaml
+after: 500ms
+steps:
+  - {at: 50ms, fault: 'io emergency code=0x8130'}
+  - {when: diagnosis(io 0x8130), press: {tank/level: 1.5}, hold: 100ms}
+  - {when: tank/level == 1.5, nth: 1, at: 10ms, clear: io}
+  - {when: tank/level == 1.5, at: 50ms, set: {wires/pump.run: true}}
+  - {when: wires/pump.run, at: 100ms, restart: io}
+for: 4s
+properties:
+  code: {never: diagnosis(io 0x8140)}
+"""
+"""All steps but those of SCENARIO, and a diagnosis in a property as in a milestone."""
+
+
+@pytest.mark.parametrize("options", [["--real"], []])
+def test_every_step_and_a_diagnosis_in_both_times(tmp_path: Path, options: list[str]) -> None:
+    found = judged(written(tmp_path, EVERY_STEP), *options)
+    assert found["violations"] == []
+    assert found["unreached"] == []
+    steps = [one["step"] for one in found["steps"]]
+    assert {"tank/level = 1.5 for 100 ms", "clear io", "wires/pump.run = true", "restart io"} <= set(steps)
+
+
 def test_the_same_file_in_virtual_time(tmp_path: Path) -> None:
     found = judged(written(tmp_path))
     assert [one["property"] for one in found["violations"]] == ["low", "silent"]
