@@ -75,5 +75,5 @@ def minimised(plan: Plan, corpus: Corpus, findings: Sequence[Finding]) -> Iterat
                 if violation is not None:
                     small = causes.small(violation, played)
                     corpus.replace(one.number, small)
-                    yield small
+                    yield small._replace(number=one.number)
                     break

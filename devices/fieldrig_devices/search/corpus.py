@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
+from sqlite3 import Connection
 from typing import Any, Final, NamedTuple
 
 from fieldrig.coverage.data import read, written
@@ -63,7 +64,12 @@ class Corpus:
 
     def note(self, finding: Finding) -> bool:
         """Keep a finding, whose number the corpus gives; false if it was there."""
+        with self._store.changing() as store:
+            return self._insert(store, finding, None)
+
+    def _insert(self, store: Connection, finding: Finding, number: int | None) -> bool:
         row = (
+            number,
             finding.property,
             acts_text(finding.acts),
             acts_text(finding.found),
@@ -73,16 +79,14 @@ class Corpus:
             json.dumps(finding.reason),
             finding.hash,
         )
-        with self._store.changing() as store:
-            marks = ", ".join("?" * len(row))
-            sql = f"INSERT OR IGNORE INTO finding ({_FINDING}) VALUES ({marks})"
-            return store.execute(sql, row).rowcount == 1
+        sql = f"INSERT OR IGNORE INTO finding (id, {_FINDING}) VALUES ({', '.join('?' * len(row))})"
+        return store.execute(sql, row).rowcount == 1
 
     def replace(self, number: int, finding: Finding) -> None:
-        """Keep a finding instead of the one with a number."""
+        """Keep a finding instead of the one with a number, which it gets."""
         with self._store.changing() as store:
             store.execute("DELETE FROM finding WHERE id = ?", (number,))
-        self.note(finding)
+            self._insert(store, finding, number)
 
     def runs(self) -> Iterator[tuple[Schedule, str, int, list[Any]]]:
         """Yield actions, strategy, length in nanoseconds and violations of each run of the first world."""

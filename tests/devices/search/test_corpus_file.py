@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fieldrig.errors import UsageError
-from fieldrig_devices.search.corpus import Corpus, Origin
+from fieldrig_devices.search.corpus import Corpus, Finding, Origin
 from fieldrig_devices.search.corpus_file import CorpusFile
 from fieldrig_devices.search.piece import Run
 
@@ -87,3 +87,16 @@ def test_a_full_disk_is_said_and_what_was_kept_before_is_there(tmp_path: Path) -
     with closing(Corpus(file)) as corpus:
         assert sum(1 for _ in corpus.runs()) == 1
         assert corpus.origins() == [Origin("plan.yaml", "", ())]
+
+
+def test_a_finding_that_is_made_small_again_keeps_its_number(tmp_path: Path) -> None:
+    with closing(Corpus(tmp_path / "c.sqlite")) as corpus:
+        for name in ("a", "b", "c"):
+            corpus.note(Finding(0, name, (), (), 5, 1, "is true"))
+        first = corpus.findings()[0]
+        corpus.replace(first.number, first._replace(what="is false"))
+        assert [(one.number, one.property, one.what) for one in corpus.findings()] == [
+            (1, "a", "is false"),
+            (2, "b", "is true"),
+            (3, "c", "is true"),
+        ]
