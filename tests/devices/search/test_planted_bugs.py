@@ -72,3 +72,14 @@ def test_what_these_plans_found_in_the_shipped_wrapper_stays_fixed(bug: PlantedB
     """The result of the last run ended each later one at once if an axis was lost while its cam was being set."""
     found = bug._replace(trigger=[{"at": "1228397us", "fault": "ring break after=infeed duration_ms=300"}])
     assert played(found.scenario_in(tmp_path, clean=True)).played.violations == ()
+
+
+ALARMS = {"conveyor-two-tasks": [{"at": "4200ms", "fault": "ring break after=belt duration_ms=1"}]}
+"""Actions with which a search once gave an alarm for a program without its bug: the property said what it does not."""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("bug", ALARMS, indirect=True)
+def test_an_alarm_of_a_program_without_its_bug_is_none_any_more(bug: PlantedBug, tmp_path: Path) -> None:
+    outcome = played(bug._replace(trigger=ALARMS[bug.name]).scenario_in(tmp_path, clean=True))
+    assert outcome.played.violations == ()
