@@ -16,7 +16,7 @@ from fieldrig.clock import Clock
 from fieldrig.link import Link
 
 if TYPE_CHECKING:
-    from fieldrig.control.subject import Subject
+    from fieldrig.control.subject import WaitingSubject
     from fieldrig.device import Tool, WayIn
     from fieldrig.loop.pace import Pace
 
@@ -244,7 +244,7 @@ class Attachment(Protocol):
     def session(self) -> Any:
         """Return the open Zenoh session of this process."""
 
-    def serve(self, subject: "Subject") -> None:
+    def serve(self, subject: "WaitingSubject") -> None:
         """Answer for the whole bus from now on, when its status or its faults are asked for."""
 
 

@@ -11,7 +11,7 @@ from hub_bench import LoopBench
 from patience import PATIENCE_S
 
 from fieldrig.bus import DirectBus
-from fieldrig.control.subject import Subject
+from fieldrig.control.subject import WaitingSubject
 from fieldrig.link import Link
 from fieldrig.loop.real_clock import RealClock
 from fieldrig_bus.can.frame import CanFrame
@@ -29,7 +29,7 @@ class At:
         self.member, self.clock = member, clock
         self.process, self.members = "lab", dict[str, str]()
         self.traced: list[tuple[str, Any]] = []
-        self.served: list[Subject] = []
+        self.served: list[WaitingSubject] = []
 
     def path(self, name: str) -> Path:
         raise NotImplementedError
@@ -46,7 +46,7 @@ class At:
     def heard(self, sender: str, message: Any) -> None:
         self.traced.append((sender, message))
 
-    def serve(self, subject: Subject) -> None:
+    def serve(self, subject: WaitingSubject) -> None:
         self.served.append(subject)
 
 

@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
-from fieldrig.control.subject import Subject
+from fieldrig.control.subject import WaitingSubject
 from fieldrig.faults.waiting import WaitingFaults
 
 
 class Armed:
-    def __init__(self, name: str, subject: Subject, waiting: WaitingFaults) -> None:
+    def __init__(self, name: str, subject: WaitingSubject, waiting: WaitingFaults) -> None:
         """`name` is that of the bus."""
         self._name, self._subject, self._waiting = name, subject, waiting
         self.faults, self.begin_fault = subject.faults, subject.begin_fault

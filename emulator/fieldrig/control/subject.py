@@ -17,13 +17,17 @@ class Faulty(Protocol):
 class Subject(Faulty, Protocol):
     """A bus that can be asked for its statistics and its faults."""
 
-    def begin_fault(self, number: int) -> None:
-        """Begin a fault that waits for its condition, which is met now."""
-
     def statistics(self) -> dict[str, float]: ...
 
     def conditions(self) -> Mapping[str, str]:
         """Return the states that are reported to a person (`BusModel.conditions`)."""
+
+
+class WaitingSubject(Subject, Protocol):
+    """A bus without a hub, whose faults may wait for a condition; those of a rig in virtual time are the rig's."""
+
+    def begin_fault(self, number: int) -> None:
+        """Begin a fault that waits for its condition, which is met now."""
 
 
 @runtime_checkable

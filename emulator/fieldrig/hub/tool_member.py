@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from fieldrig.bus import Bus, DirectBus, ModelBus
 from fieldrig.clock import Clock
-from fieldrig.control.subject import Subject
+from fieldrig.control.subject import WaitingSubject
 from fieldrig.errors import BusError
 from fieldrig.hub.attach import RemoteLink
 from fieldrig.hub.checked_link import CheckedLink
@@ -62,7 +62,7 @@ class _ToolAttachment:
     def session(self) -> Any:
         raise BusError("this bus is carried by the control service of a rig", "name a device of the rig instead")
 
-    def serve(self, subject: Subject) -> None:
+    def serve(self, subject: WaitingSubject) -> None:
         """Do nothing, as a tool answers no questions."""
 
 

@@ -20,7 +20,7 @@ from fieldrig.control.bus_questions import answers_of_bus
 from fieldrig.control.end_questions import FaultsOfOneEnd, FaultyEnd, TellingEnd, answers_of_end
 from fieldrig.control.messages import Control
 from fieldrig.control.notices import Watched
-from fieldrig.control.subject import Subject
+from fieldrig.control.subject import Subject, WaitingSubject
 from fieldrig.device import Device
 from fieldrig.errors import BusError
 from fieldrig.faults.note import FaultNote
@@ -81,7 +81,7 @@ class End:
     def session(self) -> Any:
         return self._process.control.session
 
-    def serve(self, subject: Subject) -> None:
+    def serve(self, subject: WaitingSubject) -> None:
         self._process.serve(self._bus.name, Armed(self._bus.name, subject, self._process.waiting))
 
 

@@ -1,5 +1,7 @@
 """Labels that a CASE has twice: IEC 61131-3, 7.3.3.3.3 runs the first branch, CODESYS V3 refuses it (C0216, C0217)."""
 
+from collections.abc import Sequence
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -36,9 +38,8 @@ def mistakes(selector: str, branches: str, dialect: str) -> list[Mistake]:
     """Return the mistakes and notes about labels."""
     text = f"{HEAD}CASE {selector} OF {branches} END_CASE;\nEND_PROGRAM\n"
     try:
-        found = compile_project(
-            [SourceFile("main.st", text)], StandaloneHost(VirtualClock()), DIALECTS[dialect], resource=""
-        ).notes
+        files = [SourceFile("main.st", text)]
+        found: Sequence[Mistake] = compile_project(files, StandaloneHost(VirtualClock()), DIALECTS[dialect]).notes
     except CompileError as wrong:
         found = wrong.mistakes
     return [mistake for mistake in found if "label" in mistake.what]
