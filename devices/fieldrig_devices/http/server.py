@@ -21,13 +21,15 @@ from fieldrig_devices.http.own_names import is_host, is_own
 log = logging.getLogger(__name__)
 
 LONGEST_HEAD: Final = 16 * 1024
-"""Longest head of a request, in bytes (431 for a longer one)."""
+"""Longest head of a request, in bytes (414, 431 or 501 for a longer one)."""
 MOST_HELD: Final = 64 * 1024
 """Bytes of further requests that are kept while a response is not taken."""
 MOST_CONTENT: Final = 64 * 1024
 """Content of a request that is skipped, in bytes (413 for more)."""
 IDLE_NS: Final = 30 * S
-LIMITS: Final = frozenset((HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, HTTPStatus.REQUEST_ENTITY_TOO_LARGE))
+LIMITS: Final = frozenset((
+    HTTPStatus.REQUEST_URI_TOO_LONG, HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
+))  # fmt: skip
 """Refusals of a request that is too long."""
 METHODS: Final = (b"GET", b"HEAD")
 NOT_ALLOWED: Final = (b"POST", b"PUT", b"DELETE", b"CONNECT", b"OPTIONS", b"TRACE", b"PATCH")
@@ -57,7 +59,19 @@ def _hosts(request: h11.Request) -> list[bytes]:
 def _length(request: h11.Request) -> int:
     """Return the length of the head of a request in bytes, whatever the pieces in which it arrived."""
     fields = sum(len(name) + len(value) + len(": \r\n") for name, value in request.headers)
-    return len(request.method) + len(request.target) + len("  HTTP/1.1\r\n\r\n") + fields
+    return len(_first_line(request)) + len("\r\n") + fields
+
+
+def _first_line(request: h11.Request) -> bytes:
+    return b"%b %b HTTP/%b\r\n" % (request.method, request.target, request.http_version)
+
+
+def _too_long(head: bytes) -> HTTPStatus:
+    """Return the refusal of a head that is too long, by what of it comes first (RFC 9112, 3)."""
+    line, end, _ = head[:LONGEST_HEAD].partition(b"\n")
+    if end:
+        return HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE
+    return HTTPStatus.REQUEST_URI_TOO_LONG if b" " in line else HTTPStatus.NOT_IMPLEMENTED
 
 
 def _is_last(request: h11.Request) -> bool:
@@ -124,7 +138,10 @@ class HttpSession:
                     self._take(event)
         except h11.RemoteProtocolError as wrong:
             log.debug("%s: %s", self._connection.peer, wrong)
-            self._refuse(HTTPStatus(wrong.error_status_hint))
+            status = HTTPStatus(wrong.error_status_hint)
+            if status is HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE:
+                status = _too_long(self._http.trailing_data[0])
+            self._refuse(status)
 
     def _next_data(self) -> bytes:
         """Return what has arrived, without the empty lines before a request (RFC 9112, 2.2)."""
@@ -144,7 +161,7 @@ class HttpSession:
                 if not event.http_version.startswith(b"1."):
                     self._refuse(HTTPStatus.HTTP_VERSION_NOT_SUPPORTED)
                 elif _length(event) > LONGEST_HEAD:
-                    self._refuse(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE)
+                    self._refuse(_too_long(_first_line(event)))
                 elif not all(is_host(value) for value in _hosts(event)):
                     self._refuse(HTTPStatus.BAD_REQUEST)
                 elif event.method in NOT_ALLOWED:

@@ -102,7 +102,11 @@ def test_forms_of_a_target(target: str, path: str, query: dict[str, list[str]]) 
         (b"get / HTTP/1.1\r\nHost: plc\r\n\r\n", b"501"),  # methods have a case
         (b"GET / HTTP/2.0\r\nHost: plc\r\n\r\n", b"505"),  # RFC 9110, 15.6.6
         (b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", b"505"),
-        (b"GET /" + b"a" * LONGEST_HEAD + b" HTTP/1.1\r\nHost: plc\r\n\r\n", b"431"),  # in one piece
+        (b"GET /" + b"a" * LONGEST_HEAD + b" HTTP/1.1\r\nHost: plc\r\n\r\n", b"414"),  # in one piece
+        (b"GET /" + b"a" * LONGEST_HEAD, b"414"),  # RFC 9112, 3
+        (b"A" * (LONGEST_HEAD + 1), b"501"),
+        (b"A" * LONGEST_HEAD + b" / HTTP/1.1\r\nHost: plc\r\n\r\n", b"501"),
+        (b"GET / HTTP/1.1\r\nHost: plc\r\nX: " + b"y" * LONGEST_HEAD + b"\r\n\r\n", b"431"),
         (b"GET / HTTP/1.1\r\n\r\n", b"400"),  # RFC 9112, 3.2: no Host
         (b"GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n", b"400"),
         (b"GET relative HTTP/1.1\r\nHost: plc\r\n\r\n", b"400"),
@@ -114,9 +118,11 @@ def test_forms_of_a_target(target: str, path: str, query: dict[str, list[str]]) 
         (b"GET / HTTP/1.1\r\nHost: plc\r\nContent-Length: 999999\r\n\r\n" + b"x" * 70_000, b"413"),
     ],
 )
-def test_a_wrong_request_is_refused(request_bytes: bytes, status: bytes) -> None:
+@pytest.mark.parametrize("piece", [1 << 20, 1_000], ids=["whole", "in pieces"])
+def test_a_wrong_request_is_refused(request_bytes: bytes, status: bytes, piece: int) -> None:
     client = Client()
-    assert status_of(client.send(request_bytes)).split()[1] == status
+    pieces = (request_bytes[first : first + piece] for first in range(0, len(request_bytes), piece))
+    assert status_of(b"".join(map(client.send, pieces))).split()[1] == status
     assert not client.asked
 
 
