@@ -252,16 +252,16 @@ class SerialEffects(Effects[SerialMessage]):
         """All control lines go off, or come back as they are now, with the formats that were set meanwhile."""
         fault.applied += is_on
         was_out = bool(self._unplugged)
-        (self._unplugged.add if is_on else self._unplugged.discard)(fault.number)
+        if is_on:
+            self._unplugged.add(fault.number)
+        else:
+            self._unplugged.discard(fault.number)
         if was_out is bool(self._unplugged):
             return []  # another fault has pulled it out as well
         told: list[Delivery[SerialMessage]] = []
         for name in self.medium.members:
-            told.append(
-                Delivery(
-                    now_ns, name, _OFF if is_on else self.medium.lines_of(name), self.medium.receivers_of(name, "lines")
-                )
-            )
+            lines = _OFF if is_on else self.medium.lines_of(name)
+            told.append(Delivery(now_ns, name, lines, self.medium.receivers_of(name, "lines")))
             if not is_on and name in self.medium.formats:
                 told.append(Delivery(now_ns, name, self.medium.formats[name], self.medium.receivers_of(name, "format")))
         return [delivery for delivery in told if delivery.receivers]
