@@ -18,7 +18,7 @@ from fieldrig.testing import free_port
 from fieldrig_bus.ring.sercos.cycle_wire import encode_spread
 from fieldrig_bus.ring.sercos.message import Cycle
 from fieldrig_bus.ring.sercos.zenoh import RingZenoh, RingZenohSettings
-from fieldrig_bus.ring.transport.zenoh import _stations_of, _token_of
+from fieldrig_bus.ring.transport.zenoh import ZenohSpokes, _stations_of, _token_of
 
 pytestmark = pytest.mark.system
 
@@ -71,6 +71,22 @@ def test_malformed_messages_from_outside_are_harmless(ring: StarRing) -> None:
         assert hearing(ring) == ALL_WELL
     finally:
         endpoint.close(session)
+
+
+def test_a_process_whose_token_was_lost_is_found_by_what_it_sends(ring: StarRing) -> None:
+    """Of a token that a new connection has declared already, the end of the old one is all that is heard."""
+    stations, spokes = ring.star.statistics()["stations"], ring.star._spokes
+    assert isinstance(spokes, ZenohSpokes)
+    ((born, turn),) = spokes._here["rack"]
+    spokes._on_here(f"here/rack/{born}/{turn}/lift=1;knife=2", False)
+    assert ring.star.statistics()["stations"] == stations - 2
+
+    def is_found() -> bool:
+        ring.clock.handle(ring.master.begin)
+        return ring.star.statistics()["stations"] == stations
+
+    ring.pump(is_found)
+    assert hearing(ring) == ALL_WELL
 
 
 def test_a_process_that_stands_still_is_sent_nothing_while_others_hear_all(ring: StarRing) -> None:
