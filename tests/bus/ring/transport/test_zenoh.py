@@ -74,7 +74,7 @@ def test_malformed_messages_from_outside_are_harmless(ring: StarRing) -> None:
 
 
 def test_a_process_whose_token_was_lost_is_found_by_what_it_sends(ring: StarRing) -> None:
-    """Of a token that a new connection has declared already, the end of the old one is all that is heard."""
+    """The end of an old connection may be heard after the next one has declared the same token."""
     stations, spokes = ring.star.statistics()["stations"], ring.star._spokes
     assert isinstance(spokes, ZenohSpokes)
     ((born, turn),) = spokes._here["rack"]
