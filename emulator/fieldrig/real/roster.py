@@ -233,10 +233,13 @@ class Roster:
         if not is_alive:
             self.set_state(member, ProcessState.DEAD)
             self.publish("gone", name, "its process ended, or lost its way here")
-        elif member.state is not ProcessState.WAITING:  # it may have joined a rig that was here before this one
-            greeting = asyncio.get_running_loop().create_task(self._greet(member))
-            self._greetings.add(greeting)
-            greeting.add_done_callback(self._greetings.discard)
+        elif member.state is ProcessState.WAITING:
+            return
+        # It may have joined a rig that was here before this one; or be here again, as on a busy host the end of its
+        # former connection can be heard after the begin of this one.
+        greeting = asyncio.get_running_loop().create_task(self._greet(member))
+        self._greetings.add(greeting)
+        greeting.add_done_callback(self._greetings.discard)
 
     async def _greet(self, member: Member) -> None:
         with suppress(ControlError):  # it died in the meantime

@@ -49,7 +49,10 @@ class Line:
         return {}
 
     async def ask(self, path: str, _message: Any, _timeout_s: float) -> Any:
-        return {"state": self.states[path.split("/")[1]], "pid": 1}
+        name = path.split("/")[1]
+        if name not in self.states:
+            raise ControlError(f"there is no answer to {path}")
+        return {"state": self.states[name], "pid": 1}
 
 
 class Bench:
@@ -171,8 +174,27 @@ async def test_a_new_service_finds_processes_that_joined_the_last_one(bench: Ben
         bench.line.on_life(name, True)
     await bench.settle()
     assert [member.state for member in bench.roster.members.values()] == ["ready", "ready", "starting"]
+    del bench.line.states["one"]
     bench.line.on_life("one", False)
+    await bench.settle()
     assert bench.roster.members["one"].state is ProcessState.DEAD
+
+
+@on_bench
+async def test_a_process_whose_former_connection_ends_late_is_not_gone(bench: Bench) -> None:
+    await bench.make_all_ready()
+    bench.roster.watch()
+    bench.line.states = {"one": "ready"}
+    bench.events.clear()
+    for name in ("one", "two"):
+        bench.line.on_life(name, False)
+    await bench.settle()
+    assert [(event.what, event.process) for event in bench.events] == [
+        ("gone", "one"),
+        ("gone", "two"),
+        ("ready", "one"),
+    ]
+    assert bench.roster.members["two"].state is ProcessState.DEAD
 
 
 @on_bench
