@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from fieldrig.errors import ControlError
+from fieldrig.errors import ConfigError
 from fieldrig_devices.scenarios.command import app
 from fieldrig_devices.scenarios.play import NOTHING_RAISES
 from fieldrig_devices.scenarios.running import played
@@ -96,7 +96,7 @@ def test_a_value_that_is_refused_after_a_restart_is_a_consequence_and_no_mistake
     file = written(tmp_path, text)
     module = next(tmp_path.glob("fragile_*.py"))
     module.write_text(module.read_text().replace("self._presses += value", "raise ValueError('not now')"))
-    with pytest.raises(ControlError, match="not now"):
+    with pytest.raises(ConfigError, match=r"it\.yaml:4: steps\[0\]\.set\.one/pressed: .*not now"):
         played(file)
     disturbed = "  - {at: 100ms, restart: one}\n  - {at: 200ms"
     file.write_text(file.read_text().replace("  - {at: 200ms", disturbed))
