@@ -217,11 +217,9 @@ class SerialEffects(Effects[SerialMessage]):
             case LineBreak(length_ms=length_ms, end=end) if is_on:
                 fault.until_ns = now_ns + round(length_ms * MS)
                 return self._held(fault, now_ns, end, max(1, round(length_ms)))
-            case LineBreak():
-                self._spaces.pop(fault.number, None)
             case Stuck(level="low", end=end, duration_ms=duration_ms) if is_on:
                 return self._held(fault, now_ns, end, round(duration_ms or LONGEST_BREAK_MS))
-            case Stuck():
+            case LineBreak() | Stuck():
                 self._spaces.pop(fault.number, None)
             case Unplugged():
                 return self._plugged(fault, now_ns, is_on)
@@ -262,8 +260,9 @@ class SerialEffects(Effects[SerialMessage]):
         for name in self.medium.members:
             lines = _OFF if is_on else self.medium.lines_of(name)
             told.append(Delivery(now_ns, name, lines, self.medium.receivers_of(name, "lines")))
-            if not is_on and name in self.medium.formats:
-                told.append(Delivery(now_ns, name, self.medium.formats[name], self.medium.receivers_of(name, "format")))
+            form = None if is_on else self.medium.given_format(name)
+            if form is not None:
+                told.append(Delivery(now_ns, name, form, self.medium.receivers_of(name, "format")))
         return [delivery for delivery in told if delivery.receivers]
 
     def _as(self, delivery: Delivery[Any], data: bytes, what: str) -> Struck[SerialMessage]:

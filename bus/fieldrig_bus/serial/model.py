@@ -60,11 +60,9 @@ class SerialModel(BusModel[SerialMessage]):
         """Return the format in which an end sends."""
         return self._ends[member].form if member in self._ends else self._form
 
-    @property
-    def formats(self) -> dict[str, SerialMessage]:
-        """The formats that ends have set, by name."""
-        kind = KINDS[Format]
-        return {name: end.said[kind] for name, end in self._ends.items() if kind in end.said}
+    def given_format(self, member: str) -> SerialMessage | None:
+        """Return the format that an end has set; None if it has set none."""
+        return self._ends[member].said.get(KINDS[Format])
 
     def lines_of(self, member: str) -> ControlLines:
         """Return the control lines as an end has set them."""

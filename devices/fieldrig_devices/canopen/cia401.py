@@ -14,8 +14,6 @@ from fieldrig_devices.canopen.service import Reset, Service, State
 from fieldrig_devices.canopen.terminals import Terminal
 from fieldrig_devices.canopen.variable import Variable
 
-PROFILE = 401
-
 # Indices; the sub-index is the channel or byte.
 DIGITAL_INPUT, INPUT_POLARITY = 0x6000, 0x6002
 DIGITAL_OUTPUT, OUTPUT_POLARITY, ERROR_MODE, ERROR_VALUE, FILTER_MASK = 0x6200, 0x6202, 0x6206, 0x6207, 0x6208

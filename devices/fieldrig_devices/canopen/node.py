@@ -22,7 +22,6 @@ from fieldrig.link import Link
 from fieldrig.storage.store import Store
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.canopen import cia401
 from fieldrig_devices.canopen.bit_timing import BIT_RATES
 from fieldrig_devices.canopen.bus_errors import BusErrors
 from fieldrig_devices.canopen.cia401 import Cia401
@@ -37,6 +36,7 @@ from fieldrig_devices.canopen.error_behaviour import ErrorBehaviour
 from fieldrig_devices.canopen.front import front_of
 from fieldrig_devices.canopen.guarding import NodeGuarding
 from fieldrig_devices.canopen.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from fieldrig_devices.canopen.io_names import PROFILE as IO_MODULES
 from fieldrig_devices.canopen.living import LivingObjects
 from fieldrig_devices.canopen.lss import LssSlave
 from fieldrig_devices.canopen.nmt import NmtSlave
@@ -86,7 +86,7 @@ class CanopenNode(Device):
         self._parameters = Parameters(self.dictionary, kept)
         _offer_eds(self.dictionary, settings.eds)
         self._port = Port(can, settings.node_id or UNCONFIGURED)
-        self._profile = Cia401(self.dictionary) if _profile(self.dictionary) == cia401.PROFILE else None
+        self._profile = Cia401(self.dictionary) if _profile(self.dictionary) == IO_MODULES else None
         bindings = bind(self.dictionary, settings.signals)
         self._driven = {
             (one.variable.index, one.variable.subindex, one.bit): one.settings.wire

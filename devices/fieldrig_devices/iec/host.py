@@ -6,13 +6,10 @@ name; everything else in it is compiled like the user's text.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Protocol
 
 from fieldrig_devices.iec.program import ConfiguredObject
 from fieldrig_devices.iec.types import ObjectType, Value
-
-OF_MEMORY: Final = frozenset({"memcpy", "memmove", "memset", "memcmp"})
-"""Native functions that need only the memory of the program, so that each host has them (`memory_functions.py`)."""
 
 
 class Pending:

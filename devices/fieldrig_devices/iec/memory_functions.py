@@ -7,17 +7,19 @@ Source: the public descriptions of Tc2_System.  The result of MEMCMP for an addr
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from fieldrig_devices.iec.host import NativeFunction, Results
-from fieldrig_devices.iec.memory import Memory
+
+if TYPE_CHECKING:
+    from fieldrig_devices.iec.memory import Memory
 
 COST_NS: Final = 1_000
 NO_ADDRESS: Final = 255
 """The result of MEMCMP if an address is 0."""
 
 
-def _copied(memory: Memory, target: int, source: int, count: int) -> Results:
+def _copied(memory: "Memory", target: int, source: int, count: int) -> Results:
     """Copy bytes, also within one area, and return their number; 0 if an address is 0."""
     if not target or not source:
         return (0,)
@@ -27,7 +29,7 @@ def _copied(memory: Memory, target: int, source: int, count: int) -> Results:
     return (count,)
 
 
-def _set(memory: Memory, target: int, fill: int, count: int) -> Results:
+def _set(memory: "Memory", target: int, fill: int, count: int) -> Results:
     """Give bytes one value, and return their number; 0 if the address is 0."""
     if not target:
         return (0,)
@@ -37,7 +39,7 @@ def _set(memory: Memory, target: int, fill: int, count: int) -> Results:
     return (count,)
 
 
-def _compared(memory: Memory, one: int, other: int, count: int) -> Results:
+def _compared(memory: "Memory", one: int, other: int, count: int) -> Results:
     """Return -1 or 1 if the first byte that differs is smaller or larger in the first area, and 0 if none does."""
     if not one or not other:
         return (NO_ADDRESS,)
@@ -53,9 +55,10 @@ _ACTIONS: Final[Mapping[str, Callable[..., Results]]] = {
     "memset": _set,
     "memcmp": _compared,
 }
-"""The functions of `host.OF_MEMORY`."""
+NAMES: Final = frozenset(_ACTIONS)
+"""The functions, by their names in small letters; each host has them, as they need only the memory of the program."""
 
 
-def natives(memory: Memory | None = None) -> dict[str, NativeFunction]:
+def natives(memory: "Memory | None" = None) -> dict[str, NativeFunction]:
     """Return the functions by their names in small letters; without a memory they only have their costs."""
     return {name: NativeFunction(partial(action, memory), COST_NS) for name, action in _ACTIONS.items()}

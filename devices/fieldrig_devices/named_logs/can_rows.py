@@ -18,6 +18,7 @@ from fieldrig_devices.canopen.io_names import IoDictionary
 from fieldrig_devices.canopen.names import NODES, SDO_REQUEST, SDO_RESPONSE, CanopenNames
 from fieldrig_devices.canopen.standard_names import StandardDictionary
 from fieldrig_devices.dialogues import SdoTransfer
+from fieldrig_devices.drive_profile.objects import PROFILE as DRIVES
 from fieldrig_devices.named_logs.heartbeats import Heartbeats, Loss
 from fieldrig_devices.named_logs.row import Row, row_of
 
@@ -31,8 +32,6 @@ PDO: Final = {"T": ("pdo", "tpdo"), "R": ("pdo", "rpdo")}
 OF_ONE_NODE: Final = frozenset({"EMCY", "boot-up", "heartbeat", "guarding request"})
 """Services whose identifiers end in a node-ID, besides SDO."""
 DEVICE_TYPE: Final = 0x1000
-DRIVES: Final = 402
-"""The device profile of drives, in the low word of the device type (CiA 402-2)."""
 STANDARD: Final = StandardDictionary()
 ERROR_CONTROL: Final = 0x700
 

@@ -19,12 +19,6 @@ CREATE TABLE IF NOT EXISTS finding (
 CREATE TABLE IF NOT EXISTS plan (file TEXT, rig TEXT, overrides TEXT, UNIQUE (file, rig, overrides));
 CREATE TABLE IF NOT EXISTS covered (data BLOB PRIMARY KEY);
 """
-_COLUMNS: Final = {
-    "run": {"acts", "world", "strategy", "length_ns", "violations"},
-    "finding": {"id", "property", "acts", "found", "length_ns", "at_ns", "what", "world", "cause", "reason", "hash"},
-    "plan": {"file", "rig", "overrides"},
-    "covered": {"data"},
-}
 
 
 class CorpusFile:
@@ -35,11 +29,12 @@ class CorpusFile:
         self._file = file
         try:
             self._store = sqlite3.connect(file if file is not None else ":memory:")
-            tables = dict(self._tables())
+            tables = _columns(self._store)
         except sqlite3.Error as wrong:
             raise UsageError(f"{file} is no corpus of a search", str(wrong)) from wrong
-        if tables and tables != _COLUMNS:
-            is_one = tables.keys() >= _COLUMNS.keys()
+        wanted = _wanted()
+        if tables and tables != wanted:
+            is_one = tables.keys() >= wanted.keys()
             what = "is the corpus of another version of fieldrig" if is_one else "is no corpus of a search"
             raise UsageError(f"{file} {what}", "expected another file; a search makes it")
         with self._used():
@@ -59,11 +54,6 @@ class CorpusFile:
     def close(self) -> None:
         self._store.close()
 
-    def _tables(self) -> Iterator[tuple[str, set[str]]]:
-        sql = "SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT GLOB 'sqlite_*'"
-        for (name,) in self._store.execute(sql).fetchall():
-            yield name, {column for _, column, *_ in self._store.execute("SELECT * FROM pragma_table_info(?)", (name,))}
-
     @contextmanager
     def _used(self) -> Iterator[None]:
         """UsageError for a disk that is full, or a file that is damaged or locked."""
@@ -72,3 +62,17 @@ class CorpusFile:
         except sqlite3.Error as wrong:
             remedy = "it keeps the runs and findings before, unless it is damaged"
             raise UsageError(f"{self._file} cannot be used any more: {wrong}", remedy) from wrong
+
+
+def _columns(store: sqlite3.Connection) -> dict[str, set[str]]:
+    """Return the columns of each table, by its name."""
+    sql = "SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT GLOB 'sqlite_*'"
+    about = "SELECT * FROM pragma_table_info(?)"
+    return {name: {column for _, column, *_ in store.execute(about, (name,))} for (name,) in store.execute(sql)}
+
+
+def _wanted() -> dict[str, set[str]]:
+    """Return the columns of a new corpus."""
+    with closing(sqlite3.connect(":memory:")) as store:
+        store.executescript(_TABLES)
+        return _columns(store)

@@ -22,7 +22,6 @@ from fieldrig_devices.drive_profile.objects import is_drive_type
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 
 DEVICE_TYPE: Final = 0x1000
-"""The number of CiA 402 in the low word of 1000h."""
 USUAL_INCREMENTS: Final = 4_096
 """Increments of an encoder of which the file says nothing: 1024 lines.
 

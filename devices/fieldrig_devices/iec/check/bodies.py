@@ -1,13 +1,12 @@
 """The bodies of a POU and of its actions, each in its language."""
 
-from fieldrig_devices.iec import tree
+from fieldrig_devices.iec import memory_functions, tree
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.il import lower_il
 from fieldrig_devices.iec.check.project import PouSource, Project
 from fieldrig_devices.iec.check.sfc import come_from, lower_sfc
 from fieldrig_devices.iec.check.startup import Startup
 from fieldrig_devices.iec.check.statements import Statements
-from fieldrig_devices.iec.host import OF_MEMORY
 from fieldrig_devices.iec.program import AnyStatement, Pou
 
 
@@ -49,7 +48,7 @@ def _body(project: Project, source: PouSource, pou: Pou, body: tree.Body, level:
 def _check_native(project: Project, source: PouSource, pou: Pou) -> None:
     """The host must implement a POU whose body is {native}."""
     name = pou.name.casefold()
-    if source.is_library and name in OF_MEMORY:
+    if source.is_library and name in memory_functions.NAMES:
         return
     if not any(name in library.functions or name in library.blocks for library in project.host.libraries):
         position = source.tree.body.position if source.tree.body.position.line else source.tree.position
