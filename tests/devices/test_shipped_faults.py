@@ -102,6 +102,18 @@ def test_a_nip_without_its_encoder_is_switched_off_and_comes_back() -> None:
     cell.rig.close()
 
 
+def test_a_guide_that_moves_inwards_without_pulses_is_found_again() -> None:
+    """It is counted 50 pulses too far out each time, until its lower stop is nearer than where it shall go."""
+    machine = Labeller()
+    assert machine.works()
+    for _ in range(2):
+        machine.provoke()
+        machine.wait(2)
+        injected = Injected("rail", "plant.dc-motor", {"what": "no_pulses"})
+        try_fault(machine, injected, Labeller.table["plant.dc-motor no_pulses"])
+    machine.rig.close()
+
+
 @pytest.mark.parametrize("kind", MACHINES, ids=lambda kind: kind.__name__)
 def test_a_table_has_no_entry_without_a_fault(kind: type[Machine]) -> None:
     keys = {key for injected in faults_tried(kind) for key in keys_of(injected.words)}

@@ -80,7 +80,7 @@ def test_visual_studio_codes_own_client_goes_back_in_time_as_recorded_in_the_doc
 
 # The sessions of the page by their first words: the rig, the device, its program, a value, and what is set before.
 SHIPPED = {
-    "setBreakpoints 331": ("pam-machine", "pam", "labeller.pam", "SBO_AliveBelt", ()),
+    "setBreakpoints 334": ("pam-machine", "pam", "labeller.pam", "SBO_AliveBelt", ()),
     "setBreakpoints 67": ("arp-cell", "line", "line.I01", "V20", ("panel/6200:01=1",)),
 }
 
