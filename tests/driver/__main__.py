@@ -20,10 +20,11 @@ from typing import TextIO
 from tests.driver import needs
 from tests.driver.commands import INTERRUPTED, Commands
 from tests.driver.outcome import Outcome, Tally, summary
-from tests.driver.stages import BYTECODE, PLANS, REPORTS, STAGES, Stage
+from tests.driver.stages import BYTECODE, PLANS, REPORTS, STAGES, Stage, Turn
 
 COMMANDS = Commands()
 PYTEST_FAILED = 1  # pytest's exit code for tests that failed, as opposed to a run that broke off
+TURNS = (Turn.BESIDE, Turn.AFTER, Turn.BEHIND)
 AGAIN_LIMIT = 5  # more than a busy host explains
 
 
@@ -42,9 +43,9 @@ def main() -> int:
     _install(plan)
     began = time.monotonic()
     outcomes = list[Outcome]()
-    for is_apart, group in groupby(plan, key=lambda stage: stage.is_apart):
+    for is_alone, group in groupby(plan, key=lambda stage: stage.turn is Turn.ALONE):
         stages = [*group]
-        outcomes += run_side_by_side(stages) if is_apart and len(stages) > 1 else [run_stage(stage) for stage in stages]
+        outcomes += run_together(stages) if not is_alone and len(stages) > 1 else [run_stage(stage) for stage in stages]
     code = summary(outcomes, time.monotonic() - began, in_ci)
     return INTERRUPTED if COMMANDS.is_interrupted else code
 
@@ -65,24 +66,21 @@ def _install(plan: Sequence[Stage]) -> None:
         needs.install(wanted)
 
 
-def run_side_by_side(stages: Sequence[Stage]) -> list[Outcome]:
-    """Run stages at the same time, and show what each has to say when it is done.
-
-    Those that are patient run behind the others, one after the other.
-    """
-    patient = [stage for stage in stages if stage.is_patient]
-    others = [stage for stage in stages if not stage.is_patient]
+def run_together(stages: Sequence[Stage]) -> list[Outcome]:
+    """Run stages in their turns, and show what each has to say when it is done; `Turn` says which run at once."""
+    beside, after, patient = ([stage for stage in stages if stage.turn is turn] for turn in TURNS)
 
     def run(stage: Stage) -> tuple[Outcome, str]:
         with TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
-            outcome = run_stage(stage, output, is_behind=stage.is_patient and bool(others))
+            outcome = run_stage(stage, output, is_behind=stage in patient and len(patient) < len(stages))
             output.seek(0)
             return outcome, output.read()
 
-    say(f"side by side: {', '.join(stage.name for stage in stages)}")
+    say(f"side by side: {', '.join(stage.name for stage in (*beside, *patient))}")
     outcomes = []
-    with ThreadPoolExecutor(max(len(others), 1)) as ahead, ThreadPoolExecutor(1) as behind:
-        for outcome, text in chain(ahead.map(run, others), behind.map(run, patient)):
+    with ThreadPoolExecutor(max(len(beside), 1)) as at_once, ThreadPoolExecutor(1) as behind:
+        texts = behind.map(run, patient)
+        for outcome, text in chain(at_once.map(run, beside), map(run, after), texts):
             sys.stdout.write(text)
             sys.stdout.flush()
             outcomes.append(outcome)

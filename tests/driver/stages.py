@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
+from enum import Enum
 from functools import cache
 from pathlib import Path
 from threading import Lock
@@ -31,6 +32,15 @@ COMPILING = Lock()
 """Guests begin at the same time, and the second waits for what the first compiles."""
 
 
+class Turn(Enum):
+    """When a stage runs among those that stand next to it in a plan."""
+
+    ALONE = "it has the host for itself"
+    BESIDE = "it shares nothing with others of this kind, so that all of them can run at the same time"
+    AFTER = "it waits until those beside each other have ended, and bears those that run behind"
+    BEHIND = "nothing in it waits for the host's clock: it runs with what the others leave of the processors"
+
+
 @dataclass(frozen=True, slots=True)
 class Stage:
     name: str
@@ -44,10 +54,7 @@ class Stage:
     """JUnit file that its pytest writes."""
     again: Callable[[], list[str]] | None = None
     """The command that repeats only the tests that failed, for a stage whose tests share the host with real time."""
-    is_apart: bool = False
-    """It shares nothing with others that are apart, so that these can run at the same time."""
-    is_patient: bool = False
-    """Nothing in it waits for the host's clock: beside others, it runs with what they leave of the processors."""
+    turn: Turn = Turn.ALONE
 
 
 def module(*arguments: str) -> Callable[[], list[str]]:
@@ -73,7 +80,7 @@ def marked(mark: str, folder: str = "tests") -> list[str]:
 
 
 def check_stage(name: str, about: str, command: Callable[[], list[str]]) -> Stage:
-    return Stage(name, about, command, is_apart=True)
+    return Stage(name, about, command, turn=Turn.BESIDE)
 
 
 def types_elsewhere(platform: str) -> Stage:
@@ -91,8 +98,7 @@ def pytest_stage(
     wants: tuple[Need, ...] = (),
     around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({}),
     in_real_time: bool = False,
-    is_apart: bool = False,
-    is_patient: bool = False,
+    turn: Turn = Turn.ALONE,
     files: Callable[[], list[str]] = list,
 ) -> Stage:
     """A stage of the tests with these marks, in all files if `files` names none."""
@@ -106,8 +112,7 @@ def pytest_stage(
         around,
         report_of(name),
         again,
-        is_apart,
-        is_patient,
+        turn,
     )
 
 
@@ -151,7 +156,7 @@ def guest_stage(
         prepared,
         report_of(name),
         lambda: guest(again, REPORTS, GUEST_LIMIT_S),
-        is_apart=True,
+        turn=Turn.BESIDE,
     )
 
 
@@ -191,8 +196,7 @@ UNIT = pytest_stage(
     f"{IN_MEMORY} and not lean",
     *ON_ALL_CORES,
     *PATIENT,
-    is_apart=True,
-    is_patient=True,
+    turn=Turn.BEHIND,
 )
 # In a process with the modules of all tests a branch takes 2 to 5 times as long, a block of `virtual_time` 1.5 times.
 LEAN = pytest_stage(
@@ -201,8 +205,7 @@ LEAN = pytest_stage(
     f"{IN_MEMORY} and lean",
     *ON_ALL_CORES,
     *PATIENT,
-    is_apart=True,
-    is_patient=True,
+    turn=Turn.BEHIND,
     files=lambda: marked("lean"),
 )
 FEW_EXAMPLES = "--hypothesis-profile=quick"
@@ -258,7 +261,7 @@ WHOLE = (
             needs.TNFTP,
         ),
         in_real_time=True,
-        is_apart=True,  # most of its time it waits for its peers
+        turn=Turn.BESIDE,  # most of its time it waits for its peers
     ),
     LEAN,
     UNIT,
@@ -270,6 +273,7 @@ WHOLE = (
         *PATIENT,
         wants=(needs.UML, needs.MBPOLL, needs.NODE),
         in_real_time=True,
+        turn=Turn.AFTER,  # half of the processors' time is left over, as its tests wait for their processes
         files=lambda: marked("system"),
     ),
 )

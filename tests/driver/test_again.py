@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from tests.driver import __main__ as driver
 from tests.driver.outcome import Outcome, Tally, summary
-from tests.driver.stages import Stage
+from tests.driver.stages import Stage, Turn
 
 FAILURE = '<testcase classname="tests.system.test_a" name="test_late"><failure message="late">E</failure></testcase>'
 PASS = '<testcase classname="tests.system.test_a" name="test_good" />'
@@ -51,12 +51,12 @@ def test_summary_names_what_needed_a_second_try(capsys: pytest.CaptureFixture[st
     )
 
 
-def test_stages_run_side_by_side_and_each_has_its_outcome(capfd: pytest.CaptureFixture[str]) -> None:
+def test_stages_run_together_and_each_has_its_outcome(capfd: pytest.CaptureFixture[str]) -> None:
     checks = [
-        Stage("types", "about types", lambda: python("print('all typed')")),
-        Stage("prose", "about prose", lambda: python("print('a finding'); raise SystemExit(1)")),
+        Stage("types", "about types", lambda: python("print('all typed')"), turn=Turn.BESIDE),
+        Stage("prose", "about prose", lambda: python("print('a finding'); raise SystemExit(1)"), turn=Turn.BESIDE),
     ]
-    assert [(outcome.stage, outcome.is_ok) for outcome in driver.run_side_by_side(checks)] == [
+    assert [(outcome.stage, outcome.is_ok) for outcome in driver.run_together(checks)] == [
         ("types", True),
         ("prose", False),
     ]
@@ -67,19 +67,21 @@ def test_stages_run_side_by_side_and_each_has_its_outcome(capfd: pytest.CaptureF
     )
 
 
-def test_patient_stages_run_behind_the_others_one_after_the_other(capfd: pytest.CaptureFixture[str]) -> None:
+def test_stages_run_in_their_turns(capfd: pytest.CaptureFixture[str]) -> None:
+    """Those behind have begun when the one after the others does, and end one after the other."""
     code = "import os, time; print(os.nice(0), time.monotonic_ns()); time.sleep(0.01); print(time.monotonic_ns())"
-    stages = [
-        Stage(name, f"about {name}", lambda: python(code), is_patient=is_patient)
-        for name, is_patient in (("lean", True), ("unit", True), ("real", False))
+    turns = {"lean": Turn.BEHIND, "unit": Turn.BEHIND, "real": Turn.BESIDE, "system": Turn.AFTER}
+    stages = [Stage(name, f"about {name}", lambda: python(code), turn=turn) for name, turn in turns.items()]
+    outcomes = driver.run_together(stages)
+    assert [(outcome.stage, outcome.is_ok) for outcome in outcomes] == [
+        (name, True) for name in ("real", "system", "lean", "unit")
     ]
-    outcomes = driver.run_side_by_side(stages)
-    assert [(outcome.stage, outcome.is_ok) for outcome in outcomes] == [("real", True), ("lean", True), ("unit", True)]
     said = re.findall(r"(?m)^(\d+) (\d+)\n(\d+)$", capfd.readouterr().out)
     niceness, begins, ends = zip(*(map(int, each) for each in said), strict=True)
-    behind = min(os.nice(0) + 10, 19)  # this test may run behind others itself
-    assert niceness == (os.nice(0), behind, behind)
-    assert ends[1] < begins[2]
+    ours, behind = os.nice(0), min(os.nice(0) + 10, 19)  # this test may run behind others itself
+    assert niceness == (ours, ours, behind, behind)
+    assert ends[0] < begins[1]
+    assert ends[2] < begins[3]
 
 
 def test_byte_code_is_kept_where_the_user_wants_none_beside_the_sources() -> None:
