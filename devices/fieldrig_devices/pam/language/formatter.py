@@ -148,14 +148,17 @@ class _Layout:
 
 
 def _code(tokens: Sequence[Token], begin: int, end: int) -> str:
-    """Return tokens with even blanks between them."""
-    parts: list[str] = []
-    for at in range(begin, end):
-        text = f'"{tokens[at].value}"' if tokens[at].kind == "text" else tokens[at].text
-        if at > begin and _has_blank(tokens, at):
-            parts.append(" ")
-        parts.append(text)
-    return "".join(parts)
+    """Return tokens with even blanks between them; with one between any two where some would become other tokens.
+
+    Only a wrong program has such a place: `101 .` without its blank is a number, and `! =` is no sign of the language.
+    """
+    even = "".join(" " * (at > begin and _has_blank(tokens, at)) + _written(tokens[at]) for at in range(begin, end))
+    is_same = [token.text for token in split(even, "").tokens[:-1]] == [token.text for token in tokens[begin:end]]
+    return even if is_same else " ".join(_written(token) for token in tokens[begin:end])
+
+
+def _written(token: Token) -> str:
+    return f'"{token.value}"' if token.kind == "text" else token.text
 
 
 def _has_blank(tokens: Sequence[Token], at: int) -> bool:
