@@ -68,7 +68,7 @@ def test_stages_run_together_and_each_has_its_outcome(capfd: pytest.CaptureFixtu
 
 
 def test_stages_run_in_their_turns(capfd: pytest.CaptureFixture[str]) -> None:
-    """Those behind have begun when the one after the others does, and end one after the other."""
+    """The stages behind run one after the other, and the one that comes after the others waits for these only."""
     code = "import os, time; print(os.nice(0), time.monotonic_ns()); time.sleep(0.01); print(time.monotonic_ns())"
     turns = {"lean": Turn.BEHIND, "unit": Turn.BEHIND, "real": Turn.BESIDE, "system": Turn.AFTER}
     stages = [Stage(name, f"about {name}", lambda: python(code), turn=turn) for name, turn in turns.items()]
