@@ -114,6 +114,10 @@ class Flow:
             case ir.Loop():
                 self._read((statement.condition, statement.until))
                 self._branch(statement.body)
+            case ir.Try():
+                self._read(None if statement.code is None else _indices(statement.code))
+                for part in (statement.body, statement.caught, statement.final):
+                    self._branch(part or ())  # each may end at any place
             case ir.Return():
                 self._return()
             case ir.Jump():

@@ -13,6 +13,7 @@ from typing import Any, Final, NamedTuple
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.carrying import Run
 from fieldrig_devices.iec.elementary import Elementary
+from fieldrig_devices.iec.exceptions import thrown
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.layout import (
     AREA_SIZE,
@@ -500,6 +501,7 @@ class Memory:
             "outside_array": outside_array,
             "outside_range": outside_range,
             "null_reference": null_reference,
+            "thrown": thrown,
             **FASTER,
             **{name: _cutter(kind) for kind, name in CUTS.items()},
         }

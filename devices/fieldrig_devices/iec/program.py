@@ -514,8 +514,35 @@ class Free(Statement):
     address: Expression
 
 
+@dataclass(slots=True)
+class Try(Statement):
+    """`caught` runs after a fault in `body`, whose number goes to `code`, and `final` in any case.
+
+    `caught` or `final` is None if the program does not have it.
+    """
+
+    body: "list[AnyStatement]"
+    code: Place | None
+    caught: "list[AnyStatement] | None"
+    final: "list[AnyStatement] | None"
+
+
 AnyStatement = (
-    Assign | Evaluate | CallBlock | CallAction | If | Case | For | Loop | Exit | Continue | Return | Label | Jump | Free
+    Assign
+    | Evaluate
+    | CallBlock
+    | CallAction
+    | If
+    | Case
+    | For
+    | Loop
+    | Exit
+    | Continue
+    | Return
+    | Label
+    | Jump
+    | Free
+    | Try
 )
 
 

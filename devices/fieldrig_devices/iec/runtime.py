@@ -19,6 +19,7 @@ from fieldrig.coverage import collecting
 from fieldrig.coverage.marks import HIT
 from fieldrig_devices.iec.carrying import Carrier
 from fieldrig_devices.iec.compiler import Compiled
+from fieldrig_devices.iec.exceptions import number_of
 from fieldrig_devices.iec.host import Host
 from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, INSIDE, STACK_SIZE, Images, Layout, storage
 from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
@@ -95,9 +96,17 @@ class Runtime:
             self._stack_size,
             rules_of(len(lowered.constants), has_marks=bool(marked.hits)),
             faults,
+            self._catch,
         )
         self._links = [linked for link in compiled.program.links for linked in self._linked(link)]
         self.routines: Mapping[str, int] = self.code.numbers
+
+    def _catch(self, fault: BaseException, cell: int) -> bool:
+        """Put the number of a fault into a cell for __CATCH; false for one that no program can catch."""
+        number = number_of(fault)
+        if number is not None:
+            self._memory.cells[cell] = number
+        return number is not None
 
     @property
     def contents(self) -> Memory:

@@ -164,6 +164,7 @@ _NAMED_IN_TESTS: Final = frozenset({"TEST", "SKIP", "RIG", "USES"})
 """The words of test files with a text behind them."""
 _OPERATORS: Final = frozenset({"__ISVALIDREF", "__POUNAME", "__QUERYINTERFACE"})
 """Names of functions of today's tools that begin with two underscores."""
+_EXCEPTIONS: Final = ("__TRY", "__CATCH", "__FINALLY", "__ENDTRY")
 _NOT_NESTED: Final = re.compile(r"\(\*\s*@NESTEDCOMMENTS\s*:=\s*'No'")
 """The remark of an export of CoDeSys V2.3 whose comments end at the first *)."""
 _PREFIX_OF_QUOTE: Final = "'‘’´`"
@@ -198,6 +199,7 @@ def keywords(dialect: Dialect) -> frozenset[str]:
         ("INTERFACE", "END_INTERFACE"): dialect.has_methods,
         ("CLASS", "END_CLASS"): dialect.has_classes,
         ("VAR_STAT", "VAR_INST"): dialect.has_static_variables,
+        _EXCEPTIONS: dialect.has_exceptions,
     }
     return KEYWORDS.union(word for words, is_allowed in allowed.items() if is_allowed for word in words)
 
@@ -335,7 +337,8 @@ class _Scanner:
         if not text.isascii():
             self._say(offset, f"the name {text} has letters that are not allowed", "A to Z, digits and underscores")
         elif "__" in text and not self._may_have_underscores(text):
-            hint = f"Write {re.sub('_+', '_', text)}."
+            is_exception = upper in _EXCEPTIONS
+            hint = "The dialect codesys has it." if is_exception else f"Write {re.sub('_+', '_', text)}."
             self._say(offset, f"the name {text} has several underscores in a row", "single underscores", hint)
 
     def _may_have_underscores(self, text: str) -> bool:

@@ -4,7 +4,7 @@ A block is entered at its first instruction, its leader, and nowhere else.  A br
 `Choice`, which becomes an `if` of Python; any other jump leaves the block, and its target is a leader.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 from types import MappingProxyType
@@ -43,13 +43,18 @@ class Block:
     nodes: list[Node]
 
 
-def blocks(instructions: Sequence[Instruction], inlined: Mapping[int, int] = MappingProxyType({})) -> list[Block]:
+def blocks(
+    instructions: Sequence[Instruction],
+    inlined: Mapping[int, int] = MappingProxyType({}),
+    entries: Collection[int] = (),
+) -> list[Block]:
     """Return the blocks of a routine in order.
 
     `inlined` are the calls that the callee's instructions replace, with the number of these: they need no
-    leader behind them.
+    leader behind them.  `entries` are further leaders, where a routine goes on after a fault.
     """
     leaders = _hard_leaders([one if pc not in inlined else _NOTHING for pc, one in enumerate(instructions)])
+    leaders |= {entry for entry in entries if entry < len(instructions)}
     ends, lengths = _ends(instructions, inlined), _ends(instructions, {})
     while True:
         firm = sorted(leaders)

@@ -4,7 +4,7 @@ from types import FrameType, TracebackType
 from typing import Final
 
 from fieldrig_devices.languages.resumable import Activation, Code, file_name
-from fieldrig_devices.languages.writer import Build
+from fieldrig_devices.languages.writer import Build, Line
 
 
 class RunError(Exception):
@@ -30,8 +30,9 @@ def places(code: Code, build: Build, fault: BaseException) -> tuple[list[Activat
     while trace is not None:
         number = files.get(trace.tb_frame.f_code.co_filename)
         if number is not None:
-            calls += _places(code, build, number, trace.tb_lineno, trace.tb_frame)
-            budget = trace.tb_frame.f_locals["n"]
+            line = code.lines(number, build)[trace.tb_lineno - 1]
+            calls += _places(number, line, trace.tb_frame)
+            budget = trace.tb_frame.f_locals["n"] - line.spent
         trace = trace.tb_next
     return calls, budget
 
@@ -43,13 +44,12 @@ def running(code: Code, build: Build, frame: FrameType | None) -> list[Activatio
     while frame is not None:
         number = files.get(frame.f_code.co_filename)
         if number is not None:
-            calls[:0] = _places(code, build, number, frame.f_lineno, frame)
+            calls[:0] = _places(number, code.lines(number, build)[frame.f_lineno - 1], frame)
         frame = frame.f_back
     return calls
 
 
-def _places(code: Code, build: Build, number: int, line: int, frame: FrameType) -> list[Activation]:
+def _places(number: int, line: Line, frame: FrameType) -> list[Activation]:
     """Return the place in a routine, and those in the routines that are inlined there."""
-    at = code.lines(number, build)[line - 1]
     where = frame.f_locals["frame"], frame.f_locals["base"]
-    return [Activation(routine, pc, *where) for routine, pc in ((number, at.pc), *at.calls)]
+    return [Activation(routine, pc, *where) for routine, pc in ((number, line.pc), *line.calls)]

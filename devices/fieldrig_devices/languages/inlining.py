@@ -66,7 +66,7 @@ class Inlining:
     def _body(self, number: int) -> Block | None:
         """Return the one block of a routine that can be inlined."""
         routine = self._routines[number]
-        if number in self._in_circles:
+        if number in self._in_circles or routine.guards:
             return None
         if len(routine.lines) > MOST or not all(map(_is_plain, routine.instructions[:-1])):
             return None

@@ -96,6 +96,16 @@ class Hold:
     cost: int = 1
 
 
+class Guard(NamedTuple):
+    """The instructions from `first` to before `end`: a fault in them goes on at `target`."""
+
+    first: int
+    end: int
+    target: int
+    cell: int
+    """The place in the frame that gets the number of the fault."""
+
+
 Instruction = Do | Branch | Jump | Switch | Call | End | Pause | Hold
 
 
@@ -116,10 +126,16 @@ class Routine:
     """
 
     def __init__(
-        self, instructions: Sequence[Instruction], frame_size: int = 1, registers: frozenset[str] = frozenset()
+        self,
+        instructions: Sequence[Instruction],
+        frame_size: int = 1,
+        registers: frozenset[str] = frozenset(),
+        guards: tuple[Guard, ...] = (),
     ) -> None:
         """`registers` are the cells that blocks may keep in local variables (`registers`)."""
         self.frame_size = frame_size
+        self.guards = guards
+        """The instructions whose faults are caught, the inner ones first."""
         self.lines = tuple(instruction.line for instruction in instructions)
         self.fast = b""
         """The FAST build, if it has been made in advance; and where it can be entered."""
@@ -159,11 +175,11 @@ class Routine:
         lines = array("q", self.lines).tobytes()
         large = (self.fast, self.for_debugging, packed, lines)
         parts = tuple(bytes(part) if protocol < 5 else pickle.PickleBuffer(part) for part in large)
-        return _unpickled, (self.frame_size, self.targets, self.fast_leaders, *parts)
+        return _unpickled, ((self.frame_size, self.guards), self.targets, self.fast_leaders, *parts)
 
 
 def _unpickled(
-    frame_size: int,
+    frame: tuple[int, tuple[Guard, ...]],
     targets: dict[int, Mapping[int, int]],
     fast_leaders: frozenset[int],
     fast: bytes,
@@ -171,7 +187,8 @@ def _unpickled(
     packed: bytes,
     lines: bytes,
 ) -> Routine:
-    routine = Routine((), frame_size)
+    frame_size, guards = frame
+    routine = Routine((), frame_size, guards=guards)
     numbers = array("q")
     numbers.frombytes(lines)
     routine.lines, routine.targets, routine.fast_leaders = tuple(numbers), targets, fast_leaders

@@ -19,7 +19,7 @@ Each routine has three builds, made when they are first needed:
 import marshal
 import pickle
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
 from fieldrig import sandbox
@@ -29,6 +29,7 @@ from fieldrig_devices.languages.instructions import ForDebugging, Instruction, R
 from fieldrig_devices.languages.writer import Build, Callee, Line, Writer
 
 Function = Callable[[int, int, int, int], tuple[int, int, int]]
+MOST_TEXTS = 8  # Python texts of routines that are kept; a program may catch one fault after the other
 OWN_FUNCTIONS = ("leave", "enter")
 
 
@@ -70,6 +71,7 @@ class Texts:
         self._rules = sandbox.Values(rules.values | tables) if isinstance(rules, sandbox.Values) else rules
         self._inlining = Inlining(routines, numbers)
         self.blocks: Callable[[int, Build], list[Block]] = cache(self._blocks)
+        self.lines: Callable[[int, Build], list[Line]] = lru_cache(MOST_TEXTS)(self._lines)
         self.leaders: Callable[[int, Build], frozenset[int]] = cache(self._leaders)
         self._ready: dict[int, ForDebugging] = {}
 
@@ -81,7 +83,8 @@ class Texts:
 
     def _blocks(self, number: int, build: Build) -> list[Block]:
         inlined = self._inlining.calls(number) if build is Build.FAST else {}
-        return blocks(self.routines[number].instructions, inlined)
+        routine = self.routines[number]
+        return blocks(routine.instructions, inlined, {guard.target for guard in routine.guards})
 
     def _leaders(self, number: int, build: Build) -> frozenset[int]:
         if build is Build.FAST:
@@ -103,7 +106,7 @@ class Texts:
         watched, stepped = (self.compiled(number, build) for build in (Build.WATCHED, Build.STEPPED))
         return pickle.dumps(ForDebugging(watched, stepped, self.leaders(number, Build.WATCHED)))
 
-    def lines(self, number: int, build: Build) -> list[Line]:
+    def _lines(self, number: int, build: Build) -> list[Line]:
         parts = self.blocks(number, build)
         return Writer(number, self.routines, self._callees, parts, build, self._inlining).lines()
 
@@ -160,11 +163,14 @@ class Code:
         stack_size: int,
         rules: sandbox.Rules | None = None,
         faults: tuple[type[Exception], ...] = (),
+        catch: Callable[[BaseException, int], bool] = lambda fault, cell: False,
     ) -> None:
         """`stack_size` is the size of a task's stack: the number of active routines where all frames have size 1.
 
         `faults` are exceptions that this program may raise by a mistake of its own, besides `faults.CAUGHT`.
+        `catch` puts the number of a fault into a cell, for the guards of routines; it is false if none may have it.
         """
+        self.catch = catch
         self.faults = faults
         self.routines = [routine if isinstance(routine, Routine) else Routine(routine) for routine in routines.values()]
         self.numbers = {name: number for number, name in enumerate(routines)}

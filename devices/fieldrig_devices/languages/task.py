@@ -95,6 +95,13 @@ class Task:
         self.has_waited = False
         if self.look is not None or self.ahead is not None:
             return self._run_and_look(budget)
+        budget = self._run(budget)
+        while self._is_between and budget > 0 and self.state is TaskState.READY and not self.has_waited:
+            budget = self._run(budget)
+        return budget
+
+    def _run(self, budget: int) -> int:
+        """Do as `run`, up to a place where the fast builds cannot be entered."""
         code = self._code
         code.limit[0] = self._limit
         build = Build.WATCHED if self.is_watched else Build.FAST
@@ -126,7 +133,7 @@ class Task:
         except self._caught as fault:
             return self._fail(build, fault)
         self.routine, self.pc, self.frame, self.base = routine, pc, frame, base
-        return self.run(budget) if self._is_between and budget > 0 else budget
+        return budget
 
     def _enter(self, build: Build, budget: int) -> int:
         """Run to a place where a build can be entered; return the rest of the budget."""
@@ -144,8 +151,23 @@ class Task:
         self._code.left.clear()
         self.stack += [level._replace(pc=level.pc + 1) for level in running[:-1]]
         self.routine, self.pc, self.frame, self.base = running[-1]
-        self.state, self.fault = TaskState.FAULTED, fault
+        if not self._is_caught(fault):
+            self.state, self.fault = TaskState.FAULTED, fault
         return budget
+
+    def _is_caught(self, fault: BaseException) -> bool:
+        """Go on where a guard of a routine that was running leads, the innermost first."""
+        callers = [level._replace(pc=level.pc - 1) for level in reversed(self.stack)]
+        places = [Activation(self.routine, self.pc, self.frame, self.base), *callers]
+        for depth, (number, pc, frame, base) in enumerate(places):
+            guards = self._code.routines[number].guards
+            guard = next((one for one in guards if one.first <= pc < one.end), None)
+            if guard is not None and self._code.catch(fault, frame + guard.cell):
+                self.routine, self.pc, self.frame, self.base = number, guard.target, frame, base
+                del self.stack[len(self.stack) - depth :]
+                self._is_between, self._passed = True, None
+                return True
+        return False
 
     def step(self) -> int:
         """Run one instruction, regardless of breakpoints, and return its cost.

@@ -48,6 +48,8 @@ class Line(NamedTuple):
     pc: int
     calls: tuple[tuple[int, int], ...] = ()
     """The inlined routines that the line belongs to, as their numbers and their instructions, outermost first."""
+    spent: int = 0
+    """The cost of the instructions before it that has not been charged when it runs."""
 
 
 class Callee(NamedTuple):
@@ -99,9 +101,9 @@ class Writer:
         if part.is_loop:
             yield Line(f"{indent}while n > 0:", block.first)
             indent += INDENT
-        for text, (_, pc, calls) in zip(texts, lines, strict=True):
+        for text, line in zip(texts, lines, strict=True):
             if text is not None:
-                yield Line(indent + text, pc, calls)
+                yield line._replace(text=indent + text)
 
 
 class _BlockWriter:
@@ -174,15 +176,15 @@ class _BlockWriter:
         assert isinstance(branch, Branch)
         if word == "if":
             yield from self._stop(pc, spent)
-            yield from (Line(text, pc) for text in branch.python)
-        spent += branch.cost
+            yield from (Line(text, pc, spent=spent) for text in branch.python)
+        before, spent = spent, spent + branch.cost
         charged = spent if charged is None else charged
         jump = self._instructions[choice.jump].cost if choice.jump is not None else 0
         arms = [(f"not ({branch.condition})", choice.through, jump), (branch.condition, choice.jumped, 0)]
         if not choice.through and not jump:
             arms.reverse()
         (condition, first, more), (_, second, other) = arms
-        yield Line(f"{word} {condition}:", pc)
+        yield Line(f"{word} {condition}:", pc, spent=before)
         yield from self._arm(first, spent, charged - more, pc)
         if len(second) == 1 and self._can_chain(second[0]):
             yield from self._choice(second[0], spent, "elif", charged)
@@ -209,11 +211,11 @@ class _BlockWriter:
         instruction = self._instructions[pc]
         match instruction:
             case Do(python=python, cost=cost):
-                yield from (Line(text, pc) for text in python)
+                yield from (Line(text, pc, spent=spent) for text in python)
                 return spent + cost
             case Branch(python=python, condition=condition, target=target, cost=cost, pause=pause):
-                yield from (Line(text, pc) for text in python)
-                yield Line(f"if {condition}:", pc)
+                yield from (Line(text, pc, spent=spent) for text in python)
+                yield Line(f"if {condition}:", pc, spent=spent)
                 if pause and target <= pc:
                     yield Line(f"{INDENT}if {pause}:", pc)
                     yield Line(f"{INDENT * 2}return {WAIT}, {target}, {_rest(spent + cost)}", pc)
@@ -231,18 +233,18 @@ class _BlockWriter:
             case End(cost=cost):
                 yield Line(f"return {END}, {pc}, {_rest(spent + cost)}", pc)
             case Pause(python=python, condition=condition, cost=cost):
-                yield from (Line(text, pc) for text in python)
-                yield Line(f"if {condition}:", pc)
+                yield from (Line(text, pc, spent=spent) for text in python)
+                yield Line(f"if {condition}:", pc, spent=spent)
                 yield Line(f"{INDENT}return {WAIT}, {pc + 1}, {_rest(spent + cost)}", pc)
                 return spent + cost
             case Hold(condition=condition, cost=cost):
-                yield Line(f"if {condition}:", pc)
+                yield Line(f"if {condition}:", pc, spent=spent)
                 yield Line(f"{INDENT}return {WAIT}, {pc}, {_rest(spent)}", pc)
                 return spent + cost
         return None
 
     def _switch(self, switch: Switch, pc: int, spent: int) -> Iterator[Line]:
-        yield from (Line(text, pc) for text in switch.python)
+        yield from (Line(text, pc, spent=spent) for text in switch.python)
         yield Line(f"n -= {spent + switch.cost}", pc)
         yield Line(f"at = {switch.selector}", pc)
         table = f"targets_{self._number}_{pc}"
@@ -274,11 +276,11 @@ class _BlockWriter:
         lines = inner._nodes(body.nodes[:-1], spent + call.cost)
         while True:
             try:
-                text, at, calls = next(lines)
+                text, at, calls, uncharged = next(lines)
             except StopIteration as end:
                 end_cost = self._routines[number].instructions[-1].cost
                 return int(end.value) + end_cost
-            yield Line(moved(text, self._frame_size, call.base), pc, ((number, at), *calls))
+            yield Line(moved(text, self._frame_size, call.base), pc, ((number, at), *calls), uncharged)
 
     def _leave(self, target: int, spent: int, pc: int) -> Iterator[Line]:
         if spent:
@@ -294,11 +296,11 @@ def _indented(lines: Generator[Line, None, Spent]) -> Generator[Line, None, Spen
     """Yield the lines one level deeper; return what their generator returns."""
     while True:
         try:
-            text, pc, calls = next(lines)
+            line = next(lines)
         except StopIteration as end:
             spent: Spent = end.value
             return spent
-        yield Line(INDENT + text, pc, calls)
+        yield line._replace(text=INDENT + line.text)
 
 
 def _rest(spent: int) -> str:

@@ -45,4 +45,6 @@ def _leaves(node: tree.AnyStatement, is_inner: bool) -> bool:
             return any(has_way_out(body, is_inner=is_inner) for body in bodies)
         case tree.For(body=body) | tree.While(body=body) | tree.Repeat(body=body):
             return has_way_out(body, is_inner=True)
+        case tree.Try(body, _, caught, final):
+            return any(has_way_out(part or (), is_inner=is_inner) for part in (body, caught, final))
     return False

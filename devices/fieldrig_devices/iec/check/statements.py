@@ -17,7 +17,15 @@ from fieldrig_devices.iec.tree import NOWHERE
 from fieldrig_devices.iec.types import EnumType, SubrangeType, Type
 
 BOOL: Final = Elementary.BOOL
+Tries = tuple[object, ...]
+"""The position of each __TRY around a statement, and the number of the part of it, from the outside."""
 ONE: Final = tree.Literal(tree.LiteralKind.INTEGER, 1)
+
+
+def is_exception_code(kind: Type) -> bool:
+    """True for ExceptionCode, and for integers that have room for its numbers."""
+    base = kind.base if isinstance(kind, EnumType) else kind
+    return isinstance(base, Elementary) and base.is_integer and base.size >= 4
 
 
 class Statements:
@@ -29,12 +37,18 @@ class Statements:
         self._loops = 0
         self._ifs = 0
         self._labels: dict[str, tree.Label] = {}
-        self._jumps: list[tree.Jump] = []
+        self._jumps: list[tuple[tree.Jump, Tries]] = []
+        self._tries: Tries = ()
+        self._tries_of: dict[str, Tries] = {}
+        """The parts of __TRY around each label."""
 
     def body(self, nodes: Sequence[tree.AnyStatement]) -> list[AnyStatement]:
         """Check a whole body, whose labels are its own."""
         made = self.statements(nodes)
-        for jump in self._jumps:
+        for jump, tries in self._jumps:
+            if tries != self._tries_of.get(self.context.key(jump.label), tries):
+                what = f"JMP {jump.label} leads into or out of a __TRY"
+                self.context.say(jump, what, "a label in the same part of it")
             if self.context.key(jump.label) not in self._labels:
                 hint = self.context.project.reports.closest(jump.label, self._labels)
                 self.context.say(
@@ -240,6 +254,23 @@ class Statements:
             self.context.say(node, f"{word} outside a loop", "a place in FOR, WHILE or REPEAT", "RETURN leaves the POU")
         return self._loops > 0
 
+    def _try(self, node: tree.Try) -> AnyStatement | None:
+        code = None if node.code is None else self._exception_code(node.code)
+        parts: list[list[AnyStatement] | None] = []
+        for part in (node.body, node.caught, node.final):
+            self._tries = (*self._tries, node.position, len(parts))
+            parts.append(None if part is None else self.statements(part))
+            self._tries = self._tries[:-2]
+        body, caught, final = parts
+        return program.Try(body or [], code, caught, final, line=node.position.line)
+
+    def _exception_code(self, node: tree.Expression) -> program.Place | None:
+        code = self.expressions.target(node)
+        if code is None or is_exception_code(code.type):
+            return code
+        self.context.say(node, f"{text(node)} is {a(code.type)}", "a variable of type __SYSTEM.ExceptionCode")
+        return None
+
     # ---- jumps
 
     def _return(self, node: tree.Return) -> AnyStatement:
@@ -252,10 +283,11 @@ class Statements:
             self.context.say(node, f"the label {node.name} exists already in line {where}", "another name")
             return None
         self._labels[name] = node
+        self._tries_of[name] = self._tries
         return program.Label(name, line=node.position.line)
 
     def _jump(self, node: tree.Jump) -> AnyStatement:
-        self._jumps.append(node)
+        self._jumps.append((node, self._tries))
         return program.Jump(self.context.key(node.label), line=node.position.line)
 
     def _empty(self, node: tree.Empty) -> None:
@@ -270,6 +302,7 @@ _STATEMENTS: Final[dict[type, Callable[[Statements, Any], AnyStatement | list[An
     tree.For: Statements._for,
     tree.While: Statements._while,
     tree.Repeat: Statements._repeat,
+    tree.Try: Statements._try,
     tree.Exit: Statements._exit,
     tree.Continue: Statements._continue,
     tree.Return: Statements._return,

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.lower.emitter import Emitter
-from fieldrig_devices.languages.instructions import Branch, Call, Do, End, Hold, Instruction, Jump, Switch
+from fieldrig_devices.languages.instructions import Branch, Call, Do, End, Guard, Hold, Instruction, Jump, Switch
 
 Label = int
 
@@ -15,6 +15,7 @@ class Assembler:
         self._made: list[Callable[[dict[Label, int]], Instruction]] = []
         self._labels: dict[Label, int] = {}
         self._next = 0
+        self._guards: list[tuple[int, int, Label, int]] = []
         self._is_deep = True
         self.calls: dict[str, None] = {}
         """The routines that are called, in the order of the text: that of a set would differ from run to run."""
@@ -74,6 +75,16 @@ class Assembler:
         line, cost = self.line, self._scaled(self._costs.call_ns)
         self.calls[routine] = None
         self._made.append(lambda labels: Call(line, routine, base, cost, self._is_deep))
+
+    def guard(self, add: Callable[[], None], handler: Label, cell: int) -> None:
+        """Add instructions; a fault in them goes on at the handler, with its number in a cell of the frame."""
+        first = len(self._made)
+        add()
+        self._guards.append((first, len(self._made), handler, cell))
+
+    def guards(self) -> tuple[Guard, ...]:
+        """Return the guards, the inner ones first."""
+        return tuple(Guard(first, end, self._labels[handler], cell) for first, end, handler, cell in self._guards)
 
     def hold(self, condition: str) -> None:
         self._add(Hold(self.line, condition, self._costs.scaled(0)))

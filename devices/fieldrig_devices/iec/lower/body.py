@@ -70,11 +70,13 @@ class Body:
         self.frame_size = pou.frame_size + intermediate + CALL_SIZE
         self.used = 0
         self._taken = 0
+        self._held = 0
+        """The cells for what lasts longer than a statement."""
         self.marks = Marks(pou, self._mark, is_on=context.is_covered(pou))
 
     def begin(self, line: int) -> None:
         """Begin a statement, which may use the cells for intermediate results again."""
-        self.assembler.line, self._taken = line, 0
+        self.assembler.line, self._taken = line, self._held
 
     def _mark(self) -> int:
         """Add a mark; return its number."""
@@ -161,6 +163,13 @@ class Body:
         self._taken += kind.size
         self.used = max(self.used, self._taken)
         return Variable("", kind, Space.FRAME, Section.TEMP, offset=offset)
+
+    def held(self, kind: Type) -> Variable:
+        """Return a cell that nothing else uses up to the end of the body."""
+        self._taken = self._held
+        variable = self.intermediate(kind)
+        self._held = self._taken
+        return variable
 
     def keep(self, value: Expression) -> Load:
         """Store a value in an intermediate cell."""

@@ -1,6 +1,7 @@
 """Marks in the body of one POU: its statements, and the arms of its choices, loops and charts."""
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Final, NamedTuple
 
 from fieldrig.coverage import collecting
@@ -25,6 +26,7 @@ from fieldrig_devices.iec.program import (
     Return,
     Space,
     Statement,
+    Try,
     Variable,
 )
 from fieldrig_devices.iec.tree import Section
@@ -62,6 +64,7 @@ class Marks(SuiteMarks):
     def __init__(self, pou: Pou, mark: Callable[[], int], *, is_on: bool) -> None:
         super().__init__(mark, is_on=is_on)
         self._pou = pou
+        self._is_guarded = False
         self.is_detailed = is_on and collecting.is_detailed()
 
     # ---- suites and statements
@@ -75,8 +78,15 @@ class Marks(SuiteMarks):
         if self.is_detailed and isinstance(statement, Assign):
             self._assigned(statement)
 
+    @contextmanager
+    def one_by_one(self) -> Iterator[None]:
+        """Give each statement a mark of its own, since a fault in any of them may be caught."""
+        before, self._is_guarded = self._is_guarded, True
+        yield
+        self._is_guarded = before
+
     def after(self, statement: AnyStatement) -> None:
-        if self.is_on and _may_leave(statement):
+        if self.is_on and (self._is_guarded or _may_leave(statement)):
             self.leave()
 
     def branch(self, statement: Statement, arm: Arm) -> None:
@@ -178,6 +188,8 @@ def _may_leave(statement: AnyStatement) -> bool:
                 waiting += (*(inside for _, body in branches for inside in body), *otherwise)
             case For(body=body) | Loop(body=body):
                 waiting += body
+            case Try():
+                return True
             case _ if isinstance(one, _LEAVING):
                 return True
     return False

@@ -17,7 +17,7 @@ CUTS: Final = {kind: f"as_{kind.name}" for kind in Elementary if kind.is_integer
 AREA_TABLES: Final = {"I": "I", "Q": "Q", "M": "X"}
 
 TABLES: Final = frozenset({"M", "K", "F", *AREA_TABLES.values(), "INFINITY", "NAN"})
-CHECKS: Final = frozenset({"outside_array", "outside_range", "null_reference"})
+CHECKS: Final = frozenset({"outside_array", "outside_range", "null_reference", "thrown"})
 POINTERS: Final = frozenset(
     {"allocate", "free", "peek", "poke", "peek_cells", "poke_cells", "swapped_cells", "of_form", "mark"}
 )

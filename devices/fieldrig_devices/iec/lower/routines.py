@@ -64,7 +64,8 @@ def lower(
             is_deep = True
     for name, (part, _) in parts.items():
         assembler, registers = part.assembler, frozenset(part.places.registers)
-        lowered.routines[name] = Routine(assembler.finished(is_deep=is_deep), part.frame_size, registers)
+        made = assembler.finished(is_deep=is_deep)
+        lowered.routines[name] = Routine(made, part.frame_size, registers, assembler.guards())
         lowered.marked.places += part.marks.places
         lowered.keeps_stack_addresses |= part.places.keeps_stack_addresses
         lowered.code_size += CODE_PER_ROUTINE + round(assembler.cost * CODE_PER_NS)

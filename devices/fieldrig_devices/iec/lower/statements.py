@@ -10,6 +10,7 @@ from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.lower.assembler import Label
 from fieldrig_devices.iec.lower.body import Body
 from fieldrig_devices.iec.lower.calls import Calls
+from fieldrig_devices.iec.lower.exits import Exits
 from fieldrig_devices.iec.lower.marks import BODY, SKIPPED, Arm
 from fieldrig_devices.iec.lower.values import Value
 from fieldrig_devices.iec.program import (
@@ -37,6 +38,7 @@ from fieldrig_devices.iec.program import (
     Pou,
     Return,
     Space,
+    Try,
     Unary,
     Variable,
 )
@@ -102,8 +104,7 @@ class Statements:
 
     def __init__(self, body: Body) -> None:
         self._body, self._calls, self._assembler = body, Calls(body), body.assembler
-        self._loops: list[tuple[Label, Label]] = []
-        """Labels that CONTINUE and EXIT jump to."""
+        self._exits = Exits(body)
         self._labels: dict[str, Label] = {}
 
     # ---- bodies
@@ -244,9 +245,9 @@ class Statements:
             return
         self._assembler.place(head)
         self._calls.branch_unless(self._in_range(statement, variable), end)
-        self._loops.append((after, end))  # CONTINUE still steps, else it would never end
+        self._exits.loops.append((after, end))  # CONTINUE still steps, else it would never end
         self.add(statement.body)
-        self._loops.pop()
+        self._exits.loops.pop()
         self._assembler.place(after)
         self._step(statement)
         self._assembler.jump(head)
@@ -268,9 +269,9 @@ class Statements:
         node = statement.origin.condition if isinstance(statement.origin, tree.While) else None
         self._calls.branch_unless(condition, skipped, node)
         self._assembler.place(body)
-        self._loops.append((after if step is not None else again, end))
+        self._exits.loops.append((after if step is not None else again, end))
         self.add(statement.body, statement, BODY)
-        self._loops.pop()
+        self._exits.loops.pop()
         self._assembler.place(after)
         if step is not None:
             step()
@@ -306,9 +307,9 @@ class Statements:
         if statement.condition is not None:
             self._calls.branch_unless(statement.condition, end)
         # CONTINUE goes to the condition: that of WHILE is at the head, that of REPEAT behind the body.
-        self._loops.append((head if statement.until is None else test, end))
+        self._exits.loops.append((head if statement.until is None else test, end))
         self.add(statement.body)
-        self._loops.pop()
+        self._exits.loops.pop()
         self._assembler.place(test)
         self._body.begin(self._assembler.line)
         if statement.until is not None:
@@ -319,13 +320,29 @@ class Statements:
         self._assembler.place(end)
 
     def _exit(self, statement: Exit) -> None:
-        self._assembler.jump(self._loops[-1][1])
+        self._exits.out_of_loop()
 
     def _continue(self, statement: Continue) -> None:
-        self._assembler.jump(self._loops[-1][0])
+        self._exits.next_pass()
 
     def _return(self, statement: Return) -> None:
-        self._assembler.end()
+        self._exits.out_of_body()
+
+    def _try(self, statement: Try) -> None:
+        kind = Elementary.UDINT if statement.code is None else statement.code.type
+        fault = Cell(self._body.held(kind), kind)
+        with self._body.marks.one_by_one():
+            self._exits.guarded(
+                lambda: self.add(statement.body),
+                None if statement.caught is None else lambda: self._caught(statement, fault),
+                None if statement.final is None else lambda: self.add(statement.final or ()),
+                fault,
+            )
+
+    def _caught(self, statement: Try, fault: Cell) -> None:
+        if statement.code is not None:
+            self._calls.assign(Assign(statement.code, Load(fault), line=statement.line))
+        self.add(statement.caught or ())
 
     def _free(self, statement: Free) -> None:
         address = self._calls.out_of(statement.address)
@@ -365,4 +382,5 @@ _STATEMENTS: Final[dict[type, Callable[..., None]]] = {
     LabelStatement: Statements._label,
     Jump: Statements._jump,
     Free: Statements._free,
+    Try: Statements._try,
 }

@@ -25,8 +25,11 @@ _OUTER_TEXT = """
     """
 OUTER: Final = frozenset(_OUTER_TEXT.split()) | {token.END}
 """Tokens that cannot occur among statements: the body ends here."""
-BLOCK_ENDS: Final = frozenset({"ELSIF", "ELSE", "END_IF", "END_CASE", "END_FOR", "END_WHILE", "UNTIL", "END_REPEAT"})
-_STARTS: Final = frozenset({"IF", "CASE", "FOR", "WHILE", "REPEAT", "EXIT", "RETURN", "CONTINUE"})
+_BLOCK_END_TEXT = """
+    ELSIF ELSE END_IF END_CASE END_FOR END_WHILE UNTIL END_REPEAT __CATCH __FINALLY __ENDTRY
+    """
+BLOCK_ENDS: Final = frozenset(_BLOCK_END_TEXT.split())
+_STARTS: Final = frozenset({"IF", "CASE", "FOR", "WHILE", "REPEAT", "EXIT", "RETURN", "CONTINUE", "__TRY"})
 STOPS: Final = OUTER | BLOCK_ENDS | _STARTS
 _OPENERS: Final[Mapping[str, str]] = {
     "END_IF": "IF",
@@ -37,6 +40,7 @@ _OPENERS: Final[Mapping[str, str]] = {
     "END_WHILE": "WHILE",
     "UNTIL": "REPEAT",
     "END_REPEAT": "REPEAT",
+    **dict.fromkeys(("__CATCH", "__FINALLY", "__ENDTRY"), "__TRY"),
 }
 _CONSTANTS: Final = frozenset(
     {token.INTEGER, token.REAL, token.STRING, token.WIDE_STRING, token.TYPED, "-", "(", "TRUE", "FALSE"}

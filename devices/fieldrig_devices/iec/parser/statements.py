@@ -44,6 +44,7 @@ class Statements(Blocks):
             "FOR": self._for,
             "WHILE": self._while,
             "REPEAT": self._repeat,
+            "__TRY": self._try,
             "RETURN": self._return,
             "EXIT": self._exit,
             "CONTINUE": self._continue,
@@ -295,6 +296,24 @@ class Statements(Blocks):
             self.say(self.i, "got END_REPEAT", f"UNTIL condition for the REPEAT in line {line}")
         self._end("END_REPEAT", opening, "REPEAT")
         return tree.Repeat(body, until, position=self.positions[opening])
+
+    def _try(self) -> tree.Try:
+        opening = self.i
+        self.i += 1
+        body = self._block(frozenset({"__CATCH", "__FINALLY", "__ENDTRY"}))
+        code, caught, final = None, None, None
+        if self.accept("__CATCH"):
+            if self.accept("("):
+                code = self.place_or_call()
+                self.expect(")")
+            caught = self._block(frozenset({"__FINALLY", "__ENDTRY"}))
+        if self.accept("__FINALLY"):
+            final = self._block(frozenset({"__ENDTRY"}))
+        if self.kinds[self.i] == "__ENDTRY" and caught is None and final is None:
+            line = self.positions[opening].line
+            self.say(self.i, "got __ENDTRY", f"__CATCH or __FINALLY for the __TRY in line {line}")
+        self._end("__ENDTRY", opening, "__TRY")
+        return tree.Try(body, code, caught, final, position=self.positions[opening])
 
     def _for(self) -> tree.For | tree.While:
         opening = self.i

@@ -62,6 +62,8 @@ def _statement(lines: Lines, statement: tree.AnyStatement) -> None:
             _block(lines, body)
             lines.add(f"UNTIL {text_of(until)}")
             lines.add("END_REPEAT;")
+        case tree.Try():
+            _try(lines, statement)
 
 
 def _call(lines: Lines, call: tree.Call) -> None:
@@ -77,6 +79,18 @@ def _call(lines: Lines, call: tree.Call) -> None:
             lines.add(f"{part},")
         lines.add(f"{parts[-1]}")
     lines.add(");")
+
+
+def _try(lines: Lines, statement: tree.Try) -> None:
+    lines.add("__TRY")
+    _block(lines, statement.body)
+    if statement.caught is not None:
+        lines.add("__CATCH" if statement.code is None else f"__CATCH ({text_of(statement.code)})")
+        _block(lines, statement.caught)
+    if statement.final is not None:
+        lines.add("__FINALLY")
+        _block(lines, statement.final)
+    lines.add("__ENDTRY;")
 
 
 def _if(lines: Lines, statement: tree.If) -> None:

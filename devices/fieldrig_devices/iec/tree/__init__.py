@@ -71,6 +71,7 @@ from fieldrig_devices.iec.tree.statements import (
     Label,
     Repeat,
     Return,
+    Try,
     While,
 )
 from fieldrig_devices.iec.tree.types import (
@@ -164,6 +165,7 @@ __all__ = [
     "Test",
     "TestWord",
     "Transition",
+    "Try",
     "TypeDeclaration",
     "TypeSpec",
     "Unary",

@@ -117,6 +117,16 @@ class Repeat(Statement):
     until: Expression
 
 
+@dataclass(slots=True)
+class Try(Statement):
+    """`__TRY body __CATCH(code) caught __FINALLY final __ENDTRY`; None for a part that is not there."""
+
+    body: "tuple[AnyStatement, ...]"
+    code: Expression | None
+    caught: "tuple[AnyStatement, ...] | None"
+    final: "tuple[AnyStatement, ...] | None"
+
+
 AnyStatement = (
-    Assign | CallStatement | Return | Exit | Continue | Empty | Label | Jump | If | Case | For | While | Repeat
+    Assign | CallStatement | Return | Exit | Continue | Empty | Label | Jump | If | Case | For | While | Repeat | Try
 )
