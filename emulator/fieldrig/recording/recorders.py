@@ -8,9 +8,10 @@ A question is an object with a `command`:
     stop         id: nothing is sampled any more, and all that was is published -> next
     end          id
 
-The owner of a recording shows its life at `recorder/OWNER`; all of its recordings end with it.  Several recordings run
-beside each other.  Batches are published with a low priority, and dropped rather than waited for: with a publisher that
-waits, a reader that stood still held the loop of a device for 1.3 s.
+The owner of a recording shows its life at `recorder/OWNER`; all of its recordings end with it.  On a busy host an owner
+that lives may be reported to be gone: it begins them again, and has them for as long as it acknowledges.  Several
+recordings run beside each other.  Batches are published with a low priority, and dropped rather than waited for: with a
+publisher that waits, a reader that stood still held the loop of a device for 1.3 s.
 """
 
 import asyncio
@@ -19,6 +20,7 @@ import re
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from math import inf
 from typing import Any, Final, NamedTuple, Protocol
 
 from fieldrig.clock import S
@@ -42,7 +44,7 @@ LATEST_S: Final = 0.05
 """Time after which a batch is made without waiting for the end of a cycle.  At any other time it delays a cycle: 40
 parts and their publication take 0.3 ms."""
 OWNER_S: Final = 10.0
-"""How long a recording waits for the first sign of life of its owner."""
+"""How long a recording waits for the first sign of life of its owner, or for another acknowledgement without one."""
 WAIT_S: Final = 0.1
 _IDENTIFIER: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,47}")
 
@@ -126,6 +128,8 @@ class Recorders:
         self._is_closed = False
         self._alive: set[str] | None = None
         """The owners that show their life; None before the first recording."""
+        self._heard_s: dict[str, float] = {}
+        """When each owner has acknowledged last, whether it shows its life or not."""
         self._flusher: asyncio.Task[None] | None = None
         self._flushed_s = 0.0
         self._room = asyncio.Event()
@@ -151,6 +155,7 @@ class Recorders:
             return record_set.again(field(message, "first", int), field(message, "end", int))
         if command == "acknowledge":
             record_set.acknowledge(field(message, "number", int))
+            self._heard_s[recording.owner] = asyncio.get_running_loop().time()
             self._room.set()
             return {"next": record_set.next, "oldest": record_set.oldest}
         if command == "stop":
@@ -207,7 +212,13 @@ class Recorders:
         loop.call_later(OWNER_S, self._check_owner, owner)
 
     def _check_owner(self, owner: str) -> None:
-        if self._alive is not None and owner not in self._alive:
+        """End the recordings of an owner without a sign of life, or look again later if it is heard all the same."""
+        if self._alive is None or owner in self._alive:
+            return
+        loop = asyncio.get_running_loop()
+        if loop.time() - self._heard_s.get(owner, -inf) < OWNER_S:
+            loop.call_later(OWNER_S, self._check_owner, owner)
+        else:
             self._end_of(owner)
 
     def _on_life(self, owner: str, is_alive: bool) -> None:
@@ -219,6 +230,7 @@ class Recorders:
             self._end_of(owner)
 
     def _end_of(self, owner: str) -> None:
+        self._heard_s.pop(owner, None)
         for name in [name for name, recording in self._recordings.items() if recording.owner == owner]:
             log.info("the recording %s ends, because its reader is gone", name)
             self._end(name)

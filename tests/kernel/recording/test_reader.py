@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from in_loop import in_loop
+from jumping_loop import run_jumping
 from patience import PATIENCE_S
 from recording_bench import HandLine, process_on
 
@@ -137,6 +138,27 @@ async def test_an_owner_that_was_never_seen_has_no_recording_for_long(monkeypatc
     await line.ask("process/p/record", wish, 1)
     await until(lambda: not source.hand.cycles)
     process.close()
+
+
+def test_an_owner_whose_end_was_reported_and_who_lives_is_read_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The end of a broken connection may be heard after the begin of the next one."""
+    monkeypatch.setattr(reader, "ACKNOWLEDGE_S", 0.4)
+
+    async def read() -> None:
+        line = HandLine()
+        source, process = process_on(line)
+        listener = Reader(line, ["hand/x"], "cycle", lambda _: None)
+        await listener.begin()
+        line.die(listener.owner)
+        await asyncio.sleep(2 * reader.ACKNOWLEDGE_S)
+        begun = [*source.hand.cycles]
+        assert len(begun) == 1
+        await asyncio.sleep(5 * recorders.OWNER_S)
+        assert source.hand.cycles == begun
+        await listener.end()
+        process.close()
+
+    run_jumping(read())
 
 
 @in_loop
