@@ -6,6 +6,9 @@ byte behind its method is used.  Source of the methods: IANA, Hypertext Transfer
 Methods are case-sensitive (RFC 9110, 9.1), and words in small letters begin lines of other protocols as well, so those
 need the beginning of a target (RFC 9112, 3.2) behind them.  An address with https makes a browser send a hello of TLS,
 in which the ticket of a session is text by the author of the page.
+
+A page whose own name leads here (DNS rebinding) chooses the method itself.  So a line that names the protocol and its
+version behind a target is a request with any method, as one of SIP and RTSP, which have the same form, is.
 """
 
 import re
@@ -26,11 +29,17 @@ _REQUEST: Final = re.compile(
     rb"[\r\n]*(?:(?:%b) |(?i:(?:%b) +(?:/|https?://)|(?:OPTIONS|PRI) +\*|CONNECT +[^\s/]+:\d))" % (_METHOD, _METHOD)
 )
 _TARGETS: Final = (b"HTTP://", b"HTTPS://")
+_TOKEN: Final = rb"[\r\n]*[!#$%&'*+.^_`|~\w-]+"
+_NAMED: Final = re.compile(_TOKEN + rb" +\S+ +(?:HTTP|SIP|RTSP)/\d")
+"""A request line with any method, up to the version (RFC 9112, 3; RFC 3261, 7.1; RFC 7826, 20.1)."""
+_MAY_BE_NAMED: Final = re.compile(_TOKEN + rb"(?: +(?:\S+(?: +[A-Z]*/?)?)?)?")
+_VERSION: Final = re.compile(rb"[^\r\n]* (?:HTTP|SIP|RTSP)/\d")
+_LONGEST_VERSION: Final = len(b" HTTP/1")
 
 
 def is_request(line: bytes) -> bool:
     """Return whether a line, or the beginning of one, is that of a request: a method and a target, or TLS."""
-    return line.startswith(HELLOS) or _REQUEST.match(line) is not None
+    return line.startswith(HELLOS) or _REQUEST.match(line) is not None or _NAMED.match(line) is not None
 
 
 class FirstLine:
@@ -38,18 +47,34 @@ class FirstLine:
 
     def __init__(self) -> None:
         self._seen = b""
+        self._is_in_target = False
+        """True while the rest of a long target is read, of which only the end is kept."""
         self.is_over = False
         """True when the connection cannot begin with a request of HTTP any more."""
 
     def is_request(self, data: bytes) -> bool:
         """Return whether the connection begins with a request, given its next bytes."""
-        self._seen += data[: MOST + 1]
-        if is_request(self._seen):
+        if self._is_in_target:
+            return self._ends_as_request(data)
+        self._seen += data
+        if is_request(self._seen[:MOST]):
             return True
+        if len(self._seen) > MOST and _MAY_BE_NAMED.fullmatch(self._seen[:MOST]):
+            line, self._seen, self._is_in_target = self._seen.lstrip(b"\r\n"), b"", True
+            return self._ends_as_request(line)
         self.is_over = len(self._seen) > MOST or not (
-            any(hello.startswith(self._seen) for hello in HELLOS) or _may_become_request(self._seen.lstrip(b"\r\n"))
+            any(hello.startswith(self._seen) for hello in HELLOS)
+            or _may_become_request(self._seen.lstrip(b"\r\n"))
+            or _MAY_BE_NAMED.fullmatch(self._seen)
         )
         return False
+
+    def _ends_as_request(self, data: bytes) -> bool:
+        """Return whether a line with a long target ends with the name of the protocol."""
+        line = self._seen + data
+        self._seen = line[-_LONGEST_VERSION:]
+        self.is_over = not {*b"\r\n"}.isdisjoint(data)
+        return _VERSION.match(line) is not None
 
 
 def _may_become_request(line: bytes) -> bool:

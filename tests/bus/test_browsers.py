@@ -51,6 +51,26 @@ def test_the_forms_of_a_target_without_a_path_are_known(line: bytes) -> None:
     assert begins_with_request(*(bytes((byte,)) for byte in line))
 
 
+@pytest.mark.parametrize("version", [b"HTTP/1.1", b"SIP/2.0", b"RTSP/1.0"])
+@pytest.mark.parametrize("target", [b"/", b"*", b"sip:a@127.0.0.1", b"/" + b"a" * 9000])
+@pytest.mark.parametrize("method", [b"FOO", b"INVITE", b"m-search"])
+def test_a_line_with_any_method_is_a_request_by_the_protocol_that_it_names(
+    method: bytes, target: bytes, version: bytes
+) -> None:
+    line = b"%b %b %b\r\nHost: a\r\n\r\n" % (method, target, version)
+    assert begins_with_request(line)
+    assert begins_with_request(b"\r\n" + line)
+    assert begins_with_request(*(bytes((byte,)) for byte in line))
+
+
+@pytest.mark.parametrize(
+    "line", [b"move 1 2\r", b"get /a\r\n", b"a " + b"b" * 900 + b"\rx HTTP/1.1", b"read a HTTPX/1"]
+)
+def test_a_line_that_names_no_protocol_is_none(line: bytes) -> None:
+    assert begins_with_request(line) is line.startswith(b"get /")
+    assert not begins_with_request(b"x" + line)
+
+
 # The first bytes of Chromium's hello with versions of TLS 1.0 and 1.2 in the record (RFC 8446, 5.1 and appendix D).
 @pytest.mark.parametrize("hello", [b"\x16\x03\x01\x06\xe6\x01\x00\x06\xe2\x03\x03", b"\x16\x03\x03\x02\x00\x01"])
 def test_https_is_a_request_as_well(hello: bytes) -> None:
@@ -62,7 +82,7 @@ def test_https_is_a_request_as_well(hello: bytes) -> None:
 @pytest.mark.parametrize(
     "line",
     [b"< open can0 >", b"AT\r", b"ATDT200\r", b"P\r", b"O\r", b"t1230\r", b"G", b"GO\r", b"GETTING on", b"PUTS x",
-     b"get position\r", b"copy a b\r", b"link 3\r", b"connect box\r", b"options\r", b"HELLO / HTTP/1.1\r",
+     b"get position\r", b"copy a b\r", b"link 3\r", b"connect box\r", b"options\r", b"HELLO / HTTP\r",
      b"\xff\xfd\x2c", b"\x00\x01\x00\x00\x00\x06\x01\x03", b"\r\r\rV\r", b"USER x\r\n", b":0103",
      b"\x16\x03\x00\x00\x00\x06\x01\x03"],  # the last is request 1603h of a Modbus client
 )  # fmt: skip
@@ -81,4 +101,4 @@ def test_parts_make_no_difference(data: bytes, cuts: list[int]) -> None:
 @given(st.binary(min_size=MOST + 1, max_size=MOST + 50))
 def test_the_look_at_the_first_line_ends(data: bytes) -> None:
     first = FirstLine()
-    assert first.is_request(data) or first.is_over
+    assert first.is_request(data) or first.is_request(b"\n") or first.is_over
