@@ -216,7 +216,7 @@ def merge(
     whole = Corpus(target)
     for other in others:
         whole.merge(_opened(other))
-    runs, found = sum(1 for _ in whole.runs()), len(whole.findings())
+    runs, found = sum(1 for _ in whole.all_runs()), len(whole.findings())
     typer.echo(f"{target}: {counted(runs, 'run')}, {counted(found, 'finding')}")
 
 

@@ -1,8 +1,10 @@
 """Plays what a corpus has again: two versions of a program on the same runs, and findings by themselves."""
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from fieldrig_devices.scenarios.guard import OF_EVERY_RIG
 from fieldrig_devices.scenarios.report import told
 from fieldrig_devices.search.bench import Bench
 from fieldrig_devices.search.causes import Causes
@@ -37,20 +39,37 @@ class Replayed(NamedTuple):
 
 
 def compared(plan: Plan, corpus: Corpus, workers: int = 1) -> list[Changed]:
-    """Play all runs of a corpus with the program as it is now."""
-    changes, runs = list[Changed](), [(run, {name for name, *_ in wrong}) for run, _, wrong in corpus.all_runs()]
+    """Play all runs of a corpus with the program as it is now.
+
+    A run ends at its first violation, and says nothing of later ones: what only the longer one of two runs shows after
+    the end of the other is no change.  Nor is a property that the plan does not have any more.
+    """
+    known = {*OF_EVERY_RIG, *(rule.name for rule in plan.scenario.properties)}
+    changes = list[Changed]()
+    runs = [(run, {name: at_ns for name, at_ns, _ in wrong}) for run, _, wrong in corpus.all_runs()]
     with Bench(plan) as bench, LocalCrew(bench, workers) as crew:
         started = iter(runs)
         for number, (run, before) in enumerate(runs):
             for other, _ in _some(started, AHEAD if number == 0 else 1):
                 crew.start(Piece(other.acts, 0, other.length_ns, world=other.world))
-            now = {one.property for one in crew.next().violations}
+            now = {one.property: one.at_ns for one in crew.next().violations}
             shown = (*run.world, *(f"{act} at {act.at_ns / 1e6:g} ms" for act in run.acts))
-            changes += [Changed(name, shown, name in now) for name in sorted(now ^ before)]
+            better = {name for name in _only(before, now) if name in known}
+            worse = _only(now, before)
+            changes += [Changed(name, shown, name in worse) for name in sorted(better | worse)]
     return changes
 
 
-def _some(runs: Iterator[tuple[Run, set[str]]], count: int) -> Iterator[tuple[Run, set[str]]]:
+def _only(some: Mapping[str, int], others: Mapping[str, int]) -> set[str]:
+    """Return the properties that only the first of two runs breaks, up to the end of the other one.
+
+    The runs have instants by properties; one without any ends at its end.
+    """
+    end_ns = min(others.values(), default=math.inf)
+    return {name for name, at_ns in some.items() if name not in others and at_ns <= end_ns}
+
+
+def _some(runs: Iterator[tuple[Run, Mapping[str, int]]], count: int) -> Iterator[tuple[Run, Mapping[str, int]]]:
     return (one for _, one in zip(range(count), runs, strict=False))
 
 

@@ -5,10 +5,11 @@ from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
 from sqlite3 import Connection
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from fieldrig.coverage.data import read, written
 from fieldrig.coverage.summary import Coverage
+from fieldrig.outside.untrusted import shown
 from fieldrig_devices.scenarios.act import Schedule
 from fieldrig_devices.search.corpus_file import CorpusFile
 from fieldrig_devices.search.piece import Run, World, acts_of, acts_text
@@ -88,23 +89,20 @@ class Corpus:
             store.execute("DELETE FROM finding WHERE id = ?", (number,))
             self._insert(store, finding, number)
 
-    def runs(self) -> Iterator[tuple[Schedule, str, int, list[Any]]]:
+    def runs(self) -> Iterator[tuple[Schedule, str, int, list[tuple[str, int, str]]]]:
         """Yield actions, strategy, length in nanoseconds and violations of each run of the first world."""
         for run, strategy, violations in self.all_runs():
             if not run.world:
                 yield run.acts, strategy, run.length_ns, violations
 
-    def all_runs(self) -> Iterator[tuple[Run, str, list[Any]]]:
+    def all_runs(self) -> Iterator[tuple[Run, str, list[tuple[str, int, str]]]]:
         """Yield each run without its violations, the strategy, and property, instant and reason of each violation."""
         sql = "SELECT acts, world, strategy, length_ns, violations FROM run ORDER BY rowid"
-        for acts, world, strategy, length_ns, violations in self._store.rows(sql):
-            run = Run(acts_of(acts), (), length_ns, world=tuple(json.loads(world)))
-            yield run, strategy, json.loads(violations)
+        yield from self._store.made(sql, _run_of)
 
     def findings(self) -> list[Finding]:
         """Return the findings: of those of each property the one with the fewest actions first."""
-        rows = self._store.rows(f"SELECT id, {_FINDING} FROM finding ORDER BY id")
-        found = [_finding_of(*row) for row in rows]
+        found = list(self._store.made(f"SELECT id, {_FINDING} FROM finding ORDER BY id", _finding_of))
         return sorted(found, key=lambda one: (one.property, len(one.acts), one.acts and one.acts[-1].at_ns, one.number))
 
     def cover(self, coverage: Coverage) -> None:
@@ -115,8 +113,8 @@ class Corpus:
     def coverage(self) -> Coverage:
         """Return the coverage of the programs by all searches together."""
         found = Coverage()
-        for (data,) in self._store.rows("SELECT data FROM covered ORDER BY rowid"):
-            found.add(read(data))
+        for news in self._store.made("SELECT data FROM covered ORDER BY rowid", read):
+            found.add(news)
         return found
 
     def come_from(self, origin: Origin) -> None:
@@ -126,8 +124,7 @@ class Corpus:
             store.execute("INSERT OR IGNORE INTO plan VALUES (?, ?, ?)", row)
 
     def origins(self) -> list[Origin]:
-        rows = self._store.rows("SELECT file, rig, overrides FROM plan ORDER BY rowid")
-        return [Origin(file, rig, tuple(json.loads(overrides))) for file, rig, overrides in rows]
+        return list(self._store.made("SELECT file, rig, overrides FROM plan ORDER BY rowid", _origin_of))
 
     def merge(self, other: "Corpus") -> None:
         """Add everything of another corpus."""
@@ -155,6 +152,25 @@ class Corpus:
         self._store.close()
 
 
+def _run_of(
+    acts: str, world: str, strategy: str, length_ns: int, violations: str
+) -> tuple[Run, str, list[tuple[str, int, str]]]:
+    wrong = [(str(name), int(at_ns), str(what)) for name, at_ns, what in json.loads(violations)]
+    return Run(acts_of(acts), (), int(length_ns), world=_texts(world)), strategy, wrong
+
+
+def _origin_of(file: str, rig: str, overrides: str) -> Origin:
+    return Origin(file, rig, _texts(overrides))
+
+
+def _texts(data: str) -> tuple[str, ...]:
+    """Return a list of texts.  ValueError for anything else."""
+    found = json.loads(data)
+    if not isinstance(found, list) or not all(isinstance(one, str) for one in found):
+        raise ValueError(f"expected a list of texts, got {shown(data)}")
+    return tuple(found)
+
+
 def _finding_of(
     number: int, name: str, acts: str, found: str, length_ns: int, at_ns: int, what: str, *others: str
 ) -> Finding:
@@ -164,11 +180,11 @@ def _finding_of(
         name,
         acts_of(acts),
         acts_of(found),
-        length_ns,
-        at_ns,
+        int(length_ns),
+        int(at_ns),
         what,
-        tuple(json.loads(world)),
+        _texts(world),
         cause,
-        tuple(json.loads(reason)),
+        _texts(reason),
         messages,
     )

@@ -1,12 +1,14 @@
 """The SQLite file of a corpus: its tables, and what is said of a file that cannot be used."""
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from fieldrig.errors import UsageError
+
+T = TypeVar("T")
 
 _TABLES: Final = """
 CREATE TABLE IF NOT EXISTS run (
@@ -50,6 +52,16 @@ class CorpusFile:
         """Yield the rows of a question.  UsageError for a file that is damaged."""
         with self._used(), closing(self._store.execute(sql)) as rows:
             yield from rows
+
+    def made(self, sql: str, make: Callable[..., T]) -> Iterator[T]:
+        """Yield what `make` makes of the columns of each row.  UsageError for a row that is damaged."""
+        for row in self.rows(sql):
+            try:
+                one = make(*row)
+            except (LookupError, TypeError, ValueError, RecursionError) as wrong:
+                what = f"{self._file} is damaged: a row of {sql.partition(' FROM ')[2].split()[0]} cannot be read"
+                raise UsageError(what, str(wrong)) from wrong
+            yield one
 
     def close(self) -> None:
         self._store.close()

@@ -15,7 +15,7 @@ from fieldrig.errors import ControlError
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.modbus.message import ModbusResponse
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.scenarios.places import place_of
+from fieldrig_devices.scenarios.places import RigPlace, place_of
 from fieldrig_devices.search.state_places import Sort, state_places
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ class Eye:
             except ControlError:  # it has no power now
                 yield (device,)
         if self._further:
-            yield ("places", *(_coarse(place.read()) for place in self._further))
+            yield ("places", *map(_shown, self._further))
         yield ("wires", frozenset(name for name, is_on in self._is_on.items() if is_on))
         for number, steps in enumerate(self._steps):
             if steps and self._windows and number < len(self._windows[-1]):
@@ -151,6 +151,13 @@ class Eye:
                 self._is_on[f"{bus.name}/{message.name}"] = message.value
         elif Sort.ABORTS in self._sorts:
             self._states.update(_refused(bus.name, message))
+
+
+def _shown(place: RigPlace) -> object:
+    try:
+        return _coarse(place.read())
+    except ControlError:  # its device has no power now
+        return None
 
 
 def _refused(bus: str, message: object) -> Iterator[State]:

@@ -5,6 +5,7 @@ nothing of time: for three inputs of a program it took 94 s where `fieldrig.shri
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import takewhile
 from typing import Final
 
 from fieldrig.clock import MS, S
@@ -64,9 +65,10 @@ def _earlier(acts: Schedule, number: int, fails: Fails) -> Schedule:
 
 
 def _rounder(act: Act) -> Iterator[Act]:
-    """Yield the action at round instants near its own."""
+    """Yield the action at instants near its own that are rounder, the roundest first."""
     near = [(act.at_ns + grid_ns * offset) // grid_ns * grid_ns for grid_ns in GRIDS_NS for offset in (0, 1)]
-    return (act._replace(at_ns=at_ns) for at_ns in dict.fromkeys(near) if at_ns <= act.at_ns + MOST_LATER_NS)
+    rounder = takewhile(lambda at_ns: at_ns != act.at_ns, dict.fromkeys(near))
+    return (act._replace(at_ns=at_ns) for at_ns in rounder if at_ns <= act.at_ns + MOST_LATER_NS)
 
 
 def _plainer(acts: Schedule, number: int, fails: Fails, choices: Sequence[Choice]) -> Schedule:

@@ -5,9 +5,11 @@ the piece goes on from there; another one plays what comes before it first.
 """
 
 import json
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import NamedTuple, get_args
 
-from fieldrig_devices.scenarios.act import Act, Schedule
+from fieldrig.outside.untrusted import shown
+from fieldrig_devices.scenarios.act import Act, Schedule, Verb
 from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.search.eye import State
 
@@ -59,5 +61,13 @@ def acts_text(acts: Schedule) -> str:
 
 
 def acts_of(text: str) -> Schedule:
-    """Return the actions of `acts_text`."""
-    return tuple(Act(*fields) for fields in json.loads(text))
+    """Return the actions of `acts_text`.  TypeError or ValueError for any other text."""
+    acts = tuple(Act(*fields) for fields in json.loads(text))
+    for act in acts:
+        times = (act.at_ns, act.hold_ns, act.nth)
+        if not all(type(one) is int and one >= 0 for one in times) or act.verb not in get_args(Verb):
+            raise ValueError(f"{shown(list(act))} is no action")
+        is_fault = isinstance(act.value, Mapping)
+        if not isinstance(act.where, str) or not isinstance(act.when, str) or is_fault != (act.verb == "fault"):
+            raise ValueError(f"{shown(list(act))} is no action")
+    return acts

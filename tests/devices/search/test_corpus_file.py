@@ -4,6 +4,7 @@ import sqlite3
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -100,3 +101,31 @@ def test_a_finding_that_is_made_small_again_keeps_its_number(tmp_path: Path) -> 
             (2, "b", "is true"),
             (3, "c", "is true"),
         ]
+
+
+@pytest.mark.parametrize(
+    ("statement", "question"),
+    [
+        ("UPDATE run SET acts = '{'", Corpus.all_runs),
+        ("UPDATE run SET acts = '[[1]]'", Corpus.all_runs),
+        ("""UPDATE run SET acts = '[["1", "set", "a/b", 1]]'""", Corpus.all_runs),
+        ("""UPDATE run SET acts = '[[1, "explode", "a/b", 1]]'""", Corpus.all_runs),
+        ("UPDATE run SET world = '5'", Corpus.all_runs),
+        ("UPDATE run SET violations = '[7]'", Corpus.all_runs),
+        ("UPDATE run SET length_ns = 'long'", Corpus.all_runs),
+        ("UPDATE finding SET acts = x'00'", Corpus.findings),
+        ("UPDATE finding SET reason = '{}'", Corpus.findings),
+        ("UPDATE plan SET overrides = '3'", Corpus.origins),
+        ("INSERT INTO covered VALUES (x'0011')", Corpus.coverage),
+    ],
+)
+def test_a_row_that_is_damaged_is_refused_in_words(
+    tmp_path: Path, statement: str, question: Callable[[Corpus], Any]
+) -> None:
+    file = tmp_path / "c.sqlite"
+    kept(file)
+    with closing(Corpus(file)) as corpus:
+        corpus.note(Finding(0, "a", (), (), 5, 1, "is true"))
+    changed(statement)(file)
+    with closing(Corpus(file)) as corpus, pytest.raises(UsageError, match="is damaged: a row of"):
+        tuple(question(corpus))

@@ -211,14 +211,27 @@ def test_a_fixed_program_is_better_and_a_broken_one_worse(tmp_path: Path) -> Non
     assert "the lamp goes out no longer holds: " in worse.stdout
 
 
+def test_a_run_that_ended_before_says_nothing_of_what_comes_later(tmp_path: Path) -> None:
+    plan, corpus = planted(tmp_path, "IF presses > 1 THEN lamp := TRUE; END_IF"), tmp_path / "c.sqlite"
+    later = "  it is pressed at most once: {never: terminal/presses > 1, longer: 200ms}\n"
+    first = "  it is pressed: {never: terminal/presses > 1}\n"
+    text = plan.read_text()
+    plan.write_text(text.replace("vary:", f"{later}{first}vary:"))
+    run("run", plan, "--strategy", "swarm", "--most", "8", "--corpus", corpus)
+    assert run("compare", plan, corpus).stdout.endswith("0 worse, 0 better\n")
+    plan.write_text(text.replace("vary:", f"{later}vary:"))  # the property with which all runs ended is no more
+    assert run("compare", plan, corpus).stdout.endswith("0 worse, 0 better\n")
+
+
 def test_corpora_of_several_machines_are_merged(tmp_path: Path) -> None:
     first, second = (Corpus(tmp_path / name) for name in ("a.sqlite", "b.sqlite"))
     acts = (Act(5 * MS, "fault", "io", {"what": "power_off", "duration_ms": 5}), Act(1 * S, "set", "a/b", True))
     first.add(Run(acts, (), 0), "swarm")
     for corpus in (first, second):
         corpus.add(Run((), (), 0), "sweep")
+        corpus.add(Run((), (), 0, world=("seed=3",)), "sweep")
         corpus.note(Finding(0, "p", acts, acts, 5 * S, 7, "wrong"))
-    assert "2 runs, 1 finding" in run("merge", tmp_path / "b.sqlite", tmp_path / "a.sqlite").stdout
+    assert "3 runs, 1 finding" in run("merge", tmp_path / "b.sqlite", tmp_path / "a.sqlite").stdout
     assert acts_of(acts_text(acts)) == acts
     (tmp_path / "no.sqlite").write_text("this is no database, but a text that is long enough to be taken for one" * 9)
     assert run("show", tmp_path / "no.sqlite").exit_code != 0
@@ -227,6 +240,11 @@ def test_corpora_of_several_machines_are_merged(tmp_path: Path) -> None:
 def test_what_is_found_is_early_before_it_is_round() -> None:
     acts = (Act(1200 * MS, "restart", "io"),)
     assert minimal(acts, lambda some: any(act.at_ns >= 110 * MS for act in some)) == (Act(200 * MS, "restart", "io"),)
+
+
+def test_what_is_round_already_does_not_become_later() -> None:
+    acts = (Act(100 * MS, "restart", "io"),)
+    assert minimal(acts, lambda some: any(act.at_ns >= 100 * MS for act in some)) == acts
 
 
 def test_what_is_found_is_made_few_round_and_short() -> None:

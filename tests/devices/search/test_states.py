@@ -149,3 +149,12 @@ def test_a_plan_restricts_and_adds(tmp_path: Path) -> None:
         rig.attach("test").link("wires").send(Signal("switch.on", True))
         rig.run_for(200 * MS)
         assert {state for state in eye.states() if state[0] == "places"} == {("places", False), ("places", True)}
+
+
+def test_a_place_of_a_device_without_power_is_a_state_of_its_own() -> None:
+    with Rig(load(CONFIGS / "lab.yaml", ("time=virtual",))) as rig:
+        eye = Eye(rig, frozenset(), ("io/nmt.state",))
+        eye.forget()
+        rig.add_fault("io", {"what": "power_off", "duration_ms": 100})
+        rig.run_for(200 * MS)
+        assert ("places", None) in eye.states()
