@@ -13,6 +13,7 @@ from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.check.extension import Extension
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
+from fieldrig_devices.iec.generics import expanded
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction
 from fieldrig_devices.iec.imports import read_sources
 from fieldrig_devices.iec.layout import Layout
@@ -155,7 +156,8 @@ def _checked(
     extension: Extension | None = None,
     on_progress: Progress = lambda stage, done, total: None,
 ) -> tuple[Program, list[Mistake]]:
-    return check(
+    units, of_generics = expanded(units, dialect)
+    program, mistakes = check(
         [*libraries, *units],
         host,
         dialect,
@@ -165,6 +167,7 @@ def _checked(
         extension=extension,
         on_progress=lambda done, total: on_progress("check", done, total),
     )
+    return program, [*of_generics, *mistakes]
 
 
 def _nothing_in(file: SourceFile) -> Mistake:

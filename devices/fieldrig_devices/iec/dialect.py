@@ -132,8 +132,8 @@ class Dialect:
     has_name_spaces: bool = _rule(Origin.TOOLS)
     """Two named lists of global variables may have a variable of the same name, which is written `list.variable`."""
     has_constant_arguments: bool = _rule(Origin.TOOLS)
-    """VAR_IN_OUT CONSTANT, to which constants and texts of any length may be passed, and which is only read; and
-    VAR_INPUT CONSTANT, which is an input."""
+    """VAR_IN_OUT CONSTANT, to which constants and texts of any length may be passed, and which is only read;
+    VAR_INPUT CONSTANT, which is an input; and VAR_OUTPUT CONSTANT, which others can read."""
     gives_open_arrays_as_addresses: bool = _rule(Origin.TOOLS)
     """An ARRAY[*] where a pointer is expected is its address, `MEMSET(destAddr := list, ...)`, as TwinCAT takes it."""
     has_any_inputs: bool = _rule(Origin.TOOLS)
@@ -150,6 +150,8 @@ class Dialect:
     """`__NEW` and `__DELETE`."""
     has_exceptions: bool = _rule(Origin.TOOLS)
     """`__TRY ... __CATCH(code) ... __FINALLY ... __ENDTRY`: a program goes on after a fault of its own."""
+    has_generic_constants: bool = _rule(Origin.TOOLS)
+    """`VAR_GENERIC CONSTANT n : UDINT; END_VAR` in a function block, and `stack : Stack<10>;`."""
     has_bits: bool = _rule(Origin.TOOLS)
     """BIT: a component of a structure that has one bit of a byte; eight in a row have the same byte."""
     copies_blocks: bool = _rule(Origin.TOOLS)

@@ -199,6 +199,7 @@ def keywords(dialect: Dialect) -> frozenset[str]:
         ("INTERFACE", "END_INTERFACE"): dialect.has_methods,
         ("CLASS", "END_CLASS"): dialect.has_classes,
         ("VAR_STAT", "VAR_INST"): dialect.has_static_variables,
+        ("VAR_GENERIC",): dialect.has_generic_constants,
         _EXCEPTIONS: dialect.has_exceptions,
     }
     return KEYWORDS.union(word for words, is_allowed in allowed.items() if is_allowed for word in words)

@@ -123,7 +123,11 @@ class Variables:
             context.say(block, f"VAR_INST in {a(kind.value)}", "VAR_INST in a METHOD", "use VAR or VAR_STAT")
         if kind is PouKind.FUNCTION and section is not Section.INSTANCE and (block.is_retain or block.is_persistent):
             context.say(block, "RETAIN in a function", "a function keeps nothing between calls (PD-354)")
-        is_argument = section in (Section.IN_OUT, Section.INPUT) and self._project.dialect.has_constant_arguments
+        if section is Section.GENERIC:
+            context.say(block, f"VAR_GENERIC in {a(kind.value)}", "VAR_GENERIC CONSTANT in a FUNCTION_BLOCK")
+        is_argument = (
+            section in (Section.IN_OUT, Section.INPUT, Section.OUTPUT) and self._project.dialect.has_constant_arguments
+        )
         if block.is_constant and section not in MAY_BE_CONSTANT and not is_argument:
             context.say(block, f"{section.value} CONSTANT", "CONSTANT behind VAR, VAR_GLOBAL or VAR_EXTERNAL")
         if kind is PouKind.CLASS and section not in IN_CLASSES:

@@ -29,6 +29,8 @@ class Units(Tests):
 
     _namespaces: list[int]
     """The tokens of the namespaces that are open."""
+    _extends_with: tuple[tree.Expression, ...]
+    """The generic constants behind EXTENDS in the present header."""
 
     def unit(self) -> tree.Unit:
         """Read everything."""
@@ -207,7 +209,9 @@ class Units(Tests):
         kind = POUS[self.kinds[opening]]
         self.i += 1
         modifiers = self._modifiers(kind)
+        self._extends_with = ()
         name, result, extends, implements = self._pou_header(kind)
+        extends_with = self._extends_with
         blocks = self.blocks()
         self.actions = []
         methods: list[tree.Method] = []
@@ -230,6 +234,7 @@ class Units(Tests):
         parts = tuple(actions), tuple(methods)
         position = self.positions[opening]
         pou = tree.Pou(kind, name, result, blocks, body, *parts, extends, modifiers, implements, end, position=position)
+        pou.extends_with = extends_with
         pou.comments, pou.remark = front, self.remark()
         pou.after = rest
         return pou
@@ -276,6 +281,8 @@ class Units(Tests):
                 extends = self.qualified_name(
                     "the name of a class" if kind is tree.PouKind.CLASS else "the name of a function block"
                 )
+                if self.kinds[self.i] == "<" and self.dialect.has_generic_constants:
+                    self._extends_with = self.generic_constants()
             implements: tuple[str, ...] = ()
             if self.dialect.has_methods and kind.has_instances:
                 implements = self._names_behind("IMPLEMENTS")

@@ -8,6 +8,7 @@ from typing import Final
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.elementary import Elementary
+from fieldrig_devices.iec.parser.expressions import RANKS
 from fieldrig_devices.iec.parser.initials import Initials
 
 UNKNOWN: Final = {
@@ -63,6 +64,10 @@ class Types(Initials):
         while self.kinds[self.i] == ".":
             self.i += 1
             name += f".{self.name('the name of a type')}"
+        if self.kinds[self.i] == "<" and self.dialect.has_generic_constants:
+            named = tree.NamedType(name, parameters=self.generic_constants(), position=position)
+            named.arguments = self.arguments() if self.kinds[self.i] == "(" else ()
+            return named
         if self.kinds[self.i] == "[" and self.kinds[self.i + 1] != "(" and self.kinds[self.i + 2] in ("]", ".."):
             return self._array_of_other_languages(name)
         if self.kinds[self.i] == "[" and self.dialect.has_constructors:
@@ -84,6 +89,16 @@ class Types(Initials):
         high = self.expression()
         self.close(")", opening)
         return tree.SubrangeSpec(tree.NamedType(name, position=position), low, high, position=position)
+
+    def generic_constants(self) -> tuple[tree.Expression, ...]:
+        """Read `<10, SIZE + 1>`; a comparison has to be in brackets there."""
+        opening = self.i
+        self.i += 1
+        read = [self.expression(RANKS["+"])]
+        while self.accept(","):
+            read.append(self.expression(RANKS["+"]))
+        self.close(">", opening)
+        return tuple(read)
 
     def _array_of_other_languages(self, name: str) -> tree.TypeSpec:
         """Report `INT[5]`, and go on behind it."""

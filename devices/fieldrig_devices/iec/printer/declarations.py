@@ -4,7 +4,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.printer.bodies import body
 from fieldrig_devices.iec.printer.expressions import expression_text as text_of
 from fieldrig_devices.iec.printer.lines import Lines
-from fieldrig_devices.iec.printer.variables import type_declaration, type_spec, variables
+from fieldrig_devices.iec.printer.variables import generic_constants, type_declaration, type_spec, variables
 
 
 def declaration(lines: Lines, node: tree.Declaration) -> None:
@@ -34,7 +34,7 @@ def _remark(lines: Lines, statement: tree.Statement) -> None:
 
 
 def _pou(lines: Lines, pou: tree.Pou) -> None:
-    extends = ("EXTENDS", pou.extends) if pou.extends else ()
+    extends = ("EXTENDS", f"{pou.extends}{generic_constants(pou.extends_with)}") if pou.extends else ()
     implements = ("IMPLEMENTS", ", ".join(pou.implements)) if pou.implements else ()
     lines.add(" ".join([pou.kind.value, *pou.modifiers, pou.name, *extends, *implements]))
     if pou.result is not None:

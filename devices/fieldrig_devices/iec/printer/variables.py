@@ -35,10 +35,15 @@ def _arguments(arguments: tuple[tree.Argument, ...]) -> str:
     return f"({', '.join(map(argument_text, arguments))})"
 
 
+def generic_constants(given: tuple[tree.Expression, ...]) -> str:
+    return f"<{', '.join(map(text_of, given))}>" if given else ""
+
+
 def type_spec(lines: Lines, spec: tree.TypeSpec) -> None:
     """Append a type to the last line, and further lines if it needs them."""
     match spec:
-        case tree.NamedType(name, arguments, rows):
+        case tree.NamedType(name, arguments, rows, parameters):
+            name += generic_constants(parameters)
             lines.append(name)
             if arguments:
                 lines.append(_arguments(arguments))

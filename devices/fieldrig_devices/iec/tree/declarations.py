@@ -19,6 +19,8 @@ class Section(Enum):
     STATIC = "VAR_STAT"
     INSTANCE = "VAR_INST"
     """Variables of a method that each instance has for itself."""
+    GENERIC = "VAR_GENERIC"
+    """Constants of a function block that each of its uses as a type gives."""
     INPUT = "VAR_INPUT"
     OUTPUT = "VAR_OUTPUT"
     IN_OUT = "VAR_IN_OUT"
@@ -100,6 +102,8 @@ class Pou(Statement):
     implements: tuple[str, ...] = ()
     """The interfaces whose methods a function block has."""
     end: Position = field(default=NOWHERE, compare=False, repr=False)
+    extends_with: tuple[Expression, ...] = field(default=(), kw_only=True)
+    """The generic constants behind EXTENDS, `EXTENDS Stack<10>`."""
 
 
 @dataclass(slots=True)

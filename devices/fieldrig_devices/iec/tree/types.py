@@ -13,6 +13,8 @@ class NamedType(Node):
     """The arguments of FB_init, `motor : Motor(number := 3);`."""
     rows: tuple[tuple[Argument, ...], ...] = ()
     """The same for each element of an array, `ARRAY[1..2] OF Motor[(number := 3), (number := 4)]`."""
+    parameters: tuple[Expression, ...] = ()
+    """The generic constants of a function block, `Stack<10>`."""
 
 
 @dataclass(slots=True)
