@@ -1,6 +1,7 @@
 """The runs and the findings of searches in one SQLite file."""
 
 import json
+from collections import deque
 from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
@@ -127,17 +128,20 @@ class Corpus:
         return list(self._store.made("SELECT file, rig, overrides FROM plan ORDER BY rowid", _origin_of))
 
     def merge(self, other: "Corpus") -> None:
-        """Add everything of another corpus."""
+        """Add everything of another corpus.  UsageError for one that is damaged, of which nothing is added."""
+        deque(other.all_runs(), 0)
+        other.coverage()
+        found, origins = other.findings(), other.origins()
         with self._store.changing() as store:
             for row in other._store.rows("SELECT acts, world, strategy, length_ns, violations FROM run"):
                 store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?, ?)", row)
             for row in other._store.rows("SELECT data FROM covered ORDER BY rowid"):
                 store.execute("INSERT OR IGNORE INTO covered VALUES (?)", row)
         known = {(one.property, one.cause) for one in self.findings() if one.cause}
-        for one in other.findings():
+        for one in found:
             if (one.property, one.cause) not in known:
                 self.note(one)
-        for origin in other.origins():
+        for origin in origins:
             self.come_from(origin)
 
     def hash(self) -> str:

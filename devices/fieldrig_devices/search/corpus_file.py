@@ -32,6 +32,8 @@ class CorpusFile:
         try:
             self._store = sqlite3.connect(file if file is not None else ":memory:")
             tables = _columns(self._store)
+        except sqlite3.OperationalError as wrong:  # such as for a folder, or in one that does not exist
+            raise UsageError(f"{file} cannot be used as a corpus", str(wrong)) from wrong
         except sqlite3.Error as wrong:
             raise UsageError(f"{file} is no corpus of a search", str(wrong)) from wrong
         wanted = _wanted()

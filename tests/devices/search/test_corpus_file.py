@@ -129,3 +129,18 @@ def test_a_row_that_is_damaged_is_refused_in_words(
     changed(statement)(file)
     with closing(Corpus(file)) as corpus, pytest.raises(UsageError, match="is damaged: a row of"):
         tuple(question(corpus))
+
+
+def test_nothing_of_a_damaged_corpus_is_merged(tmp_path: Path) -> None:
+    kept(tmp_path / "a.sqlite")
+    changed("UPDATE run SET violations = '['")(tmp_path / "a.sqlite")
+    with closing(Corpus(tmp_path / "a.sqlite")) as damaged, closing(Corpus(tmp_path / "b.sqlite")) as whole:
+        with pytest.raises(UsageError, match="a.sqlite is damaged"):
+            whole.merge(damaged)
+        assert (list(whole.all_runs()), whole.origins()) == ([], [])
+
+
+def test_a_place_where_no_file_can_be_is_no_corpus(tmp_path: Path) -> None:
+    for file in (tmp_path, tmp_path / "no" / "c.sqlite"):
+        with pytest.raises(UsageError, match="cannot be used as a corpus"):
+            Corpus(file)
