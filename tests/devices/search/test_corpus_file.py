@@ -135,7 +135,7 @@ def test_nothing_of_a_damaged_corpus_is_merged(tmp_path: Path) -> None:
     kept(tmp_path / "a.sqlite")
     changed("UPDATE run SET violations = '['")(tmp_path / "a.sqlite")
     with closing(Corpus(tmp_path / "a.sqlite")) as damaged, closing(Corpus(tmp_path / "b.sqlite")) as whole:
-        with pytest.raises(UsageError, match="a.sqlite is damaged"):
+        with pytest.raises(UsageError, match=r"a\.sqlite is damaged"):
             whole.merge(damaged)
         assert (list(whole.all_runs()), whole.origins()) == ([], [])
 
