@@ -133,6 +133,9 @@ def choices_for(rig: "Rig", given: VarySettings) -> Iterator[Choice]:
         yield Choice("send", bus, tuple(texts))
     for part in matching_parts(rig, given.clear or ()):
         yield Choice("clear", part)
+    for pattern in given.restart or ():
+        if rig.config.devices.keys().isdisjoint(matching_parts(rig, (pattern,))):
+            raise ControlError(f"{pattern} is no device", "expected the name of one, as buses are never switched off")
     for part in matching_parts(rig, given.restart or ()):
         if part in rig.config.devices:
             yield Choice("restart", part)

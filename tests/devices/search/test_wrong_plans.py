@@ -21,6 +21,8 @@ GOOD = "vary: [{restart: io}]\n"
 WRONG = [
     ("vary:\n  - {restart: ioo}\n", "vary[0].restart", "did you mean io?"),
     ("vary:\n  - {restart: 'x*'}\n", "vary[0].restart", "there are: can0"),
+    ("vary:\n  - {restart: can0}\n", "vary[0].restart", "can0 is no device"),
+    ("vary:\n  - {restart: [io, buses]}\n", "vary[0].restart", "buses is no device"),
     ("vary:\n  - {clear: can7}\n", "vary[0].clear", "did you mean can0?"),
     ("vary:\n  - {fault: tank leek}\n", "vary[0].fault", "did you mean leak?"),
     ("vary:\n  - {faults: tonk}\n", "vary[0].faults", "did you mean tank?"),
