@@ -100,7 +100,7 @@ def operations(link: RigLink) -> Iterator[Operation]:
     yield Operation(
         "POST",
         "restart/{name}",
-        "Restart a process, or that of a device or bus: a power cycle for its devices.",
+        "Switch a device off and on; start a process, or that of a bus or of a device that hangs, again.",
         restart,
         parameters={"name": "name of a process, device or bus"},
     )

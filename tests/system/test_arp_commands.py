@@ -160,7 +160,6 @@ def test_parameters_are_changed_in_ram_and_for_good(cards: Cards) -> None:
     assert (found["@PAR1[11]"], found["@PAR1[12]"]) == ({"ram": 3, "flash": 1}, {"ram": 4, "flash": 4})
     assert cards.said(3, "params", "save") == "@PAR1[11] = 3 in flash, was 1\n1 parameter saved\n"
     assert cards.tool("restart", "card3").returncode == 0
-    cards.until_back("card3")
     found = json.loads(cards.said(3, "params", "read", "PAR1", "--json"))
     assert (found["@PAR1[11]"], found["@PAR1[12]"]) == ({"ram": 3, "flash": 3}, {"ram": 4, "flash": 4})
 

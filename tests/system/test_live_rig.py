@@ -81,8 +81,12 @@ def test_faults_are_given_and_cleared_and_a_device_is_restarted(file: Path) -> N
         with pytest.raises(ControlError, match="no bus or device 'tonk'"):
             rig.faults("tonk")
         rig.set("tank/level", 1.25)
+        leak = rig.add_fault("tank", {"what": "leak", "area_m2": 0.001, "start_ms": 10_000_000})
         rig.restart("tank")
-        assert rig.get("tank/level") == 0.5  # the process is ready again, as it is at once in virtual time
+        assert rig.get("tank/level") == 0.5
+        assert (list(rig.faults("tank")), list(rig.faults("wires"))) == ([leak], [stuck])
+        rig.restart("wires")
+        assert rig.faults("wires") == {}
         with pytest.raises(ControlError, match="no process, device or bus 'tonk'"):
             rig.restart("tonk")
 

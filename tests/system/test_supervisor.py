@@ -194,11 +194,17 @@ def test_on_exit_ignore_lets_the_rest_go_on() -> None:
         assert rig.status()["processes"]["extra"]["pid"] is None
 
 
-def test_restart_is_a_power_cycle_of_one_process(rig: RunningRig) -> None:
+def test_restart_is_a_power_cycle_of_a_device_or_another_process_of_a_bus(rig: RunningRig) -> None:
     before = pids(rig)
+    switch(rig, True)
     assert rig.tool("restart", "lamp").returncode == 0
-    rig.until_back("lamp")
-    assert pids(rig)["lamp"] != before["lamp"]
+    assert "lamp was switched off and on" in rig.log("lamp")
+    assert pids(rig) == before
+    assert rig.tool("restart", "wires").returncode == 0
+    rig.until_back("wires")
+    after = pids(rig)
+    assert (after["wires"] != before["wires"], after["lamp"]) == (True, before["lamp"])
+    switch(rig, False)
     switch(rig, True)
     refused = rig.tool("restart", "bell")
     assert refused.returncode == 6

@@ -91,13 +91,14 @@ def stop(endpoint: Endpoint = DEFAULT_ENDPOINT) -> None:
 def restart(
     name: Annotated[
         str,
-        argument("NAME", "The process, or a device or bus in it; in virtual time the device.", completion.part),
+        argument("NAME", "The device; in real time a bus or a process too.", completion.part),
     ],
     endpoint: Endpoint = DEFAULT_ENDPOINT,
 ) -> None:
-    """Restart one process of a rig in real time, or one device of a rig in virtual time.
+    """Switch a device off and on at one instant; it keeps its non-volatile memory and its faults.
 
-    For the devices this is a power cycle. `fieldrig fault io power_off` leaves a device without power for a while.
+    In real time, the name of a bus or a process starts that process again, as does a device that hangs. `fieldrig
+    fault io power_off` leaves a device without power for a while.
 
     \b
         fieldrig restart io

@@ -26,8 +26,9 @@ from fieldrig.control import endpoint
 from fieldrig.control.device_questions import RealPoints, answers
 from fieldrig.control.messages import Control, NoAnswerError
 from fieldrig.control.notices import Watched, look_on
+from fieldrig.control.question_words import asked
 from fieldrig.coverage import collecting
-from fieldrig.errors import ConfigError, RigError
+from fieldrig.errors import ConfigError, ControlError, RigError
 from fieldrig.hub.bus_stream import BusStream
 from fieldrig.loop.real_clock import RealClock
 from fieldrig.loop.threaded_loop import ThreadedLoop
@@ -128,6 +129,7 @@ class Host:
         control.show_life(f"alive/{name}")
         control.serve(f"process/{name}/status", lambda _verb, _message: self._status(process, control))
         control.serve(f"process/{name}/brief", self._brief)
+        control.serve(f"process/{name}/restart", partial(self._restart, process))
         for bus in process.traced_buses:  # before others may send
             self._streams.append(BusStream(control, bus, name, partial(process.listen, bus.name)))
         step("joining the rig")
@@ -226,6 +228,14 @@ class Host:
 
     async def _brief(self, _verb: str, _message: Any) -> dict[str, Any]:
         return {**brief_facts(), "state": self._state, "late": self._late.facts()}
+
+    async def _restart(self, process: DeviceProcess, verb: str, message: Any) -> dict[str, Any]:
+        match message:
+            case {"device": str(name)} if name in process.devices:
+                process.clock.handle(process.devices[name].restart)
+                log.info("%s was switched off and on", name)
+                return {}
+        raise ControlError(f"{self._plan.name} cannot {asked(verb, message)}", f"it has: {', '.join(process.devices)}")
 
     async def _status(self, process: DeviceProcess, control: Control) -> dict[str, Any]:
         return {

@@ -167,13 +167,15 @@ class LiveRig(UpProcess):
         return LiveRecording(self.endpoint, self.status()["rig"], *wish_of(signals, rhythm))
 
     def restart(self, name: str) -> None:
-        """Restart the process of a device or a bus, a power cycle for its devices, and wait until it is ready again.
+        """Switch a device off and on again; it keeps its non-volatile memory and its faults.
 
-        ControlError for any other name; RigError if the process or the rig ends instead.
+        The name of a bus or a process, or a device that hangs, starts its process again, and this waits until that is
+        ready.  ControlError for any other name, and for a device that a fault has switched off; RigError if the process
+        or the rig ends instead.
         """
         status = self.status()
-        self.ask("rig/restart", {"name": name})
-        while status["time"] == "real" and not self._has_restarted(name, status["processes"]):
+        restarted = self.ask("rig/restart", {"name": name})
+        while "process" in restarted and not self._has_restarted(name, status["processes"]):
             self._check_lives(f"while {name} was restarted")
             time.sleep(POLL_S)
 

@@ -37,10 +37,12 @@ ON_ITS_WAY = frozenset({ProcessState.STARTING, ProcessState.WAITING, ProcessStat
 
 
 GREETING_S = 5.0
+ANSWER_S = 3.0
+"""How long a process may take to answer before it counts as one that hangs; tools wait for 5 s themselves."""
 
 
 Report = Callable[[Event], None]
-Verb = Callable[[Any], Awaitable[None]]
+Verb = Callable[[Any], Awaitable[Any]]
 
 
 @dataclass(eq=False)
@@ -108,6 +110,13 @@ class Roster:
             f"this rig has no process, device or bus {name!r}", closest(name, list(dict.fromkeys(parts)))
         )
 
+    async def power_cycle(self, device: str) -> None:
+        """Switch a device of a process that is ready off and on again, at one instant.
+
+        NoAnswerError if its process hangs; ControlError if a fault has switched the device off.
+        """
+        await self._control.ask(f"process/{self.member_of(device).name}/restart", {"device": device}, ANSWER_S)
+
     def set_state(self, member: Member, state: ProcessState) -> None:
         member.state = state
         if state is ProcessState.STARTING:
@@ -161,8 +170,7 @@ class Roster:
                 f"this rig cannot {'go back' if verb == 'back' else verb}",
                 f"it can: {', '.join(['status', *self._verbs])}; others need time: virtual",
             )
-        await self._verbs[verb](message)
-        return {}
+        return await self._verbs[verb](message) or {}
 
     async def _join(self, message: Any) -> dict[str, Any]:
         """Answer when the process may attach and start its devices."""

@@ -6,6 +6,8 @@ from typing import Any
 
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.messages import Control
+from fieldrig.control.question_words import asked
+from fieldrig.errors import ControlError
 from fieldrig.real.placement import ProcessPlan
 from fieldrig.real.roster import Report, Roster
 from fieldrig.system.exits import Exit
@@ -26,7 +28,7 @@ class AttendedRig:
         self.roster.beside = facts
 
     async def run(self) -> Exit:
-        self.roster.serve(stop=self._on_stop_asked)
+        self.roster.serve(stop=self._on_stop_asked, restart=self._on_restart_asked)
         self.roster.watch()
         code = await self._ended
         self.roster.stop()
@@ -39,3 +41,14 @@ class AttendedRig:
 
     async def _on_stop_asked(self, _message: Any) -> None:
         self.end()
+
+    async def _on_restart_asked(self, message: Any) -> dict[str, str]:
+        """Switch a device off and on; a process belongs to who started it."""
+        match message:
+            case {"name": str(name)} if name in self.roster.member_of(name).plan.devices:
+                await self.roster.power_cycle(name)
+                return {"device": name}
+        raise ControlError(
+            f"this rig cannot {asked('restart', message)}",
+            "expected a device; a process is started again where it was started, such as by docker compose restart",
+        )

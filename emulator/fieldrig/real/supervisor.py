@@ -15,7 +15,7 @@ from functools import partial
 from typing import Any
 
 from fieldrig.config.rig_file import RigConfig
-from fieldrig.control.messages import Control
+from fieldrig.control.messages import Control, NoAnswerError
 from fieldrig.control.question_words import asked
 from fieldrig.errors import ControlError
 from fieldrig.real.child import how_it_ended
@@ -221,7 +221,8 @@ class Supervisor:
     async def _on_stop_asked(self, _message: Any) -> None:
         self.end()
 
-    async def _on_restart_asked(self, message: Any) -> None:
+    async def _on_restart_asked(self, message: Any) -> dict[str, str]:
+        """Switch a device off and on; a process, that of a bus, and that of a device which hangs, are started again."""
         match message:
             case {"name": str(name)}:
                 member = self.roster.member_of(name)
@@ -229,8 +230,13 @@ class Supervisor:
                 raise ControlError(f"this rig cannot {asked('restart', message)}", "expected the name of a process")
         if self._tenders[member.name].done():
             raise ControlError(f"{member.name} has ended and will not be restarted", "stop the rig and start it again")
+        if name in member.plan.devices and member.state is ProcessState.READY:
+            with suppress(NoAnswerError):
+                await self.roster.power_cycle(name)
+                return {"device": name}
         self._wanted_restarts.add(member.name)
         self._children[member.name].end(signal.SIGTERM)
+        return {"process": member.name}
 
     async def _end_all(self) -> None:
         """End all processes, those without hubs first, so that their last messages still arrive."""

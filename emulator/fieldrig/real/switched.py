@@ -103,6 +103,13 @@ class Switched(Device):
             own.records.reserve(self._mains.given(self._name))
         return self.present.add_fault(fault)
 
+    def restart(self) -> None:
+        """Switch the device off and on again at this instant.  ControlError for one that a fault has switched off."""
+        if not self.is_on:
+            raise ControlError(f"{self._name} is switched off", "clear the fault that has switched it off")
+        for is_on in (False, True):
+            self._switch(self._name, is_on)
+
     def begin_fault(self, number: int) -> None:
         """Begin a fault that waits for its condition, which is met now."""
         if self._mains.has(self._name, number):

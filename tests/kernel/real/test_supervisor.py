@@ -13,7 +13,7 @@ from jumping_loop import run_jumping
 
 from fieldrig.config.rig_file import from_dict
 from fieldrig.control.events import Event
-from fieldrig.control.messages import Control
+from fieldrig.control.messages import Control, NoAnswerError
 from fieldrig.real.children import Children
 from fieldrig.real.patience import FIRST_PAUSE_S, LONGEST_LIMIT_S, LONGEST_PAUSE_S, SETTLED_S, Patience
 from fieldrig.real.placement import placement
@@ -130,6 +130,9 @@ class Bench:
         self.events: list[Event] = []
         self.heard: dict[str, Callable[[str, Any], None]] = {}
         self.answer: Callable[[str, Any], Any]
+        self.asked: list[tuple[str, Any]] = []
+        """The questions to the processes."""
+        self.hangs = False
         plans = placement(config)
         self.by_name = {name: PlayedProcess(self, name, lives.get(name, [live_for_ever])) for name in plans}
         self.supervisor = Supervisor(config, plans, cast(Control, self), cast(Children, self), self.events.append)
@@ -147,6 +150,12 @@ class Bench:
         pass
 
     def limits(self) -> dict[str, float]:
+        return {}
+
+    async def ask(self, path: str, message: Any, _timeout_s: float) -> Any:
+        self.asked.append((path, message))
+        if self.hangs:
+            raise NoAnswerError("lamp does not answer")
         return {}
 
     @property
@@ -264,6 +273,28 @@ def test_a_device_is_not_late_while_the_hub_that_it_attaches_to_is_being_restart
     bench, _ = run(1000, wires=[die_later, come_back_slowly], lamp=[die_a_little_before, attach_slowly])
     assert bench.texts("late") == []
     assert len(bench.lamp.started_s) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "hangs", "begun"), [("lamp", False, (1, 1)), ("lamp", True, (1, 2)), ("wires", False, (2, 1))]
+)
+def test_a_device_is_switched_off_and_on_and_a_bus_and_a_process_that_hangs_are_started_again(
+    name: str, hangs: bool, begun: tuple[int, int]
+) -> None:
+    async def rig() -> Bench:
+        bench = Bench(wires=[live_for_ever, live_for_ever], lamp=[live_for_ever, live_for_ever])
+        bench.hangs = hangs
+        asyncio.get_running_loop().call_later(200, bench.supervisor.end)
+        running = asyncio.ensure_future(bench.supervisor.run())
+        await asyncio.sleep(100)
+        restarted = await bench.answer("restart", {"name": name})
+        assert restarted == ({"device": name} if begun == (1, 1) else {"process": name})
+        await running
+        return bench
+
+    bench = run_jumping(rig())
+    assert tuple(len(bench.by_name[process].started_s) for process in ("wires", "lamp")) == begun
+    assert bench.asked == ([("process/lamp/restart", {"device": "lamp"})] if name == "lamp" else [])
 
 
 def test_a_restart_that_the_system_refuses_is_tried_again_until_it_succeeds_and_is_told_once() -> None:

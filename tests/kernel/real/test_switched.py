@@ -2,8 +2,11 @@
 
 from typing import Any, ClassVar, Literal
 
+import pytest
+
 from fieldrig.clock import MS, Clock, VirtualClock
 from fieldrig.device import Device
+from fieldrig.errors import ControlError
 from fieldrig.faults.faults import Fault, Faults, Timed
 from fieldrig.faults.injected import InjectedFaults
 from fieldrig.link import Link
@@ -95,3 +98,25 @@ def test_its_own_faults_outlive_a_loss_of_power_and_have_numbers_of_one_row() ->
     assert bench.run_until(95) == []
     assert bench.run_until(110) != []
     assert bench.device.add_fault({"what": "mute"}) == 3
+
+
+def test_a_restart_is_a_power_cycle_at_one_instant_that_leaves_the_faults() -> None:
+    bench = Bench()
+    assert bench.run_until(15) == [2]
+    mute = bench.device.add_fault({"what": "mute", "start_ms": 20})
+    bench.device.restart()
+    assert bench.line.sent == [1, 2, 1]
+    assert bench.run_until(34) == [2]
+    assert bench.run_until(60) == []
+    assert bench.device.faults()[mute]["state"] == "on"
+    assert bench.line.told == [False, True]
+
+
+def test_a_device_that_a_fault_has_switched_off_is_not_restarted() -> None:
+    bench = Bench()
+    power = bench.device.add_fault({"what": "power_off"})
+    with pytest.raises(ControlError, match="io is switched off\n  clear the fault"):
+        bench.device.restart()
+    bench.device.clear_fault(power)
+    bench.device.restart()
+    assert bench.line.told == [False, True, False, True]
