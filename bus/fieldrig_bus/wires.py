@@ -7,7 +7,7 @@ as a `PulseTrain` or a `Pwm` (`fieldrig_bus.signals`).
 """
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Final
 
 from pydantic import Field
@@ -97,6 +97,12 @@ class WiresModel(BusModel[Signal]):
             return None
         driver, signal = self._present[wire]
         return Delivery(now_ns, driver, signal, self.receivers_of(wire, driver))
+
+    def known(self) -> Collection[str]:
+        """Return the names of all wires that a member drives or reads by name, in the order of appearance."""
+        return dict.fromkeys(
+            [*self._present, *(name for names in self._interests.values() for name in sorted(names or ()))]
+        )
 
     def _is_taken_on(self, name: str, member: str) -> bool:
         """True if there is room for this wire among those of its new driver."""

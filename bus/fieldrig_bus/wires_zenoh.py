@@ -33,6 +33,8 @@ Handler = Callable[[Signal], None]
 class EndEffects(WireEffects):
     """The faults of wires at the end of one driver."""
 
+    knows_all: ClassVar[bool] = False
+
     def __init__(self, given: Iterable[WireFault], forget: Callable[[str], None]) -> None:
         """`forget` is called with the name of a wire whose value does not stand any more."""
         super().__init__(given)

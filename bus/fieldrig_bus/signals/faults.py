@@ -3,10 +3,10 @@
 The driver of a wire does not notice: its value stays, and receivers get it again when the fault ends.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from random import Random
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -16,6 +16,8 @@ from fieldrig.faults import faults
 from fieldrig.faults.chance import derived
 from fieldrig.faults.disturbed import Effects, Struck
 from fieldrig.faults.faults import LONGEST_MS, Fault, Repeated, Timed
+from fieldrig.settings import WIRE
+from fieldrig.text.nearest import is_numbered, is_slip
 from fieldrig_bus.signals.codec import LONGEST_NAME
 from fieldrig_bus.signals.signal import Signal
 
@@ -27,6 +29,8 @@ Number = Annotated[float, Field(allow_inf_nan=False)]
 
 class OfWire(Timed):
     """The wire that a fault concerns."""
+
+    names: ClassVar[Mapping[str, str]] = {"wire": WIRE}
 
     wire: str = Field(min_length=1, max_length=LONGEST_NAME, description="name of the wire")
 
@@ -77,6 +81,8 @@ class Bounce(OfWire, Repeated):
 class Swapped(OfWire):
     """Two wires are exchanged: the receivers of each get the value of the other."""
 
+    names: ClassVar[Mapping[str, str]] = {"wire": WIRE, "other": WIRE}
+
     what: Literal["swapped"]
     other: str = Field(min_length=1, max_length=LONGEST_NAME, description="name of the other wire")
 
@@ -88,6 +94,8 @@ MODELS: Final = faults.models_of(WireFault)
 class WireEffects(Effects[Signal]):
     models = MODELS
     medium: "WiresModel"
+    knows_all: ClassVar[bool] = True
+    """True if the medium knows the wires of all members."""
 
     def begin(self, medium: Any, random: Random) -> None:
         super().begin(medium, random)
@@ -99,6 +107,12 @@ class WireEffects(Effects[Signal]):
     def check(self, settings: Any, members: Iterable[str]) -> None:
         if isinstance(settings, Swapped) and settings.wire == settings.other:
             raise ValueError(f"other: {settings.other!r} is the wire itself\nexpected another wire")
+        known = self.medium.known() if self.knows_all else ()
+        for key in settings.names:
+            name = getattr(settings, key)
+            near = None if name in known else next((other for other in known if _is_mistyped(name, other)), None)
+            if near is not None:  # any other name may come, from a test or a program outside
+                raise ValueError(f"{key}: nothing drives or reads the wire {name!r}\ndid you mean {near}?")
 
     def fits(self, settings: Any, delivery: Delivery[Signal]) -> bool:
         name, value = delivery.message.name, delivery.message.value
@@ -162,6 +176,10 @@ class WireEffects(Effects[Signal]):
 
 def _as(delivery: Delivery[Signal], signal: Signal, what: str) -> Struck[Signal]:
     return Struck([delivery._replace(message=signal)], what)
+
+
+def _is_mistyped(name: str, known: str) -> bool:
+    return is_slip(name, known) and not is_numbered(name, known)
 
 
 def _at(signal: Signal, now_ns: int) -> Signal:

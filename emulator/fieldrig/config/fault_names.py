@@ -4,7 +4,7 @@ from collections.abc import Collection, Hashable, Iterator, Mapping
 from typing import Any, Final
 
 from fieldrig.config.entries import BusEntry
-from fieldrig.settings import MEMBER, Settings, WrongKey
+from fieldrig.settings import MEMBER, WIRE, Settings, WrongKey
 from fieldrig.text.nearest import closest
 
 FOR_ALL: Final = {"unit": (0, 255)}
@@ -28,6 +28,8 @@ def named_in_vain(
         for index, fault in enumerate(getattr(entry.bus.settings, "faults", ())):
             for key, what, value in named_by(fault):
                 path = ("buses", bus, "faults", index, key)
+                if what == WIRE:  # one may be driven from outside (`near_names`)
+                    continue
                 if what == MEMBER:
                     if is_real and value not in members and ":" not in str(value):
                         yield WrongKey(path, f"{value} has no link to this bus", closest(str(value), members))

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from fieldrig.config.build import build_with
 from fieldrig.config.conflicts import claims_of, served, unsure_buses
 from fieldrig.config.entries import BusEntry, DeviceEntry
+from fieldrig.config.fault_names import named_by
 from fieldrig.config.yaml_source import KeyPath, Source, key_text
 from fieldrig.errors import ConfigError, Mistake
 from fieldrig.link import Link, UnconnectedLink
@@ -38,7 +39,12 @@ def near_names(source: Source, buses: Mapping[str, BusEntry], devices: Mapping[s
     """
     if not isinstance(source.data, dict):
         return []
-    found = [*_of_wires(source, buses, devices), *_of_offers(buses, devices), *_of_processes(source.data)]
+    found = [
+        *_of_wires(source, buses, devices),
+        *_of_faults(buses, devices),
+        *_of_offers(buses, devices),
+        *_of_processes(source.data),
+    ]
     return [Mistake(*source.mark(path), key_text(path), what, remedy) for path, what, remedy in dict.fromkeys(found)]
 
 
@@ -62,6 +68,21 @@ def _of_wires(source: Source, buses: Mapping[str, BusEntry], devices: Mapping[st
         ]
         if suspects:
             yield from _judged(bus, suspects, drivers, _readers(bus, members))
+
+
+def _of_faults(buses: Mapping[str, BusEntry], devices: Mapping[str, DeviceEntry]) -> Iterator[Doubt]:
+    """Yield the wires in the faults of a bus which nothing drives, and which are nearly others."""
+    unsure = unsure_buses(devices)
+    claims = list(claims_of(buses, devices))
+    for bus in [name for name in buses if name not in unsure]:
+        drivers = [str(each.claim.value) for each in claims if each.bus == bus and each.claim.what == WIRE]
+        for index, fault in enumerate(getattr(buses[bus].bus.settings, "faults", ())):
+            for key, what, wire in named_by(fault):
+                is_wrong = what == WIRE and wire not in drivers
+                near = next((name for name in drivers if _is_slip(wire, name, is_near_used=False)), None)
+                if is_wrong and near is not None:
+                    path = ("buses", bus, "faults", index, key)
+                    yield path, f"nothing on {bus} drives {wire}", f"did you mean {near}?"
 
 
 def _judged(

@@ -52,6 +52,22 @@ def test_a_stuck_wire_keeps_its_value_until_the_fault_ends() -> None:
 
 
 @pytest.mark.parametrize(
+    ("fault", "wrong"),
+    [
+        ({"what": "stuck", "wire": "levle"}, "wire: nothing drives or reads the wire 'levle'\ndid you mean level?"),
+        ({"what": "drop_out", "wire": "motr"}, "did you mean motor?"),  # nothing reads it by name
+        ({"what": "swapped", "wire": "level", "other": "swich"}, "other: .*\ndid you mean switch?"),
+    ],
+)
+def test_a_wire_that_is_probably_mistyped_is_refused(fault: dict[str, Any], wrong: str) -> None:
+    bench = Bench()
+    bench.drive(0, "motor", True)
+    with pytest.raises(ValueError, match=wrong.replace("?", "[?]")):
+        bench.model.add_fault(10 * MS, fault)
+    assert bench.model.add_fault(10 * MS, {"what": "stuck", "wire": "other.level"}) == 1, "one that may come"
+
+
+@pytest.mark.parametrize(
     ("fault", "during"),
     [
         ({"what": "stuck", "value": 7.5}, 7.5),

@@ -53,6 +53,26 @@ def test_the_examples_give_no_alarm(file: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("fault", "key", "remedy"),
+    [
+        ("{what: stuck, wire: tank.levl}", "wire", "did you mean tank.level?"),
+        ("{what: swapped, wire: tank.level, other: tank.hgih}", "other", "did you mean tank.high?"),
+    ],
+)
+def test_a_wire_in_a_fault(tmp_path: Path, fault: str, key: str, remedy: str) -> None:
+    text = RIG.replace("    alarms:", f"    faults: [{fault}]\n    alarms:")
+    ((at, what, said),) = doubts_of(tmp_path, text)
+    assert (at, said) == (f"buses.wires.faults[0].{key}", remedy)
+    assert what.startswith("nothing on wires drives ")
+
+
+@pytest.mark.parametrize("wire", ["tank.level", "valve", "tank.outlet_of_mine"])
+def test_another_wire_in_a_fault_may_be_driven_from_outside(tmp_path: Path, wire: str) -> None:
+    text = RIG.replace("    alarms:", f"    faults: [{{what: stuck, wire: {wire}}}]\n    alarms:")
+    assert doubts_of(tmp_path, text) == []
+
+
+@pytest.mark.parametrize(
     ("wrong", "right", "key"),
     [
         ("outlet_wire: tank.leevl", "tank.level", "devices.other.outlet_wire"),  # a reader, two letters swapped
