@@ -7,6 +7,7 @@ imported when it is called, and when all commands are listed; so its module shou
 """
 
 import inspect
+from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -83,6 +84,14 @@ class Extended(TyperGroup):
         if command is not None:
             refuse_empty_paths(command)
         return command
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return a command; a mistyped one is refused with the nearest of all, the installed ones as well."""
+        if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+            near = get_close_matches(args[0], self.list_commands(ctx))
+            hint = f" Did you mean {', '.join(map(repr, near))}?" if near else ""
+            ctx.fail(f"No such command {args[0]!r}.{hint}")
+        return super().resolve_command(ctx, args)
 
 
 class TraceCommands(Extended):

@@ -54,12 +54,16 @@ def is_numbered(word: str, other: str) -> bool:
 
 
 def nearest_file(path: Path) -> str:
-    """Return `did you mean ...?` with what is in the same folder and has the nearest name; empty if nothing is near."""
+    """Return `did you mean ...?` with what is in the same folder and has the nearest name; empty if nothing is near.
+
+    A name without its ending, such as `lab` for `lab.yaml`, is the nearest.
+    """
     try:
         names = [] if path.exists() else [other.name for other in path.parent.iterdir()]
     except OSError:
         return ""
-    close = get_close_matches(path.name, names, n=1, cutoff=ALMOST)
+    same = sorted((name for name in names if Path(name).stem == path.name), key=lambda name: not name.endswith(".yaml"))
+    close = same or get_close_matches(path.name, names, n=1, cutoff=ALMOST)
     return f"did you mean {path.with_name(close[0])}?" if close else ""
 
 

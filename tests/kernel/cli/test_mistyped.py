@@ -33,3 +33,14 @@ def test_a_trace_that_is_not_there_is_not_asked_for_its_format(name: str, why: s
     done = CliRunner().invoke(app, ["trace", "show", name])
     assert isinstance(done.exception, UsageError)
     assert why in done.exception.what
+
+
+@pytest.mark.parametrize(
+    ("words", "right"),
+    [(("devicse",), "devices"), (("conforn",), "conform"), (("trace", "shwo"), "show"), (("trace", "stast"), "stats"),
+     (("iec", "chekc"), "check"), (("scenario", "rnu"), "run"), (("pam", "fmtt"), "fmt")],
+)  # fmt: skip
+def test_a_mistyped_command_is_answered_with_the_nearest_one(words: tuple[str, ...], right: str) -> None:
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 2
+    assert f"No such command '{words[-1]}'. Did you mean '{right}'" in done.output

@@ -84,6 +84,11 @@ def test_faults_of_a_rig_file_that_cannot_be_are_refused(faults: Any, wrong: str
         Rig(from_dict(data)).close()
 
 
+def test_a_mistyped_loss_of_power_is_answered_with_its_name(rig: Rig) -> None:
+    with pytest.raises(ControlError, match=r"there is no fault 'power_of'\n.*did you mean power_off\?"):
+        rig.add_fault("io", {"what": "power_of"})
+
+
 def test_a_device_without_power_is_silent_and_boots_when_it_is_back(rig: Rig) -> None:
     found = heard(rig)
     rig.run_until(250 * MS)

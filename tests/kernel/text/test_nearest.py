@@ -27,6 +27,8 @@ def test_a_file_beside_it_is_proposed(tmp_path: Path) -> None:
     assert nearest_file(tmp_path / "machine.yaml") == ""
     assert nearest_file(tmp_path / "lab.yaml") == ""
     assert nearest_file(tmp_path / "no-folder" / "lab.yaml") == ""
+    (tmp_path / "lab.svg").touch()
+    assert nearest_file(tmp_path / "lab") == f"did you mean {tmp_path}/lab.yaml?"
 
 
 def test_every_pattern_has_to_fit() -> None:
