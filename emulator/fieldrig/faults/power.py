@@ -23,7 +23,7 @@ def loses_power(device: type[Device], fault: Mapping[str, Any]) -> bool:
 
 
 def check_kind(device: type[Device], fault: Mapping[str, Any]) -> None:
-    """ValueError for a fault that a kind of device does not have, with the nearest one; any with none of its own passes."""
+    """ValueError for a fault that a kind of device with some does not have, with the nearest one."""
     what = fault.get("what")
     known = [*device.fault_models, *(what for what in MODELS if what not in device.fault_models)]
     if isinstance(what, str) and device.fault_models and what not in known:
