@@ -28,9 +28,11 @@ class Segment(NamedTuple):
     data: bytes
     missing: int
     """Bytes at the end of the segment that were not captured."""
+    acknowledged: int = 0
+    """The number of the byte that the sender waits for; 0 without an acknowledgement."""
 
 
-SYN, FIN, RST = 0x02, 0x01, 0x04
+SYN, FIN, RST, ACK = 0x02, 0x01, 0x04, 0x10
 
 
 def segment_of(packet: bytes) -> Segment | None:
@@ -53,10 +55,12 @@ def segment_of(packet: bytes) -> Segment | None:
     end = end or len(packet)  # a host that splits packets in hardware leaves the length out
     if start + 20 > min(end, len(packet)):
         return None
-    from_port, to_port, sequence, _, offset, flags = _TCP_HEAD.unpack_from(packet, start)
+    from_port, to_port, sequence, acknowledged, offset, flags = _TCP_HEAD.unpack_from(packet, start)
     begin = start + (offset >> 4) * 4
     data = packet[begin:end] if start + 20 <= begin <= end else b""
-    return Segment(source, target, from_port, to_port, sequence, flags, data, max(end - max(begin, len(packet)), 0))
+    missing = max(end - max(begin, len(packet)), 0)
+    acknowledged = acknowledged if flags & ACK else 0
+    return Segment(source, target, from_port, to_port, sequence, flags, data, missing, acknowledged)
 
 
 def _ipv6_start(packet: bytes) -> int | None:

@@ -26,7 +26,9 @@ FAMILIES = frozenset({"can", "modbus"})
 REMEDY: Final = "expected a capture of tcpdump, Wireshark or `fieldrig trace`"
 LARGEST: Final = 1 << 18
 """Bytes of a packet, at most: MAXIMUM_SNAPLEN of libpcap."""
-_MAGIC: Final = {0xA1B2C3D4: 1000, 0xA1B23C4D: 1}
+_MODIFIED: Final = 0xA1B2CD34
+"""The first word of a file of a patched libpcap, whose packets have 8 bytes more in their heads."""
+_MAGIC: Final = {0xA1B2C3D4: 1000, 0xA1B23C4D: 1, _MODIFIED: 1000}
 """The first word of a file, and its unit of time in nanoseconds."""
 _HEAD_SIZE, _PACKET_SIZE = 24, 16
 _LAST_S: Final = 0xFFFF_FFFF
@@ -43,7 +45,7 @@ def recognises(head: bytes) -> bool:
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Yield the entries.  A cut end is odd; UsageError, with the place, for a damaged file."""
     odd = Oddities() if odd is None else odd
-    order, unit_ns, link_type = _head(file.read(_HEAD_SIZE))
+    order, unit_ns, link_type, further = _head(file.read(_HEAD_SIZE))
     link, reader = Link(link_type, _bus_of(link_type)), PacketReader(odd)
     odd.unit, odd.number = "packet", 0
     at, unpack, zeros = _HEAD_SIZE, struct.Struct(f"{order}IIII").unpack, 0
@@ -56,21 +58,22 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         seconds, rest, captured, _ = unpack(head) if len(head) == _PACKET_SIZE else (0, 0, 0, 0)
         if captured > LARGEST:
             raise UsageError(f"packet {odd.number} at byte {at} claims to have {captured} bytes", REMEDY)
-        packet = file.read(captured)
+        packet = file.read(further + captured)[further:]
         if len(head) < _PACKET_SIZE or len(packet) < captured:
             odd.report("the file is cut off", f", at byte {at}")
             break
         yield from reader.take(link, seconds * S + rest * unit_ns, packet)
-        at += _PACKET_SIZE + captured
+        at += _PACKET_SIZE + further + captured
     yield from reader.end()
 
 
-def _head(head: bytes) -> tuple[str, int, int]:
-    """Return the byte order, the unit of time and the link type."""
-    for order, name in (("<", "little"), (">", "big")):
-        unit_ns = _MAGIC.get(int.from_bytes(head[:4], "little" if name == "little" else "big"))
-        if unit_ns is not None and len(head) == _HEAD_SIZE:
-            return order, unit_ns, struct.unpack(f"{order}I", head[20:])[0] & 0x0FFF_FFFF
+def _head(head: bytes) -> tuple[str, int, int, int]:
+    """Return the byte order, the unit of time, the link type, and the further bytes in the head of a packet."""
+    if len(head) == _HEAD_SIZE:
+        for order in "<>":
+            magic, link_type = struct.unpack(f"{order}I16xI", head)
+            if magic in _MAGIC:
+                return order, _MAGIC[magic], link_type & 0x0FFF_FFFF, 8 if magic == _MODIFIED else 0
     raise UsageError("the file is empty" if not head else "the file does not begin with the head of a capture", REMEDY)
 
 

@@ -135,12 +135,12 @@ def _interface(number: int, body: bytes, order: str) -> Interface:
 
 def _enhanced(body: bytes, order: str, interfaces: list[Interface], time_ns: int) -> Packet:
     number, high, low, captured, length = struct.unpack_from(f"{order}IIIII", body)
-    return _packet(body, 20, order, interfaces[number], (high << 32 | low), captured, length)
+    return _packet(body, 20, order, _of(interfaces, number), (high << 32 | low), captured, length)
 
 
 def _old(body: bytes, order: str, interfaces: list[Interface], time_ns: int) -> Packet:
     number, _, high, low, captured, length = struct.unpack_from(f"{order}HHIIII", body)
-    return _packet(body, 20, order, interfaces[number], (high << 32 | low), captured, length)
+    return _packet(body, 20, order, _of(interfaces, number), (high << 32 | low), captured, length)
 
 
 def _packet(body: bytes, at: int, order: str, interface: Interface, ticks: int, captured: int, length: int) -> Packet:
@@ -153,10 +153,17 @@ def _packet(body: bytes, at: int, order: str, interface: Interface, ticks: int, 
     return Packet(interface, time_ns, body[at : at + captured], length, texts)
 
 
+def _of(interfaces: list[Interface], number: int) -> Interface:
+    """Return an interface.  ValueError for one that the section does not describe before."""
+    if number >= len(interfaces):
+        raise ValueError(f"a packet of interface {number}, of which there are {len(interfaces)}")
+    return interfaces[number]
+
+
 def _simple(body: bytes, order: str, interfaces: list[Interface], time_ns: int) -> Packet:
     """A packet of the first interface.  The block is without a time, so it has that of the packet before it."""
     (length,) = struct.unpack_from(f"{order}I", body)
-    return Packet(interfaces[0], time_ns, body[4 : 4 + length], length, [])
+    return Packet(_of(interfaces, 0), time_ns, body[4 : 4 + length], length, [])
 
 
 _PACKETS: Final = {PACKET: _enhanced, OLD_PACKET: _old, SIMPLE_PACKET: _simple}

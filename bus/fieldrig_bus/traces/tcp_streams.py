@@ -18,7 +18,7 @@ from typing import Final
 
 from fieldrig.traces.oddities import Oddities
 from fieldrig_bus.modbus.message import ModbusMessage, ModbusRequest, ModbusResponse
-from fieldrig_bus.traces.ip_packets import FIN, RST, SYN, Segment
+from fieldrig_bus.traces.ip_packets import ACK, FIN, RST, SYN, Segment
 
 PORT: Final = 502
 MBAP: Final = struct.Struct("!HHHB")  # transaction, protocol 0, length of the rest, unit
@@ -29,6 +29,8 @@ MOST_BYTES: Final = 1 << 26
 """Bytes that wait in all streams."""
 MOST_SEARCHED: Final = 2048
 """Bytes in which the beginning of a message is looked for."""
+MOST_AHEAD: Final = 1 << 16
+"""Bytes by which the first segment of a direction may be ahead of its first byte: a window without scaling."""
 MOST_AGAIN: Final = 1 << 20
 """Bytes before the end of a connection that may be sent again after it."""
 _HALF: Final = 1 << 31
@@ -49,6 +51,8 @@ class _Stream:
     is_lost: bool = True
     """True if it is not known where the next message begins."""
     has_ended: bool = False
+    acknowledged: int = 0
+    """The byte of the other direction that the sender waits for; 0 if it is not known."""
 
     def comes_again(self, segment: Segment) -> bool:
         """Return whether a segment that comes after the end is one of this connection, sent again."""
@@ -82,6 +86,7 @@ class TcpStreams:
         known = self._streams.get(key)
         if known is not None:
             known.has_ended = known.has_ended or bool(segment.flags & RST)
+            known.acknowledged = segment.acknowledged or known.acknowledged
         if not segment.data and not segment.missing:
             return
         if key not in self._streams or (known is not None and known.has_ended and not known.comes_again(segment)):
@@ -92,6 +97,7 @@ class TcpStreams:
         if stream is None:
             self._odd.report("TCP segments without Modbus are left out")
             return
+        stream.acknowledged = segment.acknowledged or stream.acknowledged
         yield from self._feed(stream, segment)
         if segment.flags & (FIN | RST):
             yield from self._flush(stream)
@@ -108,7 +114,7 @@ class TcpStreams:
     def _open(self, key: Key, segment: Segment) -> None:
         """A connection begins: the end that sends a SYN without an acknowledgement is the client."""
         ends = frozenset({key[:2], key[2:]})
-        if not segment.flags & 0x10:
+        if not segment.flags & ACK:
             self._servers[ends] = key[2:]
             self._numbers.pop(ends, None)  # the same ends, but another connection
             if len(self._servers) > MOST_STREAMS:
@@ -120,10 +126,15 @@ class TcpStreams:
             self._streams[key] = stream
 
     def _stream_of(self, key: Key, segment: Segment) -> _Stream | None:
-        has_peer = self._streams.get((*key[2:], *key[:2])) is not None
-        if has_peer or PORT in (segment.from_port, segment.to_port) or _are_adus(segment.data):
-            return self._new(key)
-        return None
+        peer = self._streams.get((*key[2:], *key[:2]))
+        if peer is None and PORT not in (segment.from_port, segment.to_port) and not _are_adus(segment.data):
+            return None
+        stream = self._new(key)
+        if peer is not None and peer.acknowledged and not _are_adus(segment.data):
+            ahead = segment.sequence - peer.acknowledged & 0xFFFF_FFFF
+            if ahead < MOST_AHEAD:  # its first bytes come later, and the peer has said which they are
+                stream.next, stream.is_lost = peer.acknowledged, False
+        return stream
 
     def _new(self, key: Key) -> _Stream:
         ends = frozenset({key[:2], key[2:]})

@@ -26,6 +26,14 @@ PACKED: Final = {
     b"BZh": "bzip2",
 }
 """The beginnings of packed files."""
+FOREIGN: Final = {
+    b"***BUSMASTER": "BusMaster",
+    b"Chn Identifier Flg": "Kvaser CANKing",
+    b"ASCII Trace IXXAT": "IXXAT",
+}
+"""The first words of logs that are not read, and the programs that write them."""
+FOREIGN_HEAD: Final = 256
+"""Bytes in which these words are looked for."""
 HEAD: Final = 4096
 """Bytes by which a format recognises a file."""
 
@@ -88,6 +96,11 @@ def format_of_file(suffix: str, head: bytes) -> Format:
     packed = next((name for magic, name in PACKED.items() if head.startswith(magic)), None)
     if found is None and packed is not None:
         raise UsageError(f"it is packed ({packed})", "unpack it first")
+    foreign = next((name for words, name in FOREIGN.items() if words in head[:FOREIGN_HEAD]), None)
+    if found is None and foreign is not None:
+        raise UsageError(
+            f"it is a text log of {foreign}, which is not read", "have it written as ASC, BLF or TRC there"
+        )
     if found is None and by_suffix is None:
         raise UsageError("no log of a known format", f"there are: {_known()}")
     return cast(Format, found or by_suffix)

@@ -58,6 +58,11 @@ def read(data: bytes, odd: Oddities | None = None) -> list[TraceEntry]:
     return list(pcap.read(io.BytesIO(data), odd))
 
 
+def acknowledging(packet: bytes, number: int) -> bytes:
+    """Return an IPv4 packet whose segment acknowledges the bytes before a number."""
+    return packet[:28] + struct.pack("!I", number) + packet[32:]
+
+
 def messages(*packets: bytes, odd: Oddities | None = None) -> list[ModbusMessage]:
     found = [modbus_codec.decode(entry.data) for entry in read(capture(228, packets), odd)]
     return [one for one in found if isinstance(one, ModbusRequest | ModbusResponse)]
@@ -68,6 +73,14 @@ def test_both_byte_orders_and_units_are_read(order: str, magic: int, unit_ns: in
     (found,) = read(capture(227, [bytes.fromhex("00000123 01 00 0000 aa")], order, magic))
     assert (found.time_ns, found.bus) == (1_000_000_000 + 500 * unit_ns, "can0")
     assert decode(found.data) == CanFrame(0x123, b"\xaa")
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_a_file_of_the_patched_libpcap_has_longer_heads_of_packets(order: str) -> None:
+    packet, further = bytes.fromhex("00000123 01 00 0000 aa"), bytes.fromhex("0000000300000000")
+    record = struct.pack(f"{order}IIII", 2, 7, len(packet), len(packet)) + further + packet
+    found = read(capture(227, [], order, 0xA1B2CD34) + record * 2)
+    assert [(one.time_ns, decode(one.data)) for one in found] == [(2_000_007_000, CanFrame(0x123, b"\xaa"))] * 2
 
 
 IP = ipv4(CLIENT, SERVER, 1, ASK)
@@ -325,3 +338,17 @@ def test_room_on_a_disk_that_was_never_written_ends_a_capture() -> None:
     data = head + struct.pack("<IIII", 5, 0, len(packet), len(packet)) + packet + bytes(10 << 20)
     assert [one.time_ns for one in pcap.read(io.BytesIO(data), odd)] == [5_000_000_000]
     assert "the rest of the file is zeros, from byte 49 on" in [str(one).partition(": ")[2] for one in odd]
+
+
+def test_an_answer_whose_first_segment_comes_late_begins_where_the_client_waits_for_it() -> None:
+    """The capture begins without the opening of the connection."""
+    asked = acknowledging(ipv4(CLIENT, SERVER, 1, ASK), 900)
+    late, first = ipv4(SERVER, CLIENT, 907, ANSWER[7:]), ipv4(SERVER, CLIENT, 900, ANSWER[:7])
+    odd = Oddities()
+    assert messages(asked, late, first, late, odd=odd) == [REQUEST, RESPONSE]
+    assert not list(odd)
+
+
+def test_an_answer_that_begins_with_a_message_waits_for_none_before_it() -> None:
+    asked = acknowledging(ipv4(CLIENT, SERVER, 1, ASK), 900)
+    assert messages(asked, ipv4(SERVER, CLIENT, 990, ANSWER)) == [REQUEST, RESPONSE]

@@ -152,6 +152,22 @@ def test_a_packed_log_is_said_to_be_packed(head: bytes, name: str, tmp_path: Pat
         list(read(path))
 
 
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("***BUSMASTER Ver 3.2.2***\n***PROTOCOL CAN***\n", "BusMaster"),
+        ("   Chn Identifier Flg   DLC  D0...1...2...3...4...5...6..D7       Time     Dir\n", "Kvaser CANKing"),
+        ("ASCII Trace IXXAT Minimon 3 Version: 3.4\n", "IXXAT"),
+    ],
+)
+@pytest.mark.parametrize("ending", ["txt", "log", "trc"])
+def test_a_log_of_another_program_is_refused_by_its_name(text: str, name: str, ending: str, tmp_path: Path) -> None:
+    path = tmp_path / f"x.{ending}"
+    path.write_text(text)
+    with pytest.raises(UsageError, match=f"it is a text log of {name}, which is not read"):
+        list(read(path))
+
+
 def test_a_file_of_four_gigabytes_of_nothing_is_refused_at_once(tmp_path: Path) -> None:
     for ending in ("log", "blf", "pcap", "csv", "mf4", "db", "jsonl"):
         path = tmp_path / f"x.{ending}"
