@@ -55,12 +55,17 @@ def show_with_unit(value: Any, unit: str) -> str:
 
 
 def with_fewer_digits(text: str) -> str:
-    """Return the text of a message with the decimal numbers in it as people read them; a unit may follow each."""
+    """Return the text of a message with the decimal numbers in it as people read them; a unit may follow each.
+
+    A short number without a unit stays as it is, as it may be a part of a text: version 1.20, or 12:30:07.500.
+    """
     if "." not in text:
         return text
 
     def shorter(match: re.Match[str]) -> str:
         unit = f" {match[2]}" if match[2] else ""
+        if match[2] not in PLACES and "e" not in match[1] and sum(map(str.isdigit, match[1])) <= SIGNIFICANT:
+            return match[0]
         return f"{_number(float(match[1]), match[2] or '')}{unit}"
 
     return DECIMAL.sub(shorter, text)

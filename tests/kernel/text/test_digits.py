@@ -63,6 +63,10 @@ def test_no_text_is_long(value: float, unit: str) -> None:
         ("705 [1] 05", "705 [1] 05"),
         ("peer 127.0.0.1:5020 V1.25", "peer 127.0.0.1:5020 V1.25"),
         ("a = 0.5", "a = 0.5"),
+        ("version = 1.20, in 1 ms", "version = 1.20, in 1 ms"),
+        ("version = 2.0, in 1 ms", "version = 2.0, in 1 ms"),
+        ("TIME 2022-01-27 00:30:07.000", "TIME 2022-01-27 00:30:07.000"),
+        ("speed 2.0 m/s", "speed 2 m/s"),
     ],
 )
 def test_messages_are_shown_with_fewer_digits(text: str, shown: str) -> None:
