@@ -72,7 +72,21 @@ def response_size(data: bytes) -> int | None:
         return 3 + data[2] + 2 if len(data) > 2 else None
     if function == 24:  # the FIFO queue has a count of two bytes
         return 4 + int.from_bytes(data[2:4], "big") + 2 if len(data) > 3 else None
+    if function == 43:
+        return _identification_size(data)
     return _RESPONSE_FIXED.get(function)
+
+
+def _identification_size(data: bytes) -> int | None:
+    """Return the length of a response with objects of the device identification (V1.1b3, 6.21), each with its length."""
+    if len(data) < 8 or data[2] != 0x0E:
+        return None
+    at = 8
+    for _ in range(data[7]):
+        if len(data) < at + 2:
+            return None
+        at += 2 + data[at + 1]
+    return at + 2
 
 
 Size = Callable[[bytes], int | None]

@@ -23,8 +23,8 @@ LATEST_NS: Final = 10 * S
 """Time after which no answer comes any more."""
 PAUSE_NS: Final = S // 2
 """Silence after which what is left of a frame is given up."""
-HEAD: Final = 16
-"""Bytes that say how long a frame is."""
+IDENTIFICATION: Final = b"\x2b\x0e"
+"""The functions of a response whose length only its last object says."""
 CR_LF: Final = b"\r\n"
 LONGEST_ASCII: Final = 1 + MOST_DIGITS + len(CR_LF)
 MOST_SENDERS: Final = 8
@@ -83,13 +83,13 @@ class RtuLine:
             return 0
         if buffer[0] == COLON and (ascii_size := _ascii_size(buffer)) is not None:
             return ascii_size
-        sizes = {
-            size for size_of in (response_size, request_size) if (size := size_of(bytes(buffer[:HEAD]))) is not None
-        }
+        head = bytes(buffer[:LONGEST])
+        sizes = {size for size_of in (response_size, request_size) if (size := size_of(head)) is not None}
         whole = [size for size in sizes if SHORTEST <= size <= len(buffer) and _is_right(bytes(buffer[:size]))]
         if whole:
             return max(whole)
-        return 0 if any(len(buffer) < size <= LONGEST for size in sizes) else None
+        is_open = head[1:3] == IDENTIFICATION and len(head) < LONGEST and response_size(head) is None
+        return 0 if is_open or any(len(buffer) < size <= LONGEST for size in sizes) else None
 
     def _message(self, entry: TraceEntry, unit: int, pdu: bytes, *, is_ascii: bool) -> TraceEntry:
         asked = self._asked

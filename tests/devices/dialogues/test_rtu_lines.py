@@ -8,6 +8,7 @@ from logs import can_log
 
 from fieldrig.clock import MS, S
 from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.modbus.framing_rtu import rtu_frame
 from fieldrig_devices.dialogues import ModbusExchange, dialogues
 from fieldrig_devices.dialogues.rtu_lines import MOST_KEPT, RtuLines
 
@@ -42,6 +43,20 @@ def test_any_cut_of_the_bytes_gives_the_same_exchanges(cuts: set[int]) -> None:
     data = (ASK + VALUES) * 2
     pieces = [data[begin:end] for begin, end in pairwise([0, *sorted(cuts), len(data)])]
     assert exchanges(line(*pieces)) == [EXCHANGE, EXCHANGE]
+
+
+IDENTIFY = bytes.fromhex("2B 0E 01 00")  # V1.1b3, 6.21
+IDENTITY = bytes.fromhex(
+    "2B 0E 01 01 00 00 03 00 16 436F6D70616E79206964656E74696669636174696F6E 01 04 434F4445 02 05 56322E3131"
+)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.sets(st.integers(1, 110)))
+def test_a_device_identification_is_put_together_from_any_pieces(cuts: set[int]) -> None:
+    data = (rtu_frame(1, IDENTIFY) + rtu_frame(1, IDENTITY)) * 2
+    pieces = [data[begin:end] for begin, end in pairwise([0, *sorted(cuts), len(data)])]
+    assert exchanges(line(*pieces)) == [(1, IDENTIFY, IDENTITY)] * 2
 
 
 ASCII_ASK, ASCII_VALUES = b":1103006B00037E\r\n", b":110306AE4156524340CC\r\n"
