@@ -78,7 +78,7 @@ def response_size(data: bytes) -> int | None:
 
 
 def _identification_size(data: bytes) -> int | None:
-    """Return the length of a response with objects of the device identification (V1.1b3, 6.21), each with its length."""
+    """Return the length of a response with a device identification (V1.1b3, 6.21): each object has its length."""
     if len(data) < 8 or data[2] != 0x0E:
         return None
     at = 8
