@@ -131,6 +131,18 @@ def test_a_wrong_wish_is_answered(fast: RunningRig, arguments: list[str], said: 
     assert said in f"{done.output} {done.exception}".replace("\n", " ")
 
 
+def test_a_full_disk_ends_a_recording_in_words(fast: RunningRig, tmp_path: Path) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("/dev/full")
+    file = tmp_path / "x.csv"
+    file.symlink_to("/dev/full")
+    command = [*FIELDRIG, "record", "beat/count", "-o", str(file)]
+    done = subprocess.run(command, env=fast.environment, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert f"error: {file} cannot be written: No space left on device" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def test_a_recording_ends_with_its_rig() -> None:
     with RunningRig(beats(*VIRTUAL), KINDS) as rig:
         rig.until_ready()

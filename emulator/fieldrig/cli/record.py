@@ -129,6 +129,8 @@ class _Recorder:
         self._ended = asyncio.Event()
         self._lost = self._said_lost = 0
         self._said_s = 0.0
+        self._failure: OSError | None = None
+        """Why the file cannot be written any more."""
 
     async def run(self, endpoint: str, rig: str, length_ns: int | None) -> str:
         """Record to the end, and return what is to be said of it."""
@@ -148,6 +150,8 @@ class _Recorder:
             typer.echo(f"recording {counted(len(columns), 'signal')} in {self._out}; Ctrl-C ends it", err=True)
             await self._until_end(control, endpoint)
             await reader.end()
+            if self._failure is not None:
+                raise self._failure
             self._take_early()
             file.close(self._end_ns)
         finally:
@@ -185,9 +189,15 @@ class _Recorder:
             self._early.clear()
 
     def _on_complete(self, until_ns: int) -> None:
+        if self._failure is not None:
+            return
         if self._file is not None:
             self._take_early()
-            self._file.advance(min(until_ns - self._late_ns, self._end_ns))
+            try:
+                self._file.advance(min(until_ns - self._late_ns, self._end_ns))
+            except OSError as cause:
+                self._failure = cause
+                self._ended.set()
         if until_ns - self._late_ns >= self._end_ns:
             self._ended.set()
 

@@ -85,6 +85,9 @@ def format_of(path: Path) -> Format:
         raise UsageError(f"{path}: no format of traces ends in {path.suffix!r}", remedy) from None
 
 
+RIG_FILES = (".yaml", ".yml")
+
+
 def format_of_file(suffix: str, head: bytes) -> Format:
     """Return the format of a file that begins with these bytes: what they show, or else what its ending `suffix` says.
 
@@ -100,6 +103,10 @@ def format_of_file(suffix: str, head: bytes) -> Format:
     if found is None and foreign is not None:
         raise UsageError(
             f"it is a text log of {foreign}, which is not read", "have it written as ASC, BLF or TRC there"
+        )
+    if found is None and suffix.lower() in RIG_FILES:
+        raise UsageError(
+            "this is no log, but perhaps a rig file", "`fieldrig draw --rig` draws one, `fieldrig check` reads one"
         )
     if found is None and by_suffix is None:
         raise UsageError("no log of a known format", f"there are: {_known()}")

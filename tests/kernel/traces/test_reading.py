@@ -46,6 +46,14 @@ def test_a_format_is_recognised_by_its_content(log: Path, name: str) -> None:
     assert len(list(read(other))) == 10
 
 
+@pytest.mark.parametrize("name", ["lab.yaml", "lab.yml"])
+def test_a_rig_file_is_not_taken_for_a_log(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("time: real\nbuses: {}\n")
+    with pytest.raises(UsageError, match="perhaps a rig file") as refused:
+        list(read(tmp_path / name))
+    assert "`fieldrig draw --rig`" in refused.value.remedy
+
+
 def test_what_is_no_log_is_named_with_the_formats_that_are_known(tmp_path: Path) -> None:
     path = tmp_path / "letter.txt"
     path.write_text("Dear Sir or Madam,\n")
