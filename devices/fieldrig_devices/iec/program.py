@@ -307,8 +307,8 @@ class CallFunction:
     pou: "Pou"
     inputs: "tuple[tuple[Variable, Expression | Place], ...]"
     type: Type
-    outputs: "tuple[tuple[Variable, Place, bool], ...]" = ()
-    """Assignments after the call, as (output, target, True for NOT of the output)."""
+    outputs: "tuple[tuple[Variable, Place, Expression], ...]" = ()
+    """Assignments after the call, as (output, target, value), where the value has the cell of the output in it."""
     instance: "Place | None" = None
     """The instance whose method is called; None for a function, and for the instance whose code runs."""
 

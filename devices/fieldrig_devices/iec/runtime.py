@@ -12,6 +12,7 @@ but the retained ones.  An online change keeps the values of all variables that 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import Any, Final, Protocol
 from weakref import WeakSet
 
@@ -96,17 +97,10 @@ class Runtime:
             self._stack_size,
             rules_of(len(lowered.constants), has_marks=bool(marked.hits)),
             faults,
-            self._catch,
+            partial(_catch, self._memory.cells),
         )
         self._links = [linked for link in compiled.program.links for linked in self._linked(link)]
         self.routines: Mapping[str, int] = self.code.numbers
-
-    def _catch(self, fault: BaseException, cell: int) -> bool:
-        """Put the number of a fault into a cell for __CATCH; false for one that no program can catch."""
-        number = number_of(fault)
-        if number is not None:
-            self._memory.cells[cell] = number
-        return number is not None
 
     @property
     def contents(self) -> Memory:
@@ -339,6 +333,14 @@ class Runtime:
     @property
     def has_breakpoints(self) -> bool:
         return any(self._stops.values())
+
+
+def _catch(cells: list[Value], fault: BaseException, cell: int) -> bool:
+    """Put the number of a fault into a cell for __CATCH; false for one that no program can catch."""
+    number = number_of(fault)
+    if number is not None:
+        cells[cell] = number
+    return number is not None
 
 
 def _has_moved(name: str, first: Layout, second: Layout) -> bool:

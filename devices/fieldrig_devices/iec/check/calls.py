@@ -9,7 +9,6 @@ from fieldrig_devices.iec.check import (
     constants,
     enable,
     heap,
-    implicit,
     methods,
     open_arrays,
     places,
@@ -20,7 +19,7 @@ from fieldrig_devices.iec.check import (
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import OUTSIDE, Context, position_of
-from fieldrig_devices.iec.check.texts import a, text
+from fieldrig_devices.iec.check.texts import text
 from fieldrig_devices.iec.check.untyped import Untyped
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.library import intrinsics
@@ -64,7 +63,7 @@ def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression 
             return _function_value(checker, node, function, wanted)
     if isinstance(entity, Pou) and entity.kind is PouKind.FUNCTION:
         return _function_value(checker, node, entity, wanted)
-    if entity is not None:
+    if entity is not None and not _means_standard(context, entity, name):
         hint = _pin_hint(name) if isinstance(entity, Variable) else f"declare an instance: x : {name};"
         context.say(node, f"{name} is not a function", "a function", hint)
         return None
@@ -89,6 +88,14 @@ def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression 
     expected = "" if hint else "a declared or standard function"
     context.say(node, f"the function {name} is not declared", expected, hint, Code.NO_FUNCTION, name)
     return None
+
+
+def _means_standard(context: Context, entity: object, name: str) -> bool:
+    """True for a call of a standard function whose name a value, such as one of an enumeration, has too."""
+    if isinstance(entity, Pou):
+        return False
+    is_special = name.upper() in special.SPECIAL and name.upper() not in references.FUNCTIONS
+    return is_special or intrinsics.is_standard(name)
 
 
 def _function_value(checker: Checker, node: tree.Call, function: Pou, wanted: Type | None) -> Expression | None:
@@ -163,23 +170,21 @@ def _is_part_of_a_date(context: Context, pou: Pou, variable: Variable) -> bool:
     return source is not None and source.is_library and variable.type is Elementary.LINT
 
 
-def _goes_into(context: Context, pou: Pou, variable: Variable, kind: Type) -> bool:
-    """True if the value of an output goes into a target of this type by itself."""
-    allowed = implicit.WIDENS if context.mixes_integers else implicit.STRICT
-    is_part = standard.is_number(kind) and _is_part_of_a_date(context, pou, variable)
-    return kind == variable.type or is_part or (variable.type, kind) in allowed
-
-
-def _outputs(checker: Checker, pou: Pou, matched: Arguments) -> tuple[tuple[Variable, Place, bool], ...] | None:
-    """Check the targets of outputs, which have the types of these; None after a message."""
-    made: list[tuple[Variable, Place, bool]] = []
+def _outputs(checker: Checker, pou: Pou, matched: Arguments) -> tuple[tuple[Variable, Place, Expression], ...] | None:
+    """Check the targets of outputs, which are assigned like those of a statement; None after a message."""
+    made: list[tuple[Variable, Place, Expression]] = []
     for variable, given, is_negated in matched.outputs:
         place = checker.target(given)
-        if place is not None and not _goes_into(checker.context, pou, variable, place.type):
-            hint = "an output goes into its own type, or into one that has all of its values"
-            checker.context.say(given, f"{text(given)} is {a(place.type)}", str(variable.type), hint)
-        elif place is not None and (not is_negated or checker.negate(Operator.NOT, Load(place), given) is not None):
-            made.append((variable, place, is_negated))
+        value: Expression | None = Load(Cell(variable, variable.type))
+        if is_negated and value is not None:
+            value = checker.negate(Operator.NOT, value, given)
+        if place is not None and value is not None:
+            if standard.is_number(place.type) and _is_part_of_a_date(checker.context, pou, variable):
+                value = constants.converted(value, place.type)
+            else:
+                value = checker.convert(value, place.type, tree.Name(variable.name, position=given.position))
+        if place is not None and value is not None:
+            made.append((variable, place, value))
     return tuple(made) if len(made) == len(matched.outputs) else None
 
 

@@ -271,17 +271,18 @@ class Dispatchers:
     def _call(self, method: Pou, dispatcher: Pou) -> AnyStatement:
         own, theirs = self._project.sources[dispatcher], self._project.sources[method]
         inputs: list[tuple[Variable, Expression | Place]] = []
-        outputs: tuple[tuple[Variable, Place, bool], ...] = ()
+        outputs: tuple[tuple[Variable, Place, Expression], ...] = ()
         pairs = [*zip(theirs.inputs, own.inputs, strict=False), *zip(theirs.outputs, own.outputs, strict=False)]
         for wanted, given in pairs:
             cell = Cell(given, given.type)
             if wanted.section is Section.OUTPUT and not open_arrays.is_open(wanted):
-                outputs = (*outputs, (wanted, cell, False))
+                outputs = (*outputs, (wanted, cell, Load(Cell(wanted, wanted.type))))
             else:
                 inputs += [(wanted, cell if given.is_reference else Load(cell)), *open_arrays.limits(wanted, cell)]
         kind = method.result.type if method.result is not None else Elementary.BOOL
         if method.eno is not None:
-            outputs = (*outputs, (method.eno, Cell(enable.eno_of(dispatcher), Elementary.BOOL), False))
+            eno = Cell(enable.eno_of(dispatcher), Elementary.BOOL)
+            outputs = (*outputs, (method.eno, eno, Load(Cell(method.eno, Elementary.BOOL))))
         call = CallFunction(method, tuple(inputs), kind, outputs)
         if dispatcher.result is None or method.result is None:
             return Evaluate(call, line=0)

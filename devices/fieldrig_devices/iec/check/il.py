@@ -396,7 +396,7 @@ class _Instructions:
             self._made.append(program.If(condition, [back], line=line.position.line))
 
 
-_SPECIAL: Final = frozenset({"ADR", "SIZEOF", "INDEXOF"})
+_SPECIAL: Final = frozenset({"ADR", "SIZEOF", "XSIZEOF", "INDEXOF"})
 
 
 def _negated(value: tree.Expression, line: tree.IlInstruction) -> tree.Expression:

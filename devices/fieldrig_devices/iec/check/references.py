@@ -168,9 +168,20 @@ def _pou_name(checker: Checker, node: tree.Call) -> Expression | None:
     return Constant(name, StringType(max(len(name), 1)))
 
 
+def _position(checker: Checker, node: tree.Call) -> Expression | None:
+    """__POSITION() is the place in the text where it is, `Line 7, Column 3 (Impl)`."""
+    if node.arguments:
+        checker.context.say(node, f"{text(node.called)} with {len(node.arguments)} arguments", "no argument")
+        return None
+    line, column = node.called.position
+    shown = f"Line {line}, Column {column} (Impl)"
+    return Constant(shown, StringType(len(shown)))
+
+
 FUNCTIONS: Final[dict[str, Callable[[Checker, tree.Call], Expression | None]]] = {
     "REF": _ref,
     "__ISVALIDREF": _is_valid,
+    "__POSITION": _position,
     "__POUNAME": _pou_name,
     "__QUERYINTERFACE": _query,
     "__VARINFO": var_info.of,

@@ -142,6 +142,7 @@ def _indexof(checker: Checker, node: tree.Call) -> Expression | None:
 SPECIAL: Final[dict[str, Callable[[Checker, tree.Call], Expression | None]]] = {
     "ADR": _adr,
     "SIZEOF": _sizeof,
+    "XSIZEOF": _sizeof,
     "INDEXOF": _indexof,
     **references.FUNCTIONS,
 }

@@ -1,8 +1,8 @@
 """Assignments, branches and calls as instructions: what every statement of a body stands on."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from typing import Final
+from dataclasses import fields, is_dataclass, replace
+from typing import Final, TypeVar
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.any_types import DESCRIPTION
@@ -27,7 +27,6 @@ from fieldrig_devices.iec.program import (
     Cell,
     Component,
     Constant,
-    Convert,
     Description,
     Enable,
     Enabled,
@@ -192,7 +191,8 @@ class Calls:
             value = self._divided(value, otherwise)
         if isinstance(value, CallFunction) and value.pou.eno is not None:
             copy = Cell(self._body.intermediate(Elementary.BOOL), Elementary.BOOL)
-            value, eno = replace(value, outputs=(*value.outputs, (value.pou.eno, copy, False))), Load(copy)
+            eno = Load(Cell(value.pou.eno, Elementary.BOOL))
+            value, eno = replace(value, outputs=(*value.outputs, (value.pou.eno, copy, eno))), Load(copy)
         free = self._hoisting.out_of(value)
         if not isinstance(value, CallFunction) or value.pou.result is not None:
             self._body.store(Cell(kept, kept.type), free)
@@ -241,13 +241,23 @@ class Calls:
         self._body.do(emitter)
         self._call(pou, base)
         self._copy_back(copies)
-        for variable, place, is_negated in call.outputs:
-            value = Load(_callee_cell(variable, step))
-            given: Expression = Unary(Operator.NOT, value, value.type) if is_negated else value
-            if isinstance(place.type, Elementary) and place.type is not variable.type:
-                given = Convert(given, place.type)
-            self.assign(Assign(place, given, line=self._assembler.line))
-        return _callee_cell(pou.result, step) if pou.result is not None else Cell(_NOTHING, Elementary.BOOL)
+        is_called_again = any(has_call(value) for _, _, value in call.outputs)  # a function that checks a range
+        cells = {one: self._returned(one, step, is_called_again) for one, _, _ in call.outputs}
+        result = Cell(_NOTHING, Elementary.BOOL)
+        if pou.result is not None:
+            result = self._returned(pou.result, step, is_called_again)
+        for variable, place, value in call.outputs:
+            self.assign(Assign(place, _with_cell(value, variable, cells[variable]), line=self._assembler.line))
+        return result
+
+    def _returned(self, variable: Variable, step: int, is_kept: bool) -> Cell:
+        """Return the cell of a variable of a function that has returned, or of a copy, which outlives further calls."""
+        cell = _callee_cell(variable, step)
+        if not is_kept:
+            return cell
+        copy = Cell(self._body.intermediate(variable.type), variable.type)
+        self._body.store(copy, Load(cell))
+        return copy
 
     def _base_of_method(self, call: CallFunction) -> Address:
         """Return the address of the instance that a method works with; 0 for a function."""
@@ -364,6 +374,20 @@ def _callee_cell(variable: Variable, step: int) -> Cell:
     """The variable of a function that has returned, in the frame behind the caller's."""
     moved = Variable(variable.name, variable.type, Space.FRAME, Section.TEMP, offset=step + variable.offset)
     return Cell(moved, variable.type)
+
+
+Part = TypeVar("Part")
+
+
+def _with_cell(part: Part, variable: Variable, cell: Cell) -> Part:
+    """Return an expression with another cell for a variable."""
+    if isinstance(part, Cell) and part.variable is variable:
+        return cell  # type: ignore[return-value]
+    if isinstance(part, tuple):
+        return tuple(_with_cell(one, variable, cell) for one in part)  # type: ignore[return-value]
+    if not is_dataclass(part) or isinstance(part, type | Variable | Pou | Type):
+        return part
+    return replace(part, **{one.name: _with_cell(getattr(part, one.name), variable, cell) for one in fields(part)})
 
 
 def _at(base: Address, variable: Variable) -> Address:

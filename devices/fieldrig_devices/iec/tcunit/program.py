@@ -98,12 +98,15 @@ class _Builder:
 
     def build(self) -> TestProgram:
         roots = self._roots()
+        before: Sequence[Mistake] = ()
         for _ in range(MOST_ATTEMPTS):
             items = [self._stubs.get(item, item) for item in self._reached(roots)]
             try:
                 compiled = self._compiled(items, roots)
             except CompileError as wrong:
-                if not self._leave_out(items, wrong.mistakes, roots):
+                is_stuck = wrong.mistakes == before
+                before = wrong.mistakes
+                if is_stuck or not self._leave_out(items, wrong.mistakes, roots):
                     behind = [one.reason for one in self._left_out.values()]
                     raise CompileError([*behind, *wrong.mistakes]) from None
                 continue

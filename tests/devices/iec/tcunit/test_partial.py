@@ -5,8 +5,10 @@ from pathlib import Path
 import pytest
 from tcunit_bench import SuiteBench, suite
 
+from fieldrig_devices.iec.tcunit import program
 from fieldrig_devices.iec.testing.case import MISTAKE, Limits, Verdict
 from fieldrig_devices.iec.testing.suites import sources_in
+from fieldrig_devices.languages.mistakes import CompileError
 
 AXIS = """\
 FUNCTION_BLOCK Axis EXTENDS Base
@@ -102,3 +104,11 @@ def test_the_runner_shows_what_was_not_needed_as_skipped_and_what_was_as_a_mista
         Verdict.SKIPPED,
         "Unheard is not declared, and no suite has needed it",
     )
+
+
+def test_attempts_end_when_one_says_the_same_as_the_one_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    attempts: list[int] = []
+    monkeypatch.setattr(program._Builder, "_leave_out", lambda *given: attempts.append(1) is None)
+    with pytest.raises(CompileError):
+        SuiteBench(suite("TEST('t'); Unknown(); TEST_FINISHED();"))
+    assert len(attempts) == 1
