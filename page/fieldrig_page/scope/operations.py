@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Iterator
-from typing import Any, Final, Protocol
+from typing import Any, Final, Literal, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import Response
@@ -22,6 +22,23 @@ NAME: Final = {"name": "name of a set-up"}
 KINDS: Final = {"csv": "text/csv", "vcd": "application/octet-stream"}
 
 
+class TriggerBody(BaseModel):
+    """What a scope waits for; a kind takes the keys that say so."""
+
+    model_config = ConfigDict(extra="forbid")
+    kind: Literal["edge", "level", "state", "window", "message", "fault"]
+    signal: str = Field(default="", description="PART/KEY, for edge, level, state and window")
+    level: float = Field(default=0.0, description="for edge and level, and one of the two limits of a window")
+    high: float = Field(default=0.0, description="the other limit of a window")
+    what: str = Field(
+        default="",
+        description="edge: rising, falling or both; level: above or below; window: inside or outside; state: its name; "
+        "fault: begin or end; without it the first of these",
+    )
+    part: str = Field(default="", description="the bus of a message; the bus or device of a fault, or any")
+    words: str | list[str] = Field(default=[], description="words that a message has")
+
+
 class SetupBody(BaseModel):
     """A set-up of the scope; keys that are left out have their defaults."""
 
@@ -32,11 +49,11 @@ class SetupBody(BaseModel):
     window_ns: int = Field(default=10_000_000_000, description="time that is shown, in ns")
     before: float = Field(default=0.5, description="part of the window before the trigger, 0 to 1")
     mode: str = Field(default="run", description="run, auto, normal or single")
-    trigger: dict[str, Any] | None = Field(default=None, description="what is waited for: kind, and its keys")
+    trigger: TriggerBody | None = Field(default=None, description="what is waited for")
     xy: list[str] | None = Field(default=None, description="signals across and up of the XY view")
 
     def setup(self) -> Setup:
-        return read_setup(self.model_dump())
+        return read_setup(self.model_dump(exclude_unset=True))
 
 
 class Shot(BaseModel):

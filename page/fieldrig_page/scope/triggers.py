@@ -166,6 +166,9 @@ def read_trigger(data: Any) -> Trigger:
     kind = field(data, "kind", str)
     if kind not in KINDS:
         raise MalformedError(f"kind: expected one of {', '.join(KINDS)}, found {shown(kind)}")
+    unknown = data.keys() - set(Trigger._fields)
+    if unknown:
+        raise MalformedError(f"{shown(min(map(str, unknown)))}: expected one of {', '.join(Trigger._fields)}")
     trigger = Trigger(
         kind,
         signal=_text(data, "signal") if kind in ON_SIGNALS else "",

@@ -125,6 +125,7 @@ def test_messages_and_faults_fit_by_their_words_and_their_part() -> None:
         ({"kind": "edge", "signal": "a/b", "level": float("nan")}, "level: expected a number"),
         ({"kind": "edge", "signal": "a/b", "level": 1, "what": "up"}, "what: expected one of rising"),
         ({"kind": "message", "part": "can0", "words": 5}, "words: expected"),
+        ({"kind": "edge", "signal": "a/b", "level": 1, "edge": "falling"}, "'edge': expected one of kind, signal"),
     ],
 )
 def test_what_is_no_trigger_is_refused_with_its_key(data: Any, wrong: str) -> None:
