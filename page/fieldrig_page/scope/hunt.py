@@ -30,21 +30,29 @@ class _Picture:
         self.end_ns = self.first_ns + setup.window_ns
         self.until_s = now_s + PATIENCE_S
         self.traces: dict[str, Trace] = {}
-        self._waiting = by_track((signal.track, signal) for signal in signals.values())
+        self._signals = signals
 
     def look(self, now_s: float, is_last: bool = False) -> bool:
         """Take what has come, and return whether nothing is missing any more."""
-        waiting = []
-        for track, together in self._waiting:
+        is_missing = any(signal.track is None and signal.trouble is None for signal in self._left())
+        for track, together in by_track((signal.track, signal) for signal in self._left()):
             if is_last or track.known_ns >= self.end_ns:
                 self.traces |= cut(together, self.first_ns, self.end_ns + 1)
             else:
-                waiting.append((track, together))
-        self._waiting = waiting
-        return not waiting
+                is_missing = True
+        return not is_missing
+
+    @property
+    def is_recorded(self) -> bool:
+        """True if there is a reader of any of its signals."""
+        return any(signal.track is not None for signal in self._signals.values())
 
     def is_waiting_for(self, track: Track) -> bool:
-        return any(waited is track for waited, _ in self._waiting)
+        return any(signal.track is track for signal in self._left())
+
+    def _left(self) -> list[Signal]:
+        """Return the signals that are not in the picture yet: a reader may begin to read after the hit."""
+        return [signal for name, signal in self._signals.items() if name not in self.traces]
 
 
 class Hunt:
@@ -110,7 +118,8 @@ class Hunt:
         if picture is None:
             return
         is_complete = picture.look(now_s)
-        if not picture.traces or (self._track is not None and picture.is_waiting_for(self._track)):
+        is_before_end = not picture.traces and picture.is_recorded
+        if is_before_end or (self._track is not None and picture.is_waiting_for(self._track)):
             picture.until_s = now_s + PATIENCE_S  # the time behind the trigger is not over yet
         if not is_complete and now_s < picture.until_s:
             return

@@ -7,7 +7,9 @@ from typing import Any, Final, Literal, Protocol
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import Response
 
+from fieldrig.config.rig_file import RigConfig
 from fieldrig.errors import ControlError
+from fieldrig.text.nearest import closest
 from fieldrig_page.api import Call, Operation
 from fieldrig_page.rig_link import RigLink
 from fieldrig_page.scope.captures import Capture, Captures
@@ -157,7 +159,8 @@ async def all_signals(scope: Scopes) -> list[dict[str, Any]]:
 
 
 async def capture_of(scope: Scopes, setup: Setup, timeout_s: float) -> Capture:
-    """Return the next capture of a set-up.  ControlError if there is none in time."""
+    """Return the next capture of a set-up.  ControlError if there is none in time, or can be none."""
+    _check(setup, scope.link.config)
     loop, user = asyncio.get_running_loop(), object()
     session = scope.session(user)
     deadline_s = loop.time() + timeout_s
@@ -174,6 +177,19 @@ async def capture_of(scope: Scopes, setup: Setup, timeout_s: float) -> Capture:
     finally:
         scope.end(user)
     raise ControlError(f"nothing has triggered within {timeout_s:g} s", "check the trigger, or wait longer")
+
+
+def _check(setup: Setup, config: RigConfig) -> None:
+    """ControlError for a set-up that can give no capture."""
+    trigger = setup.trigger
+    if trigger is None:
+        if not setup.all_signals:
+            raise ControlError("there is nothing to record", "name signals, such as tank/level")
+        return
+    is_message = trigger.kind == "message"
+    parts = [*config.buses] if is_message else [*config.buses, *config.devices]
+    if trigger.part not in parts and (trigger.part or is_message):
+        raise ControlError(f"the rig has no {trigger.part!r} to wait for", closest(trigger.part, parts))
 
 
 def about(capture: Capture) -> dict[str, Any]:

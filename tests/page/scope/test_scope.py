@@ -169,6 +169,24 @@ async def test_a_trigger_that_never_comes_is_said(tmp_path: Path) -> None:
 
 
 @in_loop
+@pytest.mark.parametrize(
+    ("setup", "what"),
+    [
+        ({**SHOT, "trigger": {"kind": "message", "part": "can7"}}, "the rig has no 'can7' to wait for"),
+        ({**SHOT, "trigger": {"kind": "message"}}, "the rig has no '' to wait for"),
+        ({**SHOT, "trigger": {"kind": "fault", "part": "sourze"}}, "the rig has no 'sourze' to wait for"),
+        ({"signals": [], "mode": "run"}, "there is nothing to record"),
+    ],
+)
+async def test_a_capture_that_can_never_come_is_refused_at_once(
+    setup: dict[str, Any], what: str, tmp_path: Path
+) -> None:
+    async with pulses(tmp_path) as page:
+        answer = await page.call("POST", "scope/captures", {"setup": setup, "timeout_s": 600})
+        assert (answer.status, answer.json["what"]) == (409, what)
+
+
+@in_loop
 async def test_signals_are_found_by_words_of_their_names_and_descriptions(tmp_path: Path) -> None:
     async with pulses(tmp_path) as page:
         found = (await page.get("scope/signals?search=source%20long")).json

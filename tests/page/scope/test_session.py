@@ -12,8 +12,9 @@ from scope_bench import ScopeBench
 
 from fieldrig.clock import MS, S
 from fieldrig.outside.untrusted import MalformedError
-from fieldrig_page.scope.session import read_wish
+from fieldrig_page.scope.session import Session, read_wish
 from fieldrig_page.scope.setup import Setup, read_setup
+from fieldrig_page.scope.triggers import Hit
 
 RISING = {"kind": "edge", "signal": "io/a", "level": 0.5, "what": "rising"}
 
@@ -188,6 +189,35 @@ async def test_another_process_that_is_silent_is_not_awaited_for_ever() -> None:
     page.look()
     assert page.status["state"] == "caught"
     assert list(bench.captures[1].traces) == ["io/a", "wires/lamp"]
+
+
+@in_loop
+async def test_a_message_that_comes_before_the_readers_has_what_they_read_after_it() -> None:
+    bench = ScopeBench()
+    session = Session(bench.recordings, bench.captures, 0, lambda: bench.now_s, object())
+    bench.sessions.append(session)
+    trigger = {"kind": "message", "part": "can0", "words": "EMCY"}
+    setup = {"signals": ["io/a"], "window_ns": 20 * MS, "mode": "single", "trigger": trigger}
+    session.want(read_wish({"setup": setup, "pixels": 100}))
+    session.strike(Hit(0, 10 * MS, 10 * MS))
+    assert not bench.captures.all()
+    await asyncio.sleep(0)  # the readers begin
+    await asyncio.sleep(0)
+    bench.feed([t * MS for t in range(12, 40)], [1.0] * 28)
+    assert [list(capture.traces) for capture in bench.captures.all()] == [["io/a"]]
+
+
+@in_loop
+async def test_a_message_without_any_reader_is_not_kept_for_ever() -> None:
+    bench = ScopeBench()
+    session = Session(bench.recordings, bench.captures, 0, lambda: bench.now_s, object())
+    trigger = {"kind": "message", "part": "can0"}
+    setup = {"signals": ["io/a"], "window_ns": 20 * MS, "mode": "single", "trigger": trigger}
+    session.want(read_wish({"setup": setup, "pixels": 100}))
+    session.strike(Hit(0, 10 * MS, 10 * MS))
+    bench.now_s = 2.0
+    session.tick()
+    assert session.caught is not None
 
 
 @in_loop
