@@ -4,7 +4,8 @@ Without power a device has no timers and no handlers, so it does nothing; a hub 
 Work that it has given to the background before that still ends, and its result finds nothing.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from fieldrig.clock import Clock
@@ -102,7 +103,8 @@ class Switched(Device):
             return self._mains.add(self._clock.now_ns(), self._name, fault_of(fault, MODELS), above)
         if own is not None:
             own.records.reserve(self._mains.given(self._name))
-        return self.present.add_fault(fault)
+        with self._powerless():
+            return self.present.add_fault(fault)
 
     def restart(self) -> None:
         """Switch the device off and on again at this instant.  ControlError for one that a fault has switched off."""
@@ -116,7 +118,8 @@ class Switched(Device):
         if self._mains.has(self._name, number):
             self._mains.begin(self._clock.now_ns(), self._name, number)
         elif self.present.injected is not None:
-            self.present.injected.begin(number)
+            with self._powerless():
+                self.present.injected.begin(number)
 
     def clear_fault(self, number: int) -> None:
         if self._waiting is not None:
@@ -124,7 +127,8 @@ class Switched(Device):
         if self._mains.has(self._name, number):
             self._mains.clear(self._clock.now_ns(), self._name, number)
         else:
-            self.present.clear_fault(number)
+            with self._powerless():
+                self.present.clear_fault(number)
 
     def faults(self) -> Mapping[int, Mapping[str, Any]]:
         power = self._mains.about(self._clock.now_ns(), self._name)
@@ -138,12 +142,25 @@ class Switched(Device):
         if not self.is_on:
             raise ControlError(f"{self._name} is switched off", "it answers when the fault that did it ends")
 
+    @contextmanager
+    def _powerless(self) -> Iterator[None]:
+        """Keep a device without power from its links and timers: a fault may change what it listens to."""
+        try:
+            yield
+        finally:
+            if not self.is_on:
+                self._silence()
+
+    def _silence(self) -> None:
+        """End all timers of the device, and let it hear nothing."""
+        self._cancel()
+        for link in self._links:
+            link.on_receive(_deaf, ())
+
     def _switch(self, _: str, is_on: bool) -> None:
         self.is_on = is_on
         if not is_on:
-            self._cancel()
-            for link in self._links:
-                link.on_receive(_deaf, ())
+            self._silence()
         for link in self._links:
             if isinstance(link, PoweredLink):
                 link.switch(is_on)

@@ -4,7 +4,8 @@ A step takes an instant and the messages that arrive; its results are the messag
 of its next action.  A node is local, or remote in a process of its own (`remote_node`), with the same result.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from fieldrig.bus import Bus
@@ -284,8 +285,20 @@ class LocalNode(EventNode):
         with refusals(self.name):
             return self.device.answer(question, message)
 
+    @contextmanager
+    def _powerless(self) -> Iterator[None]:
+        """Keep what a device without power does with its links from them: a fault may change what it listens to."""
+        outbox = self.outbox
+        listens, sent = len(outbox.listens), len(outbox.sent)
+        try:
+            yield
+        finally:
+            if not self.is_on:
+                del outbox.listens[listens:], outbox.sent[sent:]
+                self._handlers.clear()
+
     def add_fault(self, fault: Mapping[str, Any], above: int = 0) -> int:
-        with refusals(self.name):
+        with refusals(self.name), self._powerless():
             check_kind(type(self.device), fault)
             if self.device.injected is not None:
                 self.device.injected.records.reserve(above)
@@ -293,10 +306,11 @@ class LocalNode(EventNode):
 
     def begin_fault(self, number: int) -> None:
         if self.device.injected is not None:
-            self.device.injected.begin(number)
+            with self._powerless():
+                self.device.injected.begin(number)
 
     def clear_fault(self, number: int) -> None:
-        with refusals(self.name):
+        with refusals(self.name), self._powerless():
             self.device.clear_fault(number)
 
     def faults(self, now_ns: int) -> Mapping[int, Mapping[str, Any]]:

@@ -119,6 +119,25 @@ def test_a_loss_of_power_that_begins_later_and_is_cleared(rig: Rig) -> None:
     assert rig.faults("io") == {}
 
 
+@pytest.mark.parametrize("processes", ["one", "each"])
+def test_a_fault_of_a_device_without_power_acts_when_it_is_back(processes: str) -> None:
+    """The node listens to other frames as long as it does not answer SDO requests."""
+    with Rig(from_dict({**LAB, "processes": processes})) as rig:
+        power = rig.add_fault("io", {"what": "power_off"})
+        rig.run_until(50 * MS)
+        cleared, kept = (rig.add_fault("io", {"what": what}) for what in ("sdo_abort", "heartbeat_lost"))
+        rig.clear_fault("io", cleared)
+        found = heard(rig)
+        rig.run_until(100 * MS)
+        assert found == []
+        rig.clear_fault("io", power)
+        rig.run_until(400 * MS)
+        assert [data for _, data in found] == [BOOT_UP]
+        rig.clear_fault("io", kept)
+        rig.run_until(650 * MS)
+        assert [data for _, data in found[1:]] == [b"\x7f"] * len(found[1:]) != []
+
+
 def test_restart_is_a_power_cycle_at_one_instant(rig: Rig) -> None:
     found = heard(rig)
     rig.run_until(150 * MS)

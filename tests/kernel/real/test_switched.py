@@ -30,6 +30,7 @@ class Beacon(Device):
         self._clock, self._line, self._count = clock, line, 0
         self.heard: list[int] = []
         self.injected = InjectedFaults[Fault[Mute]](clock, self.fault_models, Faults(Fault))
+        self.injected.also(lambda: line.on_receive(self.heard.append))
         line.on_receive(self.heard.append)
 
     def start(self) -> None:
@@ -120,3 +121,16 @@ def test_a_device_that_a_fault_has_switched_off_is_not_restarted() -> None:
     bench.device.clear_fault(power)
     bench.device.restart()
     assert bench.line.told == [False, True, False, True]
+
+
+def test_a_fault_that_it_gets_while_it_is_off_lets_it_hear_nothing() -> None:
+    bench = Bench()
+    bench.run_until(15)
+    bench.device.add_fault({"what": "power_off", "duration_ms": "30"})
+    number = bench.device.add_fault({"what": "mute", "duration_ms": "1000"})
+    bench.line.deliver(7)
+    bench.device.clear_fault(number)
+    bench.line.deliver(8)
+    assert bench.run_until(40) == []
+    assert bench.built[0].heard == []
+    assert bench.run_until(46) == [1]
