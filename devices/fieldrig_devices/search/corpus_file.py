@@ -41,8 +41,17 @@ class CorpusFile:
             is_one = tables.keys() >= wanted.keys()
             what = "is the corpus of another version of fieldrig" if is_one else "is no corpus of a search"
             raise UsageError(f"{file} {what}", "expected another file; a search makes it")
-        with self._used():
-            self._store.executescript(_TABLES)
+        if not tables:
+            self._make_tables()
+
+    def _make_tables(self) -> None:
+        """Make all tables in one step, as others may look at the file meanwhile, or this process may be killed."""
+        try:
+            with self._used():
+                self._store.executescript(f"BEGIN IMMEDIATE; {_TABLES} COMMIT;")
+        except UsageError:
+            self._store.close()
+            raise
 
     @contextmanager
     def changing(self) -> Iterator[sqlite3.Connection]:

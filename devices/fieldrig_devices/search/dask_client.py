@@ -3,11 +3,16 @@
 Each worker gets the plan with the files of its rig when the search begins, or when it joins later.  It plays pieces in
 helpers with one thread (`helper.py`), because a worker has many, and a fork of it would not be safe.  A piece whose
 worker is lost is played by another one; Dask sees to it.
+
+A task of Dask costs some 40 ms besides, so that short pieces travel together.
 """
 
 from collections import deque
+from collections.abc import Sequence
+from functools import partial
 from importlib.metadata import version
 from queue import Empty, SimpleQueue
+from threading import Condition
 from types import TracebackType
 from typing import Any, Final, Self
 from uuid import uuid4
@@ -23,6 +28,10 @@ from fieldrig_devices.search.rig_files import Luggage
 PACKAGE: Final = "fieldrig"
 CONNECT_S: Final = 10
 """Longest time to find the scheduler."""
+TASK_S: Final = 0.5
+"""The work that a task should have, by the processor time of the pieces before."""
+AHEAD: Final = 2
+"""Tasks for each thread of a worker: one that it plays, and one that is there when it has ended."""
 
 
 class Helpers(WorkerPlugin):  # type: ignore[misc]  # distributed has no types
@@ -54,10 +63,16 @@ class Helpers(WorkerPlugin):  # type: ignore[misc]  # distributed has no types
         return played
 
 
-def play(name: str, piece: Piece) -> Run:
-    """Play a piece; this is what a worker is asked for."""
+def play(name: str, pieces: Sequence[Piece]) -> list[Run | Exception]:
+    """Play pieces, as a worker is asked to, up to the first that raises; what it raises is its outcome."""
     helpers: Helpers = get_worker().plugins[name]
-    return helpers.play(piece)
+    outcomes: list[Run | Exception] = []
+    for piece in pieces:
+        try:
+            outcomes.append(helpers.play(piece))
+        except Exception as fault:  # noqa: BLE001  it is raised where the piece came from
+            return [*outcomes, fault]
+    return outcomes
 
 
 class Asked:
@@ -71,25 +86,74 @@ class Asked:
         except (OSError, ValueError) as cause:
             raise RigError(f"no scheduler of Dask answers at {address}: {cause}", "start `dask scheduler`") from cause
         self._client.register_plugin(Helpers(self._name, luggage, version(PACKAGE)))
-        self._open: deque[Future] = deque()
+        self._changed = Condition()
+        """Held for what follows, which threads of Dask change as well."""
+        self._waiting: deque[tuple[int, Piece]] = deque()
+        self._tasks: dict[int, Future] = {}
+        """The tasks by the numbers of their first pieces."""
+        self._ended: dict[int, Run | Exception] = {}
+        self._started = self._returned = 0
+        self._busy_s, self._played, self._is_closed = 0.0, 0, False
+        self._threads = self._count_threads()
 
     def __call__(self, piece: Piece | None) -> Run | None:
-        if piece is not None:
-            self._open.append(self._client.submit(play, self._name, piece, pure=False))
-            return None
-        future = self._open.popleft()
+        with self._changed:
+            if piece is not None:
+                self._waiting.append((self._started, piece))
+                self._started += 1
+                self._send()
+                return None
+            self._changed.wait_for(lambda: self._returned in self._ended)
+            outcome = self._ended.pop(self._returned)
+            self._returned += 1
+        if isinstance(outcome, KilledWorker):
+            raise RigError("workers are lost with a piece again and again", str(outcome)) from outcome
+        if isinstance(outcome, Exception):
+            raise outcome
+        return outcome
+
+    def _send(self) -> None:
+        """Start tasks for the pieces that wait, up to some for each worker."""
+        while self._waiting and len(self._tasks) < AHEAD * self._threads:
+            most = min(self._most_together(), -(-len(self._waiting) // self._threads))
+            numbers, pieces = zip(*(self._waiting.popleft() for _ in range(most)), strict=True)
+            task = self._client.submit(play, self._name, pieces, pure=False)
+            self._tasks[numbers[0]] = task
+            task.add_done_callback(partial(self._take, numbers))
+
+    def _most_together(self) -> int:
+        """Return how many pieces are as much work as a task should have; one before the first has ended."""
+        return max(int(TASK_S * self._played / self._busy_s), 1) if self._busy_s else 1
+
+    def _take(self, numbers: Sequence[int], task: Future) -> None:
+        """Take the outcomes of a task that has ended; a thread of Dask calls this."""
+        if self._is_closed:
+            return
         try:
-            played: Run = future.result()
-        except KilledWorker as cause:
-            raise RigError("workers are lost with a piece again and again", str(cause)) from cause
-        finally:
-            future.release()
-        return played
+            outcomes: list[Run | Exception] = task.result()
+        except Exception as fault:  # noqa: BLE001  it is raised in the search, in its turn
+            outcomes = [fault]
+        threads = self._count_threads()
+        with self._changed:
+            self._threads = threads
+            for number, outcome in zip(numbers, outcomes, strict=False):
+                self._ended[number] = outcome
+                if isinstance(outcome, Run):
+                    self._busy_s, self._played = self._busy_s + outcome.cpu_s, self._played + 1
+            del self._tasks[numbers[0]]
+            self._send()
+            self._changed.notify_all()
+
+    def _count_threads(self) -> int:
+        """Return the threads of all workers; 1 while there is none, as one may join later."""
+        threads: dict[str, int] = self._client.nthreads()
+        return max(sum(threads.values()), 1)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
+        self._is_closed = True
         self._client.unregister_worker_plugin(self._name)
         self._client.close()
 

@@ -144,3 +144,27 @@ def test_a_place_where_no_file_can_be_is_no_corpus(tmp_path: Path) -> None:
     for file in (tmp_path, tmp_path / "no" / "c.sqlite"):
         with pytest.raises(UsageError, match="cannot be used as a corpus"):
             Corpus(file)
+
+
+def test_a_corpus_whose_begin_was_cut_off_is_begun_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another process that looks at the file meanwhile sees all tables or none."""
+    connect = sqlite3.connect
+
+    def cut(place: Any) -> sqlite3.Connection:
+        store = connect(place)
+        if place != ":memory:":
+            store.set_authorizer(
+                lambda action, name, *_: (
+                    sqlite3.SQLITE_DENY
+                    if (action, name) == (sqlite3.SQLITE_CREATE_TABLE, "covered")
+                    else sqlite3.SQLITE_OK
+                )
+            )
+        return store
+
+    file = tmp_path / "corpus.sqlite"
+    with monkeypatch.context() as patch:
+        patch.setattr(sqlite3, "connect", cut)
+        with pytest.raises(UsageError, match="cannot be used any more"):
+            Corpus(file)
+    Corpus(file).close()

@@ -28,7 +28,7 @@ vary:
 - {press: {wires/switch.on: true}, hold: 50ms}
 states: [terminal/presses, wires/lamp.on]
 """
-RUNS = 24
+RUNS = 200
 
 
 def searched(folder: Path, corpus: str, *options: str) -> "subprocess.Popen[str]":
