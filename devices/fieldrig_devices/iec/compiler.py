@@ -25,6 +25,7 @@ from fieldrig_devices.iec.lower.routines import Lowered, lower
 from fieldrig_devices.iec.mutation.switch import changed, refuse
 from fieldrig_devices.iec.open_inputs import open_inputs
 from fieldrig_devices.iec.program import Pou, Program, Task
+from fieldrig_devices.iec.program_instances import separated
 from fieldrig_devices.iec.symbols import Symbols
 from fieldrig_devices.iec.tree import Unit
 from fieldrig_devices.iec.written import NOTHING, Written, surveyed, written_by
@@ -156,7 +157,7 @@ def _checked(
     extension: Extension | None = None,
     on_progress: Progress = lambda stage, done, total: None,
 ) -> tuple[Program, list[Mistake]]:
-    units, of_generics = expanded(units, dialect)
+    units, of_generics = expanded(separated(units, dialect), dialect)
     program, mistakes = check(
         [*libraries, *units],
         host,

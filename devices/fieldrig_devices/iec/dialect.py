@@ -150,6 +150,8 @@ class Dialect:
     """`__NEW` and `__DELETE`."""
     has_exceptions: bool = _rule(Origin.TOOLS)
     """`__TRY ... __CATCH(code) ... __FINALLY ... __ENDTRY`: a program goes on after a fault of its own."""
+    has_program_instances: bool = _rule(Origin.STANDARD)
+    """Each PROGRAM of a configuration has its own variables; elsewhere a program exists once."""
     has_generic_constants: bool = _rule(Origin.TOOLS)
     """`VAR_GENERIC CONSTANT n : UDINT; END_VAR` in a function block, and `stack : Stack<10>;`."""
     has_bits: bool = _rule(Origin.TOOLS)

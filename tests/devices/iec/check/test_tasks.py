@@ -97,9 +97,9 @@ def test_a_task_is_refused_with_one_message(inside: str, expected: str) -> None:
     assert messages(PROGRAMS, configuration(inside)) == [expected]
 
 
-@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3, CODESYS])
+@pytest.mark.parametrize("dialect", [EPAS_4, CODESYS])
 def test_two_names_of_a_program_are_one_program_and_that_is_noted(dialect: Dialect) -> None:
-    """Edition 3, 6.8: each would be an instance with its own variables."""
+    """In edition 3 each is an instance with its own variables (`test_program_instances`)."""
     program = "PROGRAM Count VAR n : INT; END_VAR n := n + 1; END_PROGRAM"
     inside = "TASK T(INTERVAL := T#1ms); TASK S(INTERVAL := T#2ms); PROGRAM a WITH T : Count; PROGRAM b WITH S : Count;"
     found, mistakes = checked(program, configuration(inside), dialect=dialect)
