@@ -21,6 +21,8 @@ class SpeedMode(Mode):
         """True if a limit switch has stopped the axis."""
         self._asked = 0.0
         """The requested speed before limits apply, in increments per second."""
+        self._largest = 0.0
+        """The largest speed that the limits allowed when the axis last changed to its speed."""
 
     def limits(self) -> Limits:
         """The ramps of the mode, with the highest speed."""
@@ -37,6 +39,7 @@ class SpeedMode(Mode):
         """Change to the requested speed, as far as the limits allow."""
         context = self.context
         self._is_ending = self._is_stopped = False
+        self._largest = context.largest_speed
         limits = self.limits()
         context.travel.is_limited = abs(self._asked) > limits.speed
         self._wanted = min(max(self._asked, -limits.speed), limits.speed)
@@ -50,6 +53,8 @@ class SpeedMode(Mode):
     def step(self) -> None:
         context = self.context
         travel = context.travel
+        if context.largest_speed != self._largest and not (self.is_halted or self._is_ending or self._is_stopped):
+            self.run()  # 607Fh or 6080h has been written
         is_limited = context.motor.inputs or travel.held or travel.range is not None or self._is_stopped
         if is_limited and not self.is_halted:
             self._watch_switches()

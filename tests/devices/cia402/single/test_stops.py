@@ -55,3 +55,25 @@ def test_a_load_that_goes_on_turning_the_axis_does_not_keep_the_drive_from_its_f
     bench.drive.add_fault({"what": "error", "code": 0x5441})
     bench.until(lambda: bench.status(0x4F) == FAULT, within_ms=2_000)
     assert bench.get(0x606C) > 10 * THRESHOLD
+
+
+@pytest.mark.parametrize(("limit", "value"), [(0x607F, 1_000_000), (0x6080, 60)], ids=["607Fh", "6080h"])
+def test_a_limit_of_the_speed_acts_on_an_axis_that_turns(limit: int, value: int) -> None:
+    """CiA 402-2, profile velocity mode: the limit function is in front of the ramps, for as long as the mode acts."""
+    bench = turning()
+    free = bench.get(limit)
+    bench.put(limit, value).after(1_000)
+    assert bench.get(0x606C) == pytest.approx(1_000_000, rel=0.01)
+    assert bench.status(0x0800) == 0x0800
+    bench.put(limit, free).after(1_000)
+    assert bench.get(0x606C) == pytest.approx(2_000_000, rel=0.01)
+    assert bench.status(0x0800) == 0
+
+
+def test_a_limit_that_is_written_in_a_halt_acts_behind_it() -> None:
+    bench = turning()
+    bench.control(0x010F).after(1_500)
+    bench.put(0x6080, 60).after(100)
+    assert abs(bench.get(0x606C)) <= THRESHOLD
+    bench.control(0x000F).after(1_000)
+    assert bench.get(0x606C) == pytest.approx(1_000_000, rel=0.01)
