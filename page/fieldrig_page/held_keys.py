@@ -107,6 +107,7 @@ class HeldKeys:
 
     def _keep(self) -> None:
         try:
+            self._file.parent.mkdir(parents=True, exist_ok=True)  # a rig in virtual time may have no run folder yet
             self._file.write_text(json.dumps(list(self._holders)), encoding="utf-8")
         except OSError as cause:  # a full disk takes only the release after a kill
             log.info("what is held cannot be kept: %s", cause.strerror)

@@ -94,9 +94,19 @@ async def test_a_release_that_gets_no_answer_is_sent_again(tmp_path: Path) -> No
 
 
 @in_loop
+async def test_a_page_that_was_killed_releases_its_keys_also_without_a_run_folder_before(tmp_path: Path) -> None:
+    panel, file = Panel([]), tmp_path / "run" / "rig" / "held.json"
+    await HeldKeys(panel.write, file).press(KEYS[0], "one", True)
+    assert panel.down == {KEYS[0].point}
+    await HeldKeys(panel.write, file).release_left()
+    assert panel.down == set()
+
+
+@in_loop
 async def test_a_disk_that_is_full_takes_no_key_away(tmp_path: Path) -> None:
     panel = Panel([])
-    held = HeldKeys(panel.write, tmp_path / "no folder" / "held.json")
+    (tmp_path / "full").touch()
+    held = HeldKeys(panel.write, tmp_path / "full" / "held.json")
     await held.press(KEYS[0], "one", True)
     await held.release(KEYS[0], "one")
     assert panel.down == set()
