@@ -203,6 +203,7 @@ def test_controller_that_is_killed_comes_back_and_the_ring_with_it(stack: Stack)
     stack.until(lambda: stack.restarts()["max4"] > before["max4"], "max4 is started again")
     stack.until_ready()
     stack.until(lambda: "= up" in stack.fieldrig("get", "max4/ring.state").stdout, "the ring is up, unasked")
+    stack.until(lambda: _is_ring_whole(stack), "the ring is up with all drives")
     with stack.network("can2", "can2") as network:
         _enable(stack, node_of(network, 1, AXES))
     with ModbusTcpClient("127.0.0.1", port=stack.ports["modbus"], timeout=20) as client:
@@ -217,6 +218,19 @@ def test_one_check_of_docker_finds_all_of_it_healthy_and_misses_a_part_that_is_g
     stack.until(lambda: stack.health()["rig"] == "unhealthy", "the rig is unhealthy without its sensor")
     stack.compose("start", "sensor")
     stack.until_healthy()
+
+
+def _is_ring_whole(stack: Stack) -> bool:
+    """Return whether no diagnosis is left.
+
+    A drive that could not answer in time on a busy host is left out, and is back with an acknowledgement only while no
+    axis is in use.
+    """
+    values = stack.fieldrig("get", "max4/ring.state", "max4/DiagCode").stdout
+    if "= up" in values and re.search(r"DiagCode = 0\b", values):
+        return True
+    stack.fieldrig("set", "max4/command=quit")
+    return False
 
 
 def _enable(stack: Stack, axes: RemoteNode, axis: int = 0) -> None:
