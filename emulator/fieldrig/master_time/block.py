@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from fieldrig.master_time.active import activate, any_scheduler
 from fieldrig.master_time.alarms import alarm_swaps
-from fieldrig.master_time.clocks import clock_swaps, with_real_dates
+from fieldrig.master_time.clocks import clock_swaps, dates_of_subclasses, with_real_dates
 from fieldrig.master_time.descriptors import descriptor_swaps, selector_methods
 from fieldrig.master_time.doors import RigDoors, addresses_of
 from fieldrig.master_time.errors import VirtualTimeError
@@ -123,7 +123,7 @@ def _swap(swaps: Swaps, network: Network, terminals: Terminals) -> None:
         swaps.attribute(asyncio.WindowsProactorEventLoopPolicy, "_loop_factory", asyncio.SelectorEventLoop)
     for name in ("create_module", "exec_module"):
         swaps.attribute(ExtensionFileLoader, name, with_real_dates(getattr(ExtensionFileLoader, name)))
-    for kind, name, method in selector_methods():
+    for kind, name, method in (*selector_methods(), *dates_of_subclasses()):
         swaps.attribute(kind, name, method)
     for name, method in sockets.methods().items():
         swaps.attribute(socket.socket, name, method)

@@ -7,7 +7,7 @@
 import datetime
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, Final, Self
 
 from fieldrig.clock import S
@@ -33,6 +33,9 @@ CLOCK_IDS: Final = {
     }.items()
     if hasattr(time, name)
 }
+CLOCK_METHODS: Final = ("now", "today", "utcnow")
+_IS_HEAP_TYPE, _IS_IMMUTABLE = 1 << 9, 1 << 8
+"""The marks of a class that was made at run time, and of one that takes no attributes (`Py_TPFLAGS_...`)."""
 BROKEN_DOWN: Final = ("localtime", "gmtime", "ctime")
 _real_time_s, _real_sleep = time.time, time.sleep
 _DateTime, _Date = datetime.datetime, datetime.date  # the names in the module lead to the stand-ins during the block
@@ -119,19 +122,15 @@ class DateTimeStandIn(datetime.datetime, metaclass=_KindOfDate):
 
     @classmethod
     def now(cls, tz: datetime.tzinfo | None = None) -> Any:
-        return cls._real().fromtimestamp(_now_s(), tz)
+        return _real_kind(cls).fromtimestamp(_now_s(), tz)
 
     @classmethod
     def today(cls) -> Any:
-        return cls._real().fromtimestamp(_now_s())
+        return _real_kind(cls).fromtimestamp(_now_s())
 
     @classmethod
     def utcnow(cls) -> Any:
-        return cls._real().fromtimestamp(_now_s(), datetime.UTC).replace(tzinfo=None)
-
-    @classmethod
-    def _real(cls) -> Any:
-        return _DateTime if cls is DateTimeStandIn else cls
+        return _real_kind(cls).fromtimestamp(_now_s(), datetime.UTC).replace(tzinfo=None)
 
 
 class DateStandIn(datetime.date, metaclass=_KindOfDate):
@@ -144,8 +143,29 @@ class DateStandIn(datetime.date, metaclass=_KindOfDate):
 
     @classmethod
     def today(cls) -> Any:
-        kind: Any = _Date if cls is DateStandIn else cls
-        return kind.fromtimestamp(_now_s())
+        return _real_kind(cls).fromtimestamp(_now_s())
+
+
+def _real_kind(kind: type) -> Any:
+    """Return the real class for a stand-in; a class that is derived from one stays."""
+    if kind is DateTimeStandIn:
+        return _DateTime
+    return _Date if kind is DateStandIn else kind
+
+
+def dates_of_subclasses() -> Iterator[tuple[type, str, Any]]:
+    """Yield the classes that are derived from the real dates, each with the name and stand-in of a method from them.
+
+    Such a class reads the clock in C.  Those of extension modules cannot be changed, and one that calls the method of
+    the real class by `super()` shows real time.
+    """
+    for real, stand_in in ((_Date, DateStandIn), (_DateTime, DateTimeStandIn)):
+        methods = {name: each for name, each in vars(stand_in).items() if name in CLOCK_METHODS}
+        for kind in real.__subclasses__():
+            is_fixed = kind.__flags__ & (_IS_HEAP_TYPE | _IS_IMMUTABLE) != _IS_HEAP_TYPE
+            if kind in (_DateTime, DateTimeStandIn, DateStandIn) or is_fixed:
+                continue
+            yield from ((kind, name, method) for name, method in methods.items() if name not in vars(kind))
 
 
 def with_real_dates(load: Callable[..., Any]) -> Callable[..., Any]:

@@ -76,6 +76,39 @@ def test_dates_that_were_made_in_virtual_time_are_ordinary_ones() -> None:
     assert kinds == [datetime.datetime, datetime.datetime, datetime.date]
 
 
+class Moment(datetime.datetime):
+    """A class that a program has made before the block."""
+
+
+class Day(datetime.date):
+    pass
+
+
+class Fixed(Moment):
+    @classmethod
+    def now(cls, tz: datetime.tzinfo | None = None) -> "Fixed":
+        return cls(1999, 1, 1, tzinfo=tz)
+
+
+def test_classes_that_are_derived_from_dates_show_virtual_time() -> None:
+    def dates(_: Rig) -> list[Any]:
+        time.sleep(3600)
+
+        class Inner(datetime.datetime): ...  # fmt: skip
+
+        utc = datetime.UTC
+        assert Inner.now(utc) == Moment.now(utc) == datetime.datetime.now(utc)
+        assert Moment.utcnow() == datetime.datetime(2000, 1, 1, 1)  # noqa: DTZ001
+        assert Moment.today() == datetime.datetime.now()  # noqa: DTZ005
+        assert Fixed.now().year == 1999
+        return [Moment.now(utc), Day.today(), Fixed.today(), Inner.now(utc)]
+
+    names = [name for kind in (Moment, Day, Fixed) for name in vars(kind)]
+    assert [type(date).__name__ for date in virtual(dates)] == ["Moment", "Day", "Fixed", "Inner"]
+    assert [name for kind in (Moment, Day, Fixed) for name in vars(kind)] == names
+    assert Moment.now(datetime.UTC).year > 2020
+
+
 def test_a_busy_wait_for_an_instant_ends(rig: Rig) -> None:
     end_s = time.monotonic() + 0.05
     while time.monotonic() < end_s:
