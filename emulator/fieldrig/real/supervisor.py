@@ -234,8 +234,11 @@ class Supervisor:
             with suppress(NoAnswerError):
                 await self.roster.power_cycle(name)
                 return {"device": name}
+        child = self._children[member.name]
         self._wanted_restarts.add(member.name)
-        self._children[member.name].end(signal.SIGTERM)
+        child.end(signal.SIGTERM)
+        self._forget_timer(member.name)
+        self._timers[member.name] = asyncio.get_running_loop().call_later(GRACE_S, child.end, KILL)
         return {"process": member.name}
 
     async def _end_all(self) -> None:

@@ -4,6 +4,7 @@ import asyncio
 import os
 import signal
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from errno import EMFILE
 from pathlib import Path
 from typing import Any, cast
@@ -17,7 +18,7 @@ from fieldrig.control.messages import Control, NoAnswerError
 from fieldrig.real.children import Children
 from fieldrig.real.patience import FIRST_PAUSE_S, LONGEST_LIMIT_S, LONGEST_PAUSE_S, SETTLED_S, Patience
 from fieldrig.real.placement import placement
-from fieldrig.real.supervisor import Supervisor
+from fieldrig.real.supervisor import GRACE_S, Supervisor
 from fieldrig.system.exits import Exit
 
 HERE = Path(__file__).parents[1]
@@ -295,6 +296,27 @@ def test_a_device_is_switched_off_and_on_and_a_bus_and_a_process_that_hangs_are_
     bench = run_jumping(rig())
     assert tuple(len(bench.by_name[process].started_s) for process in ("wires", "lamp")) == begun
     assert bench.asked == ([("process/lamp/restart", {"device": "lamp"})] if name == "lamp" else [])
+
+
+def test_a_process_that_hangs_is_killed_when_it_is_to_be_started_again() -> None:
+    async def hear_nothing(process: PlayedProcess) -> int:
+        await process.get_ready()
+        with suppress(asyncio.CancelledError):
+            await asyncio.Event().wait()
+        return await hang(process)
+
+    async def rig() -> Bench:
+        bench = Bench(lamp=[hear_nothing, live_for_ever])
+        bench.hangs = True
+        asyncio.get_running_loop().call_later(200, bench.supervisor.end)
+        running = asyncio.ensure_future(bench.supervisor.run())
+        await asyncio.sleep(100)
+        await bench.answer("restart", {"name": "lamp"})
+        await running
+        return bench
+
+    lamp = run_jumping(rig()).lamp
+    assert lamp.killed_s[0] == lamp.started_s[1] == 100 + GRACE_S
 
 
 def test_a_restart_that_the_system_refuses_is_tried_again_until_it_succeeds_and_is_told_once() -> None:
