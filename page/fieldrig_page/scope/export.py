@@ -18,7 +18,7 @@ FORMATS: Final[dict[str, type[RowsFile]]] = {"csv": CsvFile, "vcd": VcdFile}
 def exported(capture: Capture, form: str) -> bytes:
     """Return a capture as a file of one of the `FORMATS`."""
     file, traces = BytesIO(), list(capture.traces.values())
-    columns = [Column(trace.name, Sort(trace.kind), trace.unit, list(trace.states)) for trace in traces]
+    columns = [Column(one.name, Sort(one.kind), one.unit, list(one.states), is_held=one.holds) for one in traces]
     writer = FORMATS[form](file, columns, capture.first_ns)
     for place, trace in enumerate(traces):
         writer.take(_rows(trace, place, capture.first_ns))
