@@ -4,14 +4,14 @@ The names of nodes and services are those of the rig file.  Only what asks for n
 contents are compared without.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import Any, Final, TypeVar
 
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.errors import ControlError
 from fieldrig.faults.note import FaultNote
-from fieldrig.text.nearest import closest
+from fieldrig.text.nearest import closest, is_slip
 from fieldrig.traces.names import Namer, members_of, namer_of
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.frame import CanFrame
@@ -62,6 +62,7 @@ class Messages:
         node = words.get("node", "*")
         if not node.isdigit() and not any(fnmatchcase(name, node) for name in names):
             raise ControlError(f"{bus} has no node {node!r}", closest(node, names))
+        _check_sender(config, bus, words.get("sender", "*"), names)
         needs_names = any(key in words for key in NAMED)
         self._namer: Namer | None = namer_of(config, bus) if needs_names or self._code is not None else None
         self._rows = _rows_of(self._namer)
@@ -108,6 +109,12 @@ class Messages:
         assert self._namer is not None
         named = self._namer(message, sender)
         return row_of(0, entry, ("other",), named.kind, named.node, named.text)
+
+
+def _check_sender(config: RigConfig, bus: str, sender: str, members: Sequence[str]) -> None:
+    """ControlError for a device that is not on the bus, or a name that is nearly one there; others may join the bus."""
+    if sender not in members and (sender in config.devices or any(is_slip(sender, name) for name in members)):
+        raise ControlError(f"{bus} has no sender {sender!r}", closest(sender, members))
 
 
 def _rows_of(namer: Namer | None) -> CanRows | ModbusRows | None:

@@ -87,6 +87,8 @@ WRONG_KEYS = [
     ({"properties": {"a": {"never": "message(can0 register=level)"}}}, "properties.a.never", "can0 has no registers"),
     ({"properties": {"a": {"never": "message(mb_tcp code=1)"}}}, "properties.a.never", "mb_tcp has no emergency"),
     ({"properties": {"a": {"never": "message(can0 data=xy)"}}}, "properties.a.never", "can0: data cannot be 'xy'"),
+    ({"properties": {"a": {"never": "message(can0 sender=drive)"}}}, "properties.a.never", "can0 has no sender"),
+    ({"properties": {"a": {"never": "message(can0 sender=sensro)"}}}, "properties.a.never", "can0 has no sender"),
 ]  # fmt: skip
 
 
