@@ -24,8 +24,10 @@ from fieldrig_devices.begin.list_columns import (
     list_in,
     without_accents,
 )
+from fieldrig_devices.begin.list_orders import ORDERS, is_unsure, order_of
 from fieldrig_devices.begin.list_scales import NOTHING, PRODUCT, factor, name_registers
 from fieldrig_devices.begin.list_types import type_of
+from fieldrig_devices.begin.list_values import values_in
 from fieldrig_devices.begin.list_words import access_of, space_of
 from fieldrig_devices.registers.entries import Bit, Register, words_of
 from fieldrig_devices.registers.table import SPACES
@@ -37,21 +39,9 @@ OWN_COLUMNS: Final = (
     "address", "name", "type", "space", "unit", "scale", "offset", "access", "min", "max", "initial", "about",
 )  # fmt: skip
 """The first line of a list that `fieldrig export` has written; its names are those of a register table as they are."""
-ORDERS: Final = {"abcd": {}, "cdab": {"word_order": "little"}, "badc": {"byte_order": "little"},
-                 "dcba": {"word_order": "little", "byte_order": "little"}}  # fmt: skip
-ORDER_WORDS: Final = (
-    (re.compile(r"\b(?:byte)[ _-]?swap", re.IGNORECASE), "badc"),
-    (
-        re.compile(
-            r"(?:lsw|low(?:er)? word|least significant word)[ _-]?(?:first)?|word[ _-]?swap|\bswap", re.IGNORECASE
-        ),
-        "cdab",
-    ),
-    (re.compile(r"little|\blsb|\ble\b|inver[st]|reverse", re.IGNORECASE), "dcba"),
-)
-"""Words for an order, and what they mean; lists do not agree on the last ones."""
-UNSURE_ORDER: Final = "dcba"
 TYPES_BY_WORDS: Final = {1: "u16", 2: "u32", 4: "u64"}
+MOST_SHOWN: Final = 3
+"""Texts of a column that a note shows."""
 ONES: Final = ("initial", "min", "max")
 UMLAUTS: Final = {"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss", "ø": "o", "æ": "ae"}
 
@@ -110,6 +100,8 @@ class _Reader:
         self._scaled_by: dict[str, str] = {}
         """The text of a factor that is no number, as a name, by the name of the register."""
         self._exponents: set[str] = set()
+        self._unnamed: dict[str, None] = {}
+        """The texts in the column of values that name none."""
 
     def take(self, line: int, row: Mapping[str, str]) -> None:
         bit = _bit(row)
@@ -120,8 +112,7 @@ class _Reader:
             if _is_wrong_bit(row):
                 raise ValueError(f"{row['bit']!r} is no bit from 0 to {BITS_OF_A_REGISTER - 1}")
             space, entry = self._entry(row)
-            model = Bit if space in SPACES[:2] else Register
-            words = words_of(model.model_validate(entry))
+            words = self._words_of(space, entry)
             addresses = range(entry["address"], entry["address"] + words * entry.get("count", 1))
             taken = self._taken[space]
             other = next((taken[address] for address in addresses if address in taken), None)
@@ -159,11 +150,26 @@ class _Reader:
             self._taken[space][address] = owner["name"]
         owner["bits"] = bits
 
+    def _words_of(self, space: str, entry: dict[str, Any]) -> int:
+        """Return the registers that an entry needs, after removing the names of numbers that its type does not have."""
+        model = Bit if space in SPACES[:2] else Register
+        try:
+            return words_of(model.model_validate(entry))
+        except ValidationError:
+            names = entry.pop("values", None)
+            if names is None:
+                raise
+            self._unnamed[", ".join(f"{number} = {name}" for number, name in names.items())] = None
+            return words_of(model.model_validate(entry))
+
     def finish(self) -> None:
         """Resolve the factors that are names of other registers, which may come later in the list."""
         registers = [entry for space in SPACES[2:] for entry in self._made.entries[space]]
         for name in name_registers(registers, self._scaled_by, self._exponents):
             self._made.notes.append(f"Line {self._lines[name]}: its factor is no number; 1 was taken.")
+        if self._unnamed:
+            shown = ", ".join(f"'{text}'" for text in list(self._unnamed)[:MOST_SHOWN])
+            self._made.notes.append(f"Not read as names of values: {shown}.")
 
     def _assume(self, line: int, row: Mapping[str, str], space: str, entry: Mapping[str, Any], words: int) -> None:
         """Keep what other rows need, and note what is assumed."""
@@ -183,8 +189,8 @@ class _Reader:
         words *= entry.get("count", 1)
         if length is not None and length not in (words, 2 * words, 16 * words) and space in SPACES[2:]:
             self._made.notes.append(f"Line {line}: its length is {length}, but {entry['type']} needs {words}.")
-        text = row.get("type", "")
-        if _order(text) == UNSURE_ORDER and UNSURE_ORDER not in text.casefold():
+        if is_unsure(row):
+            text = row.get("order") or row.get("type", "")
             self._made.notes.append(f"Line {line}: {text!r} was taken as the order DCBA; some mean CDAB by it.")
 
     def _leave_out(self, line: int, why: str) -> None:
@@ -245,6 +251,10 @@ class _Reader:
         numbers: dict[str, Any] = {} if scale in (None, 0, 1) else {"scale": _short(scale or 1)}
         offset = self._sheet.number(row.get("offset", ""))
         numbers |= {"offset": _short(offset)} if offset else {}
+        names = values_in(row.get("values", ""))
+        if row.get("values") and not names:
+            self._unnamed[row["values"]] = None
+        numbers |= {"values": names} if names else {}
         limits = {key: self._sheet.number(row.get(key, "")) for key in ONES}
         return numbers | {key: _short(value) for key, value in limits.items() if value is not None}
 
@@ -291,17 +301,11 @@ def _rows(sheet: Sheet, columns: Mapping[str, int]) -> Iterator[tuple[int, dict[
         yield line, {what: row[place].strip() if place < len(row) else "" for what, place in columns.items()}
 
 
-def _order(text: str) -> str | None:
-    """Return the order that a type such as `float (CDAB)` or `u32 word swap` has, as letters; None if it says none."""
-    letters = next((word for word in re.findall(r"[a-d]{4}", text.casefold()) if word in ORDERS), None)
-    return letters or next((order for pattern, order in ORDER_WORDS if pattern.search(text)), None)
-
-
 def _type(row: Mapping[str, str]) -> dict[str, Any]:
     """Return the type and the orders of a row; without a type, what its number of registers means."""
     text = row.get("type", "")
     length = address_in(row.get("length", ""))
-    order: dict[str, Any] = ORDERS[_order(text) or "abcd"]
+    order = dict(ORDERS[order_of(row) or "abcd"])
     type = type_of(text, length) if text else TYPES_BY_WORDS.get(length or 1)
     array = re.search(r"\[(\d+)\]", text)
     if array is not None and type in ("u8", "s8"):  # a text in C

@@ -237,3 +237,48 @@ def test_the_order_of_a_value_in_words(tmp_path: Path, type: str, orders: set[st
     table = table_of(tmp_path, f"address,name,type\n7,flow,{type}\n")
     assert {order for order in (WORD_ORDER, BYTE_ORDER) if order in table} == orders
     assert ("# Line 2:" in table) == is_assumed
+
+
+@pytest.mark.parametrize(
+    ("heading", "cell", "order"),
+    [
+        ("order", "CDAB", "word_order: little"),
+        ("Byte order", "3-4-1-2", "word_order: little"),
+        ("Byte Order", "2143", "byte_order: little"),
+        ("Endianness", "big-endian", ""),
+        ("Endian", "Little-endian byte swap", "byte_order: little"),
+        ("Word order", "little", "word_order: little"),
+        ("Word order", "high word first", ""),
+        ("Word Swap", "yes", "word_order: little"),
+        ("Word Swap", "no", ""),
+        ("Byte order", "D C B A", "word_order: little, byte_order: little"),
+    ],
+)
+def test_an_order_in_a_column_of_its_own(tmp_path: Path, heading: str, cell: str, order: str) -> None:
+    text = table_of(tmp_path, f"address,name,type,{heading}\n0,a,float32,{cell}\n")
+    assert f"type: f32{', ' if order else ''}{order}}}" in text
+    assert "Not read" not in text
+
+
+@pytest.mark.parametrize(
+    ("cell", "names"),
+    [
+        ("0=Off;1=On;2=Auto", '{0: "Off", 1: "On", 2: Auto}'),
+        ("0: stop, 1: run, forward", '{0: stop, 1: "run, forward"}'),
+        ("0x01 = ready | 0x02 -> running", "{1: ready, 2: running}"),
+        ("0 - idle\n1 - heating", "{0: idle, 1: heating}"),
+        ("0=a/b / 1=c", '{0: "a/b", 1: c}'),
+    ],
+)
+def test_names_of_values_in_a_column(tmp_path: Path, cell: str, names: str) -> None:
+    text = table_of(tmp_path, f'address,name,type,values\n0,mode,uint16,"{cell}"\n')
+    assert f"values: {names}" in text
+    (tmp_path / "table.yaml").write_text(text, encoding="utf-8")
+    load_table(tmp_path / "table.yaml")
+
+
+@pytest.mark.parametrize("cell", ["0-100", "0..100", "any", "-1=left;1=right", "0=a;1=a", "00=x"])
+def test_other_texts_in_the_column_of_values_are_said_and_cost_no_register(tmp_path: Path, cell: str) -> None:
+    text = table_of(tmp_path, f'address,name,type,values\n0,mode,uint16,"{cell}"\n')
+    assert "{address: 0, name: mode, type: u16}" in text
+    assert "# Not read as names of values: " in text
