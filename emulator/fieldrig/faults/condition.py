@@ -3,6 +3,7 @@
 import operator
 import re
 from collections.abc import Callable, Sequence
+from math import isfinite
 from typing import Any, Final, NamedTuple
 
 from fieldrig.config.yaml_source import read
@@ -73,6 +74,8 @@ def never(condition: Condition, present: Value, states: Sequence[str]) -> str | 
     if isinstance(present, str) is not isinstance(expected, str):
         sort = "a text" if isinstance(present, str) else "a number"
         return f"{condition.point} is never {expected!r}\nexpected {sort}, such as {present!r}"
+    if isinstance(present, bool) and not any(condition.is_met(truth) for truth in (False, True)):
+        return f"{condition.point} is never {condition.operator} {expected!r}\nexpected true or false"
     return None
 
 
@@ -89,4 +92,6 @@ def _value(text: str) -> Any:
     value = source.data
     if source.mistakes or not isinstance(value, bool | int | float | str):
         raise ValueError(f"{text!r} is no value of a point\nexpected a number, true, false or a text")
+    if isinstance(value, float) and not isfinite(value):
+        raise ValueError(f"{text!r} is no value of a point\nexpected a finite number, such as 1.5")
     return value

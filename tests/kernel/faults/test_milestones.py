@@ -56,6 +56,7 @@ def test_conditions_that_can_be_met_are_no_mistake() -> None:
         ("tank/levle > 1.5", "tank has no value 'levle'", "did you mean level?"),
         ("sensor/nmt.state == operatonal", "sensor/nmt.state is never 'operatonal'", "did you mean operational?"),
         ("sensor/nmt.state == 5", "sensor/nmt.state is never 5", "there are: initialising, stopped, operational"),
+        ("tank/high > 1", "tank/high is never > 1", "expected true or false"),
         ("tank/level > full", "tank/level is never 'full'", "expected a number, such as 0.0"),
     ],
 )
