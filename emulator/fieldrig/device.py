@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from fieldrig.bus import Bus
 from fieldrig.front import Front
+from fieldrig.text.nearest import closest
 
 if TYPE_CHECKING:
     from fieldrig.faults.injected import InjectedFaults
@@ -161,6 +162,10 @@ class Device:
         Values may be texts, as people type them.  ValueError: its first line says what is wrong, further lines say
         what was expected.
         """
+        what = fault.get("what")
+        is_known = what is None or what in self.fault_models or not self.fault_models
+        if not is_known or (what is not None and self.injected is None):
+            raise ValueError(f"there is no fault {what!r}\n{closest(str(what), [*self.fault_models, POWER_OFF])}")
         if self.injected is None:
             raise ValueError(NO_FAULTS)
         return self.injected.add_fault(fault)

@@ -128,7 +128,7 @@ def test_what_a_fault_does_is_in_the_trace(real: RunningRig) -> None:
         ("can1", 6, "lab has no bus or device 'can1'", "did you mean can0?"),
         ("io dumb", 6, "io: there is no fault 'dumb'", "there are: mute"),
         ("io --clear 7", 6, "io: there is no fault 7", "there are none"),
-        ("bean mute", 6, "bean: this device takes no faults", "`fieldrig devices KIND` shows the faults"),
+        ("bean mute", 6, "bean: there is no fault 'mute'", "there are: power_off"),
         ("can0 drop 0x185", 2, "'0x185' is no key of a fault", "write it like probability=0.1"),
         ("can0 drop count=1 count=2", 2, "count is there twice", ""),
         ("can0 drop --clear 1", 2, "not both at once", ""),

@@ -138,6 +138,13 @@ def test_a_fault_of_a_device_without_power_acts_when_it_is_back(processes: str) 
         assert [data for _, data in found[1:]] == [b"\x7f"] * len(found[1:]) != []
 
 
+def test_the_faults_that_there_are_have_the_loss_of_power_among_them(rig: Rig) -> None:
+    with pytest.raises(ControlError, match=r"io: there is no fault 'power_of'\n *did you mean power_off"):
+        rig.add_fault("io", {"what": "power_of"})
+    with pytest.raises(ControlError, match=r"there are: sdo_abort.*, power_off"):
+        rig.add_fault("io", {"what": "nonsense"})
+
+
 def test_restart_is_a_power_cycle_at_one_instant(rig: Rig) -> None:
     found = heard(rig)
     rig.run_until(150 * MS)
