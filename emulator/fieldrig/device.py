@@ -163,9 +163,9 @@ class Device:
         what was expected.
         """
         what = fault.get("what")
-        is_known = what is None or what in self.fault_models or not self.fault_models
-        if not is_known or (what is not None and self.injected is None):
-            raise ValueError(f"there is no fault {what!r}\n{closest(str(what), [*self.fault_models, POWER_OFF])}")
+        is_known = isinstance(what, str) and what in self.fault_models
+        if isinstance(what, str) and (self.injected is None or (self.fault_models and not is_known)):
+            raise ValueError(f"there is no fault {what!r}\n{closest(what, [*self.fault_models, POWER_OFF])}")
         if self.injected is None:
             raise ValueError(NO_FAULTS)
         return self.injected.add_fault(fault)

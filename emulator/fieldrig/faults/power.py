@@ -5,7 +5,6 @@ from typing import Any, Final, Literal
 
 from fieldrig.device import POWER_OFF, Device
 from fieldrig.faults.faults import Timed
-from fieldrig.text.nearest import closest
 
 
 class PowerOff(Timed):
@@ -20,14 +19,6 @@ MODELS: Final[Mapping[str, type[Timed]]] = {POWER_OFF: PowerOff}
 def loses_power(device: type[Device], fault: Mapping[str, Any]) -> bool:
     """Return whether a fault is the loss of power of a kind of device that has none in more detail."""
     return fault.get("what") == POWER_OFF and POWER_OFF not in device.fault_models
-
-
-def check_kind(device: type[Device], fault: Mapping[str, Any]) -> None:
-    """ValueError for a fault that a kind of device with some does not have, with the nearest one."""
-    what = fault.get("what")
-    known = [*device.fault_models, *(what for what in MODELS if what not in device.fault_models)]
-    if isinstance(what, str) and device.fault_models and what not in known:
-        raise ValueError(f"there is no fault {what!r}\n{closest(what, known)}")
 
 
 def models_of_device(device: type[Device]) -> Mapping[str, type[Any]]:

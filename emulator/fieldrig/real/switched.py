@@ -15,7 +15,7 @@ from fieldrig.faults.faults import fault_of
 from fieldrig.faults.mains import Mains
 from fieldrig.faults.note import FaultNote
 from fieldrig.faults.noted import Noted
-from fieldrig.faults.power import MODELS, check_kind, loses_power
+from fieldrig.faults.power import MODELS, loses_power
 from fieldrig.faults.waiting import WaitingFaults
 from fieldrig.link import Link, PoweredLink
 from fieldrig.points.hooks import Hook
@@ -97,7 +97,6 @@ class Switched(Device):
 
     def _add_fault(self, fault: Mapping[str, Any]) -> int:
         own = self.present.injected
-        check_kind(type(self.present), fault)
         if loses_power(type(self.present), fault):
             above = 0 if own is None else own.given
             return self._mains.add(self._clock.now_ns(), self._name, fault_of(fault, MODELS), above)

@@ -17,7 +17,6 @@ from fieldrig.errors import ControlError, RigError, refusals
 from fieldrig.faults.chance import reseed
 from fieldrig.faults.note import FaultNote
 from fieldrig.faults.noted import Noted
-from fieldrig.faults.power import check_kind
 from fieldrig.hub.checked_link import uninteresting, unsendable
 from fieldrig.link import Link
 from fieldrig.points.access import points_for, read_point, read_points, write_point
@@ -299,7 +298,6 @@ class LocalNode(EventNode):
 
     def add_fault(self, fault: Mapping[str, Any], above: int = 0) -> int:
         with refusals(self.name), self._powerless():
-            check_kind(type(self.device), fault)
             if self.device.injected is not None:
                 self.device.injected.records.reserve(above)
             return self.device.add_fault(fault)
