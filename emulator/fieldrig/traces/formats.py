@@ -105,9 +105,8 @@ def format_of_file(suffix: str, head: bytes) -> Format:
             f"it is a text log of {foreign}, which is not read", "have it written as ASC, BLF or TRC there"
         )
     if found is None and suffix.lower() in RIG_FILES:
-        raise UsageError(
-            "this is no log, but perhaps a rig file", "`fieldrig draw --rig` draws one, `fieldrig check` reads one"
-        )
+        remedy = f"`fieldrig draw --rig` draws one, `fieldrig check` reads one; logs are {_known()}"
+        raise UsageError("this is no log, but perhaps a rig file", remedy)
     if found is None and by_suffix is None:
         raise UsageError("no log of a known format", f"there are: {_known()}")
     return cast(Format, found or by_suffix)
