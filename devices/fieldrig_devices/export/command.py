@@ -8,6 +8,7 @@ import typer
 
 from fieldrig.cli.common import Overrides, RigFile, writing
 from fieldrig.errors import UsageError
+from fieldrig.system.whole_file import whole_file
 
 if TYPE_CHECKING:
     from fieldrig.config.rig_file import RigConfig
@@ -97,7 +98,8 @@ def _write(target: Path, ending: str, content: Content, without: str) -> None:
     with writing(target, "name another file or folder"):
         for file, data in files.items():
             file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_bytes(data)
+            with whole_file(file) as opened:
+                opened.write(data)
     for file in files:
         typer.echo(str(file))
 
@@ -111,5 +113,6 @@ def _write_page(target: Path, config: "RigConfig", without: str) -> None:
         raise UsageError(without, "")
     with writing(target, "name another file"):
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(page_of(config.name, tables), encoding="utf-8")
+        with whole_file(target) as opened:
+            opened.write(page_of(config.name, tables).encode())
     typer.echo(str(target))

@@ -3,13 +3,12 @@
 Reading takes constant memory, whatever the length of the file.
 """
 
-import os
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, Final
 
 from fieldrig.errors import UsageError
+from fieldrig.system.whole_file import whole_file
 from fieldrig.text.nearest import nearest_file
 from fieldrig.traces.formats import HEAD, Format, HasLines, format_of, format_of_file
 from fieldrig.traces.oddities import Oddities, with_jumps_reported
@@ -71,25 +70,7 @@ def write(entries: Iterable[TraceEntry], path: Path, odd: Oddities | None = None
     """
     form = format_of(path)
     try:
-        with _whole(path) as file:
+        with whole_file(path) as file:
             return form.write(entries, file, 0, odd)
     except OSError as cause:
         raise UsageError(f"{path} cannot be written: {cause.strerror}", REMEDY) from cause
-
-
-@contextmanager
-def _whole(path: Path) -> Iterator[BinaryIO]:
-    """Yield a file that takes the place of `path` at the end, and is removed by an exception."""
-    if path.exists() and not path.is_file():  # a pipe or a device has no other in its place
-        with path.open("wb") as file:
-            yield file
-        return
-    target = path.resolve()
-    part = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        with part.open("x+b") as file:
-            yield file
-        part.replace(target)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise

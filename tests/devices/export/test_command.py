@@ -48,3 +48,19 @@ def test_without_cantools_the_extra_is_named(tmp_path: Path, monkeypatch: pytest
     monkeypatch.delitem(sys.modules, "fieldrig_devices.export.dbc", raising=False)
     result = CliRunner().invoke(app, ["export", str(CONFIGS / "lab.yaml"), "--dbc", str(tmp_path / "x.dbc")])
     assert "fieldrig[dbc]" in str(result.exception)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a limit of the size of files")
+@pytest.mark.parametrize(("option", "name"), [("--dbc", "lab.dbc"), ("--csv", "lab.csv"), ("--markdown", "lab.md")])
+def test_a_file_that_the_disk_does_not_take_is_not_there_in_part(tmp_path: Path, option: str, name: str) -> None:
+    import resource
+
+    (tmp_path / name).write_text("as it was", encoding="utf-8")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))
+    try:
+        result = CliRunner().invoke(app, ["export", str(CONFIGS / "lab.yaml"), option, str(tmp_path / name)])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert "cannot be written: File too large" in str(result.exception)
+    assert [(file.name, file.read_text("utf-8")) for file in tmp_path.iterdir()] == [(name, "as it was")]
