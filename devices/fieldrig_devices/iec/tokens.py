@@ -325,6 +325,11 @@ class _Scanner:
             self._words[text] = upper
             self._add(upper, text, offset)
             return
+        if upper in _EXCEPTIONS:  # read as it is meant, with one message for all its words
+            if upper == "__TRY":
+                self._say(offset, "__TRY is not known in this dialect", "a statement", "The dialect codesys has it.")
+            self._add(upper, text, offset)
+            return
         meant = MISSPELLED.get(upper)
         if meant is not None and upper == "FUNCTIONBLOCK" and self._dialect.has_joined_words:
             self._add(meant, text, offset)
@@ -338,8 +343,7 @@ class _Scanner:
         if not text.isascii():
             self._say(offset, f"the name {text} has letters that are not allowed", "A to Z, digits and underscores")
         elif "__" in text and not self._may_have_underscores(text):
-            is_exception = upper in _EXCEPTIONS
-            hint = "The dialect codesys has it." if is_exception else f"Write {re.sub('_+', '_', text)}."
+            hint = f"Write {re.sub('_+', '_', text)}."
             self._say(offset, f"the name {text} has several underscores in a row", "single underscores", hint)
 
     def _may_have_underscores(self, text: str) -> bool:

@@ -75,4 +75,4 @@ def _difference(kind: Type, cells: Sequence[Value], actual: int, expected: int) 
                 path, kind, offset = f"{path}{name}", inner, offset + at
                 break
         else:
-            return path, kind, offset
+            return path.replace("][", ", "), kind, offset
