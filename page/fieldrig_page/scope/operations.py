@@ -25,7 +25,7 @@ KINDS: Final = {"csv": "text/csv", "vcd": "application/octet-stream"}
 
 
 class TriggerBody(BaseModel):
-    """What a scope waits for; a kind takes the keys that say so."""
+    """The event that a scope waits for; each kind takes the keys that describe it."""
 
     model_config = ConfigDict(extra="forbid")
     kind: Literal["edge", "level", "state", "window", "message", "fault"]
