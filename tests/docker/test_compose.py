@@ -203,7 +203,7 @@ def test_controller_that_is_killed_comes_back_and_the_ring_with_it(stack: Stack)
     stack.until(lambda: stack.restarts()["max4"] > before["max4"], "max4 is started again")
     stack.until_ready()
     stack.until(lambda: "= up" in stack.fieldrig("get", "max4/ring.state").stdout, "the ring is up, unasked")
-    stack.until(lambda: _is_ring_whole(stack), "the ring is up with all drives")
+    stack.until(lambda: _is_ring_whole(stack), "all drives are in the ring")
     with stack.network("can2", "can2") as network:
         _enable(stack, node_of(network, 1, AXES))
     with ModbusTcpClient("127.0.0.1", port=stack.ports["modbus"], timeout=20) as client:

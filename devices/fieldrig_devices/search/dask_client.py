@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from functools import partial
 from importlib.metadata import version
 from queue import Empty, SimpleQueue
-from threading import Condition
 from types import TracebackType
 from typing import Any, Final, Self
 from uuid import uuid4
@@ -86,26 +85,27 @@ class Asked:
         except (OSError, ValueError) as cause:
             raise RigError(f"no scheduler of Dask answers at {address}: {cause}", "start `dask scheduler`") from cause
         self._client.register_plugin(Helpers(self._name, luggage, version(PACKAGE)))
-        self._changed = Condition()
-        """Held for what follows, which threads of Dask change as well."""
         self._waiting: deque[tuple[int, Piece]] = deque()
-        self._tasks: dict[int, Future] = {}
-        """The tasks by the numbers of their first pieces."""
+        self._over: SimpleQueue[tuple[Sequence[int], Future]] = SimpleQueue()
+        """The tasks that have ended, with the numbers of their pieces; a thread of Dask puts them here."""
         self._ended: dict[int, Run | Exception] = {}
-        self._started = self._returned = 0
-        self._busy_s, self._played, self._is_closed = 0.0, 0, False
+        self._tasks = self._started = self._returned = 0
+        self._busy_s, self._played = 0.0, 0
         self._threads = self._count_threads()
 
     def __call__(self, piece: Piece | None) -> Run | None:
-        with self._changed:
-            if piece is not None:
-                self._waiting.append((self._started, piece))
-                self._started += 1
-                self._send()
-                return None
-            self._changed.wait_for(lambda: self._returned in self._ended)
-            outcome = self._ended.pop(self._returned)
-            self._returned += 1
+        if piece is not None:
+            self._waiting.append((self._started, piece))
+            self._started += 1
+            while not self._over.empty():
+                self._take(*self._over.get())
+            self._send()
+            return None
+        while self._returned not in self._ended:
+            self._take(*self._over.get())
+            self._send()
+        outcome = self._ended.pop(self._returned)
+        self._returned += 1
         if isinstance(outcome, KilledWorker):
             raise RigError("workers are lost with a piece again and again", str(outcome)) from outcome
         if isinstance(outcome, Exception):
@@ -114,35 +114,32 @@ class Asked:
 
     def _send(self) -> None:
         """Start tasks for the pieces that wait, up to some for each worker."""
-        while self._waiting and len(self._tasks) < AHEAD * self._threads:
+        while self._waiting and self._tasks < AHEAD * self._threads:
             most = min(self._most_together(), -(-len(self._waiting) // self._threads))
             numbers, pieces = zip(*(self._waiting.popleft() for _ in range(most)), strict=True)
             task = self._client.submit(play, self._name, pieces, pure=False)
-            self._tasks[numbers[0]] = task
-            task.add_done_callback(partial(self._take, numbers))
+            self._tasks += 1
+            task.add_done_callback(partial(self._note, numbers))
+
+    def _note(self, numbers: Sequence[int], task: Future) -> None:
+        self._over.put((numbers, task))
 
     def _most_together(self) -> int:
         """Return how many pieces are as much work as a task should have; one before the first has ended."""
         return max(int(TASK_S * self._played / self._busy_s), 1) if self._busy_s else 1
 
     def _take(self, numbers: Sequence[int], task: Future) -> None:
-        """Take the outcomes of a task that has ended; a thread of Dask calls this."""
-        if self._is_closed:
-            return
+        """Take the outcomes of a task that has ended."""
         try:
             outcomes: list[Run | Exception] = task.result()
         except Exception as fault:  # noqa: BLE001  it is raised in the search, in its turn
             outcomes = [fault]
-        threads = self._count_threads()
-        with self._changed:
-            self._threads = threads
-            for number, outcome in zip(numbers, outcomes, strict=False):
-                self._ended[number] = outcome
-                if isinstance(outcome, Run):
-                    self._busy_s, self._played = self._busy_s + outcome.cpu_s, self._played + 1
-            del self._tasks[numbers[0]]
-            self._send()
-            self._changed.notify_all()
+        for number, outcome in zip(numbers, outcomes, strict=False):
+            self._ended[number] = outcome
+            if isinstance(outcome, Run):
+                self._busy_s, self._played = self._busy_s + outcome.cpu_s, self._played + 1
+        self._tasks -= 1
+        self._threads = self._count_threads()
 
     def _count_threads(self) -> int:
         """Return the threads of all workers; 1 while there is none, as one may join later."""
@@ -153,7 +150,6 @@ class Asked:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, tb: TracebackType | None) -> None:
-        self._is_closed = True
         self._client.unregister_worker_plugin(self._name)
         self._client.close()
 
