@@ -1,12 +1,13 @@
 """Help for tests: a link that records, ports for rigs in real time, and the plain forms of shortcuts."""
 
 import os
+import secrets
 import socket
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Final, Generic, TypeVar
 
 from fieldrig.errors import ArgumentError
 from fieldrig.outside.untrusted import shown
@@ -17,6 +18,10 @@ from fieldrig.text.nearest import closest
 __all__ = ["RecordedLink", "free_port", "plain_forms", "return_port"]
 
 M = TypeVar("M")
+PORTS: Final = range(15_000, 29_500)
+"""Ports that are given to tests; the shipped rigs listen below and above."""
+MOST_TRIES: Final = 100
+_PORTS_OF_CONNECTIONS: Final = Path("/proc/sys/net/ipv4/ip_local_port_range")
 
 
 class RecordedLink(Generic[M]):
@@ -74,17 +79,37 @@ def free_port() -> int:
     """Return a TCP port of 127.0.0.1 that is free, and that no other living process was given by this function.
 
     So the workers of a parallel test run, and the jobs of one machine, don't give one port to two rigs.  On Windows
-    only this process keeps its ports apart.
+    only this process keeps its ports apart.  It is none that the system gives to the near end of a connection, where it
+    says which these are: such a port could be gone before a rig listens at it.
     """
     folder = Path(tempfile.gettempdir()) / "fieldrig-ports"
     folder.mkdir(exist_ok=True)
     while True:
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            port: int = probe.getsockname()[1]
+        port = _unused()
         if port not in _kept and (file := _locked(folder / str(port))) is not None:
             _kept[port] = file
             return port
+
+
+def _unused() -> int:
+    """Return a port at which nothing listens."""
+    for _ in range(MOST_TRIES if _first_of_connections() >= PORTS.stop else 0):
+        port = secrets.choice(PORTS)
+        with socket.socket() as probe, suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return port
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        given: int = probe.getsockname()[1]
+        return given
+
+
+def _first_of_connections() -> int:
+    """Return the first port that Linux gives to connections; 0 elsewhere."""
+    try:
+        return int(_PORTS_OF_CONNECTIONS.read_text(encoding="ascii").split()[0])
+    except (OSError, ValueError, IndexError):
+        return 0
 
 
 def return_port(port: int) -> None:

@@ -25,7 +25,7 @@ from tests.driver.stages import BYTECODE, PLANS, REPORTS, STAGES, Stage, Turn
 COMMANDS = Commands()
 PYTEST_FAILED = 1  # pytest's exit code for tests that failed, as opposed to a run that broke off
 TURNS = (Turn.BESIDE, Turn.AFTER, Turn.BEHIND)
-AGAIN_LIMIT = 5  # more than a busy host explains
+AGAIN_LIMIT = 5  # files: more than a busy host explains
 
 
 def main() -> int:
@@ -116,7 +116,7 @@ def _tried(stage: Stage, environment: Mapping[str, str], output: TextIO | None, 
     code, cpu_s = COMMANDS.run(stage.command(), environment, output, is_behind=is_behind)
     tally = Tally.of(stage.report) if stage.report is not None else Tally()
     outcome = Outcome(stage.name, code == 0, cpu_s=cpu_s, tally=tally)
-    if code != PYTEST_FAILED or stage.again is None or not 0 < tally.failed <= AGAIN_LIMIT:
+    if code != PYTEST_FAILED or stage.again is None or not 0 < tally.failed_files <= AGAIN_LIMIT:
         return outcome
     say(f"{stage.name}: {tally.failed} failed and run again, alone: {', '.join(tally.failures)}", output)
     code, more_s = COMMANDS.run(stage.again(), environment, output)

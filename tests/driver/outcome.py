@@ -20,6 +20,11 @@ class Tally:
     failures: tuple[str, ...] = ()
     """The names of the tests that failed."""
 
+    @property
+    def failed_files(self) -> int:
+        """The number of files with tests that failed; those of one file may fail because of a rig that they share."""
+        return len({name.partition("::")[0] for name in self.failures})
+
     @classmethod
     def of(cls, report: Path) -> Self:
         """Nothing, if pytest never came to write the file."""

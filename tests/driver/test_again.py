@@ -34,7 +34,8 @@ def stage_of(report: Path, cases: str, again_code: int | None) -> Stage:
         (FAILURE + PASS, 0, True, (NAME,)),
         (FAILURE + PASS, 1, False, ()),
         (FAILURE + PASS, None, False, ()),
-        (FAILURE * 6, 0, False, ()),  # that many have a common cause
+        (FAILURE * 6, 0, True, (NAME,) * 6),  # the tests of one file share a rig
+        ("".join(FAILURE.replace("test_a", f"test_{n}") for n in range(6)), 0, False, ()),  # a common cause
         (PASS, 0, False, ()),  # pytest failed without a test that did
     ],
 )

@@ -125,11 +125,11 @@ class AskedRig(RunningRig):
 
     def get(self, point: str) -> Any:
         device, _, key = point.partition("/")
-        return self.control.ask(f"device/{device}/get", {"keys": [key]})[key]
+        return self.control.ask(f"device/{device}/get", {"keys": [key]}, PATIENCE_S)[key]
 
     def set(self, point: str, value: bool | int | float | str) -> None:
         device, _, key = point.partition("/")
-        self.control.ask(f"device/{device}/set", {"values": {key: value}})
+        self.control.ask(f"device/{device}/set", {"values": {key: value}}, PATIENCE_S)
 
     @property
     def control(self) -> Client:

@@ -99,7 +99,7 @@ def test_a_silent_controller_keeps_nothing_else_of_an_opc_ua_client_waiting(
 
     (tmp_path / "count.st").write_text("PROGRAM Main VAR n : DINT; END_VAR n := n + 1; END_PROGRAM")
     device = {"kind": "max4", "links": {"opcua": "ua"}, "program": [str(tmp_path / "count.st")], "autostart": True}
-    buses = {"ua": {"kind": "opcua.server", "listen": "127.0.0.1:48457"}}
+    buses = {"ua": {"kind": "opcua.server", "listen": "127.0.0.1:14857"}}
     rig = fieldrig_master({"buses": buses, "devices": {"first": device, "second": device}})
     heard: list[tuple[int, float]] = []
 
@@ -108,7 +108,7 @@ def test_a_silent_controller_keeps_nothing_else_of_an_opc_ua_client_waiting(
             heard.append((node.nodeid.NamespaceIndex, time.monotonic()))
 
     async def main() -> None:
-        async with Client("opc.tcp://127.0.0.1:48457") as client:
+        async with Client("opc.tcp://127.0.0.1:14857") as client:
             nodes = [client.get_node(f"ns={index};s=Main.n") for index in (2, 3)]
             await (await client.create_subscription(100, Handler())).subscribe_data_change(nodes)
             await asyncio.sleep(1)

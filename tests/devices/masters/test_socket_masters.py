@@ -274,11 +274,11 @@ def test_the_client_of_asyncua_reads_and_browses(fieldrig_master: MasterRigMaker
     from asyncua import Client
 
     devices = {"max4": {**CONTROLLER["devices"]["max4"], "links": {"tcp": "lan", "opcua": "ua"}}}
-    buses = {**CONTROLLER["buses"], "ua": {"kind": "opcua.server", "listen": "127.0.0.1:48456"}}
+    buses = {**CONTROLLER["buses"], "ua": {"kind": "opcua.server", "listen": "127.0.0.1:14856"}}
     fieldrig_master({"buses": buses, "devices": devices})
 
     async def main() -> tuple[int, list[str]]:
-        async with Client("opc.tcp://127.0.0.1:48456") as client:
+        async with Client("opc.tcp://127.0.0.1:14856") as client:
             children = await client.nodes.objects.get_children()
             names = [(await child.read_browse_name()).Name for child in children]
             return int(await client.nodes.server_state.read_value()), names
