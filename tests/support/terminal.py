@@ -40,6 +40,7 @@ class Terminal:
         """The exit code of what ends then."""
         self.type(key)
         until(lambda: self._look() and self._process.poll() is not None)
+        self._look()  # it may have said more between the look and its end
         return self._process.returncode
 
     def _look(self) -> bool:
