@@ -114,6 +114,21 @@ def test_a_guide_that_moves_inwards_without_pulses_is_found_again() -> None:
     machine.rig.close()
 
 
+def test_a_reset_of_the_pam_ends_the_error_that_its_plc_sees() -> None:
+    """A PAM that starts again sends only what changes, and no error ends then."""
+    machine = Labeller()
+    assert machine.works()
+    number = machine.rig.add_fault("paper", {"what": "overload"})
+    machine.until(lambda: machine.get("plc", "DOF_Error"), 2)
+    machine.rig.clear_fault("paper", number)
+    machine.set("pam", "reset", True)
+    machine.wait(1)
+    machine.start()
+    assert not machine.get("plc", "DOF_Error")
+    assert machine.works()
+    machine.rig.close()
+
+
 @pytest.mark.parametrize("kind", MACHINES, ids=lambda kind: kind.__name__)
 def test_a_table_has_no_entry_without_a_fault(kind: type[Machine]) -> None:
     keys = {key for injected in faults_tried(kind) for key in keys_of(injected.words)}

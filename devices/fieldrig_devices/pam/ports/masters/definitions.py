@@ -35,6 +35,11 @@ class Definitions:
     def forget_keys(self) -> None:
         self._keys.clear()
 
+    def begin_outputs(self) -> None:
+        """Begin anew with a PAM that starts: its outputs begin with 0, and it sends only what changes."""
+        for variable in self.outputs:
+            self.values[variable.name] = [_TYPES[variable.kind](0)] * variable.number
+
     def key(self, name: str) -> int:
         return self._keys.get(name, UNKNOWN)
 

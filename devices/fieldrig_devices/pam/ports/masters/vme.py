@@ -87,6 +87,7 @@ class VmeMaster:
 
     def synchronise(self) -> Script[None]:
         self._known.forget_keys()
+        self._known.begin_outputs()
         self._head = self._tail = self._missed = 0
         yield Write(COMMAND, (Command.NOP,))
         yield Write(VME_PARAMETERS, (0,))
