@@ -36,7 +36,7 @@ class Definitions:
         self._keys.clear()
 
     def begin_outputs(self) -> None:
-        """Begin anew with a PAM that starts: its outputs begin with 0, and it sends only what changes."""
+        """Set all outputs to 0, as a PAM does that starts; it sends only what changes."""
         for variable in self.outputs:
             self.values[variable.name] = [_TYPES[variable.kind](0)] * variable.number
 
