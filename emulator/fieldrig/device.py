@@ -163,8 +163,7 @@ class Device:
         what was expected.
         """
         what = fault.get("what")
-        is_known = isinstance(what, str) and what in self.fault_models
-        if isinstance(what, str) and (self.injected is None or (self.fault_models and not is_known)):
+        if isinstance(what, str) and (self.injected is None or (self.fault_models and what not in self.fault_models)):
             raise ValueError(f"there is no fault {what!r}\n{closest(what, [*self.fault_models, POWER_OFF])}")
         if self.injected is None:
             raise ValueError(NO_FAULTS)

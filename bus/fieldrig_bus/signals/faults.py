@@ -17,7 +17,7 @@ from fieldrig.faults.chance import derived
 from fieldrig.faults.disturbed import Effects, Struck
 from fieldrig.faults.faults import LONGEST_MS, Fault, Repeated, Timed
 from fieldrig.settings import WIRE
-from fieldrig.text.nearest import is_numbered, is_slip
+from fieldrig.text.nearest import is_mistyped
 from fieldrig_bus.signals.codec import LONGEST_NAME
 from fieldrig_bus.signals.signal import Signal
 
@@ -110,7 +110,7 @@ class WireEffects(Effects[Signal]):
         known = self.medium.known() if self.knows_all else ()
         for key in settings.names:
             name = getattr(settings, key)
-            near = None if name in known else next((other for other in known if _is_mistyped(name, other)), None)
+            near = None if name in known else next((other for other in known if is_mistyped(name, other)), None)
             if near is not None:  # any other name may come, from a test or a program outside
                 raise ValueError(f"{key}: nothing drives or reads the wire {name!r}\ndid you mean {near}?")
 
@@ -176,10 +176,6 @@ class WireEffects(Effects[Signal]):
 
 def _as(delivery: Delivery[Signal], signal: Signal, what: str) -> Struck[Signal]:
     return Struck([delivery._replace(message=signal)], what)
-
-
-def _is_mistyped(name: str, known: str) -> bool:
-    return is_slip(name, known) and not is_numbered(name, known)
 
 
 def _at(signal: Signal, now_ns: int) -> Signal:

@@ -10,14 +10,14 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from fieldrig.config.build import build_with
-from fieldrig.config.conflicts import claims_of, served, unsure_buses
+from fieldrig.config.conflicts import Claimed, claims_of, served, unsure_buses
 from fieldrig.config.entries import BusEntry, DeviceEntry
 from fieldrig.config.fault_names import named_by
 from fieldrig.config.yaml_source import KeyPath, Source, key_text
 from fieldrig.errors import ConfigError, Mistake
 from fieldrig.link import Link, UnconnectedLink
 from fieldrig.settings import WIRE
-from fieldrig.text.nearest import is_numbered, is_slip
+from fieldrig.text.nearest import is_mistyped, is_slip
 
 OWN_KEYS = frozenset(("kind", "links", "process", "on_exit", "after", "faults"))
 """Keys of a device that name no wires."""
@@ -39,10 +39,13 @@ def near_names(source: Source, buses: Mapping[str, BusEntry], devices: Mapping[s
     """
     if not isinstance(source.data, dict):
         return []
+    unsure = unsure_buses(devices)
+    sure = {name: entry for name, entry in buses.items() if name not in unsure}
+    claims = list(claims_of(buses, devices))
     found = [
-        *_of_wires(source, buses, devices),
-        *_of_faults(buses, devices),
-        *_of_offers(buses, devices),
+        *_of_wires(source, sure, devices, claims),
+        *_of_faults(sure, claims),
+        *_of_offers(sure, [*claims, *served(devices)]),
         *_of_processes(source.data),
     ]
     return [Mistake(*source.mark(path), key_text(path), what, remedy) for path, what, remedy in dict.fromkeys(found)]
@@ -51,10 +54,10 @@ def near_names(source: Source, buses: Mapping[str, BusEntry], devices: Mapping[s
 Doubt = tuple[KeyPath, str, str]
 
 
-def _of_wires(source: Source, buses: Mapping[str, BusEntry], devices: Mapping[str, DeviceEntry]) -> Iterator[Doubt]:
-    unsure = unsure_buses(devices)
-    claims = list(claims_of(buses, devices))
-    for bus in [name for name, entry in buses.items() if entry.bus.family == "wires" and name not in unsure]:
+def _of_wires(
+    source: Source, buses: Mapping[str, BusEntry], devices: Mapping[str, DeviceEntry], claims: Sequence[Claimed]
+) -> Iterator[Doubt]:
+    for bus in [name for name, entry in buses.items() if entry.bus.family == "wires"]:
         drivers = {str(each.claim.value): each.path for each in claims if each.bus == bus and each.claim.what == WIRE}
         members = {name: device for name, device in devices.items() if bus in device.buses}
         written = [text for device in members.values() for text in _written(source.data, device)]
@@ -70,16 +73,14 @@ def _of_wires(source: Source, buses: Mapping[str, BusEntry], devices: Mapping[st
             yield from _judged(bus, suspects, drivers, _readers(bus, members))
 
 
-def _of_faults(buses: Mapping[str, BusEntry], devices: Mapping[str, DeviceEntry]) -> Iterator[Doubt]:
+def _of_faults(buses: Mapping[str, BusEntry], claims: Sequence[Claimed]) -> Iterator[Doubt]:
     """Yield the wires in the faults of a bus which nothing drives, and which are nearly others."""
-    unsure = unsure_buses(devices)
-    claims = list(claims_of(buses, devices))
-    for bus in [name for name in buses if name not in unsure]:
+    for bus, entry in buses.items():
         drivers = [str(each.claim.value) for each in claims if each.bus == bus and each.claim.what == WIRE]
-        for index, fault in enumerate(getattr(buses[bus].bus.settings, "faults", ())):
+        for index, fault in enumerate(getattr(entry.bus.settings, "faults", ())):
             for key, what, wire in named_by(fault):
                 is_wrong = what == WIRE and wire not in drivers
-                near = next((name for name in drivers if _is_slip(wire, name, is_near_used=False)), None)
+                near = next((name for name in drivers if is_mistyped(wire, name)), None)
                 if is_wrong and near is not None:
                     path = ("buses", bus, "faults", index, key)
                     yield path, f"nothing on {bus} drives {wire}", f"did you mean {near}?"
@@ -110,7 +111,7 @@ def _judged(
 
 def _is_slip(word: str, near: str, *, is_near_used: bool) -> bool:
     """Return whether one is probably the other, mistyped; if the other is used by others, it takes more for that."""
-    return is_slip(word, near, most=1 if is_near_used else None) and not is_numbered(word, near)
+    return is_mistyped(word, near, most=1 if is_near_used else None)
 
 
 def _written(data: Any, device: DeviceEntry) -> Iterator[_Written]:
@@ -169,12 +170,10 @@ def _end(ends: list[_Listener], bus: str, name: str) -> Link[Any]:
     return ends[-1]
 
 
-def _of_offers(buses: Mapping[str, BusEntry], devices: Mapping[str, DeviceEntry]) -> Iterator[Doubt]:
-    """Yield what a bus has for a device, or says about it, under a name that no device has."""
-    unsure = unsure_buses(devices)
-    claims = [*claims_of(buses, devices), *served(devices)]
-    for bus in [name for name in buses if name not in unsure]:
-        offers = list(buses[bus].bus.settings.offers())
+def _of_offers(buses: Mapping[str, BusEntry], claims: Sequence[Claimed]) -> Iterator[Doubt]:
+    """Yield what a bus has for a device, or says about it, under a name that no device claims or serves."""
+    for bus, entry in buses.items():
+        offers = list(entry.bus.settings.offers())
         for path, what, value in offers:
             known = [str(each.claim.value) for each in claims if (each.bus, each.claim.what) == (bus, what)]
             others = {str(other) for _, sort, other in offers if sort == what}
@@ -201,7 +200,7 @@ def _of_processes(data: Any) -> Iterator[Doubt]:
         known.append(process)
         if not is_alone:
             continue
-        near = next((name for name in known if is_slip(process, name) and not is_numbered(process, name)), None)
+        near = next((name for name in known if is_mistyped(process, name)), None)
         if near is not None:
             what = f"nothing else is in the process {process}"
             yield (*path, "process"), what, f"did you mean {near}?"

@@ -53,6 +53,11 @@ def is_numbered(word: str, other: str) -> bool:
     return bool(differing) and all(_is_count(part) for pair in differing for part in pair)
 
 
+def is_mistyped(word: str, other: str, most: int | None = None) -> bool:
+    """Return whether one name is probably the other, mistyped: a slip as in `is_slip`, and not only in numbers."""
+    return is_slip(word, other, most) and not is_numbered(word, other)
+
+
 def nearest_file(path: Path) -> str:
     """Return `did you mean ...?` with what is in the same folder and has the nearest name; empty if nothing is near.
 

@@ -4,7 +4,7 @@ Source: PacDrive manual 1093 to 1262.  An ACTION follows the body of its POU, in
 END_PROGRAM or behind it.
 """
 
-from typing import Final
+from typing import Final, NamedTuple
 
 from fieldrig_devices.iec import tokens as token
 from fieldrig_devices.iec import tree
@@ -24,13 +24,22 @@ _OOP: Final = frozenset({"METHOD", "PROPERTY", "INTERFACE", "NAMESPACE", "CLASS"
 _MODIFIERS: Final = frozenset({"PUBLIC", "INTERNAL", "ABSTRACT", "FINAL"})
 
 
+class _Header(NamedTuple):
+    """The first line of a POU."""
+
+    name: str
+    result: tree.TypeSpec | None = None
+    extends: str = ""
+    extends_with: tuple[tree.Expression, ...] = ()
+    """The generic constants behind EXTENDS."""
+    implements: tuple[str, ...] = ()
+
+
 class Units(Tests):
     """Reads source files."""
 
     _namespaces: list[int]
     """The tokens of the namespaces that are open."""
-    _extends_with: tuple[tree.Expression, ...]
-    """The generic constants behind EXTENDS in the present header."""
 
     def unit(self) -> tree.Unit:
         """Read everything."""
@@ -209,9 +218,7 @@ class Units(Tests):
         kind = POUS[self.kinds[opening]]
         self.i += 1
         modifiers = self._modifiers(kind)
-        self._extends_with = ()
-        name, result, extends, implements = self._pou_header(kind)
-        extends_with = self._extends_with
+        name, result, extends, extends_with, implements = self._pou_header(kind)
         blocks = self.blocks()
         self.actions = []
         methods: list[tree.Method] = []
@@ -270,19 +277,19 @@ class Units(Tests):
             self.i += 1
         return tuple(words)
 
-    def _pou_header(self, kind: tree.PouKind) -> tuple[str, tree.TypeSpec | None, str, tuple[str, ...]]:
+    def _pou_header(self, kind: tree.PouKind) -> _Header:
         """Read the name, the type of a function's result, and what a function block extends and implements."""
         at = self.i
         try:
             name = self.name(f"the name of the {kind.value}")
             self._using()
-            extends = ""
+            extends, extends_with = "", tuple[tree.Expression, ...]()
             if self.dialect.has_methods and kind.has_instances and self.accept_word("EXTENDS"):
                 extends = self.qualified_name(
                     "the name of a class" if kind is tree.PouKind.CLASS else "the name of a function block"
                 )
                 if self.kinds[self.i] == "<" and self.dialect.has_generic_constants:
-                    self._extends_with = self.generic_constants()
+                    extends_with = self.generic_constants()
             implements: tuple[str, ...] = ()
             if self.dialect.has_methods and kind.has_instances:
                 implements = self._names_behind("IMPLEMENTS")
@@ -305,5 +312,5 @@ class Units(Tests):
             line = self.positions[at - 1].line
             while self.positions[self.i].line == line and self.kinds[self.i] != token.END:
                 self.i += 1
-            return self.texts[at] if self.kinds[at] == token.NAME else "", None, "", ()
-        return name, result if kind is tree.PouKind.FUNCTION else None, extends, implements
+            return _Header(self.texts[at] if self.kinds[at] == token.NAME else "")
+        return _Header(name, result if kind is tree.PouKind.FUNCTION else None, extends, extends_with, implements)

@@ -25,9 +25,7 @@ class Definitions:
         self._codes = codes
         self.inputs = {variable.crc: variable for variable in wanted if variable.is_input}
         self.outputs = [variable for variable in wanted if not variable.is_input]
-        self.values: dict[str, list[Value]] = {
-            variable.name: [_TYPES[variable.kind](0)] * variable.number for variable in wanted
-        }
+        self.values: dict[str, list[Value]] = {variable.name: _zeros(variable) for variable in wanted}
         self.mistakes: list[str] = []
         self._by_name = {variable.name: variable for variable in wanted}
         self._keys: dict[str, int] = {}
@@ -38,7 +36,7 @@ class Definitions:
     def begin_outputs(self) -> None:
         """Set all outputs to 0, as a PAM does that starts; it sends only what changes."""
         for variable in self.outputs:
-            self.values[variable.name] = [_TYPES[variable.kind](0)] * variable.number
+            self.values[variable.name] = _zeros(variable)
 
     def key(self, name: str) -> int:
         return self._keys.get(name, UNKNOWN)
@@ -92,6 +90,10 @@ class Definitions:
             self.mistakes.append(f"{variable.name} has no item {index}")
             return False
         return True
+
+
+def _zeros(variable: PortVariable) -> list[Value]:
+    return [_TYPES[variable.kind](0)] * variable.number
 
 
 def each_item(variable: PortVariable, given: Value | Sequence[Value]) -> Iterator[tuple[PortVariable, int, Value]]:
