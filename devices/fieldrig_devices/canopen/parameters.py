@@ -14,7 +14,7 @@ from fieldrig_devices.canopen.datatypes import DOMAIN
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.emcy import HISTORY
 from fieldrig_devices.canopen.nonvolatile import NonVolatile
-from fieldrig_devices.canopen.variable import Access, Variable
+from fieldrig_devices.canopen.variable import Variable
 
 log = logging.getLogger(__name__)
 
@@ -103,9 +103,8 @@ class Parameters:
 
 
 def is_stored(variable: Variable) -> bool:
-    is_output = variable.is_mappable and variable.access in (Access.RWW, Access.WO)
     is_kept = variable.access.is_writable and variable.index not in NOT_STORED and variable.reader is None
-    return is_kept and not is_output and variable.type is not DOMAIN
+    return is_kept and not variable.is_process_output and variable.type is not DOMAIN
 
 
 def _fits(variable: Variable, data: bytes) -> bool:

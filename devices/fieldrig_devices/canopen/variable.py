@@ -57,6 +57,7 @@ class Variable:
         "index",
         "is_command",
         "is_mappable",
+        "is_parameter",
         "live",
         "low",
         "name",
@@ -87,6 +88,8 @@ class Variable:
         self.start = start
         """Value after power-on."""
         self.data = start
+        self.is_parameter: bool | None = None
+        """True for a parameter and False for a set-point, or None if only the access type says which it is."""
         self.is_command = False
         """True if writing triggers an action that uses other variables; an RPDO writes such a variable last."""
         self.writer: Callable[[bytes], None] | None = None
@@ -142,7 +145,15 @@ class Variable:
     @property
     def is_process_input(self) -> bool:
         """True if the device, not a master, determines the value."""
-        return self.is_mappable and self.access in (Access.RO, Access.RWR) and self.index >= FIRST_APPLICATION_INDEX
+        is_input = self.access is Access.RO or (self.access is Access.RWR and self.is_parameter is None)
+        return self.is_mappable and is_input and self.index >= FIRST_APPLICATION_INDEX
+
+    @property
+    def is_process_output(self) -> bool:
+        """True if a master writes it again and again, so that it is none of the parameters of the device."""
+        if self.is_parameter is None:
+            return self.is_mappable and self.access in (Access.RWW, Access.WO)
+        return not self.is_parameter
 
     @property
     def is_plain(self) -> bool:

@@ -213,10 +213,12 @@ class _Builder:
     def _limits(self, section: Section, data_type: DataType) -> Limits:
         low, high = (self._limit(section, key, data_type) for key in ("LowLimit", "HighLimit"))
         if low is not None and high is not None and low > high:
-            said = section.get("LowLimit")
-            remedy = "expected at most HighLimit; both limits are ignored"
+            said = section.get("LowLimit") or ""
+            is_no_limit = isinstance(data_type, Integer) and not data_type.is_signed and said.startswith("-")
+            ignored = "the limit is ignored" if is_no_limit else "both limits are ignored"
+            remedy = f"expected at most HighLimit; {ignored}"
             self._find(error(section.line_of("LowLimit"), section.name, "LowLimit", said, remedy))
-            return None, None
+            return None, high if is_no_limit else None
         return low, high
 
     def _limit(self, section: Section, key: str, data_type: DataType) -> float | None:

@@ -97,6 +97,17 @@ def _declared(path: Path, increments: int | None, mtime_ns: int) -> Declared:
     return Declared(behaviour, file.defaults(velocity_unit), file.increments, file.constants())
 
 
+def name_parameters(dictionary: Dictionary) -> None:
+    """Separate the parameters of the profile from the set-points, whatever access types the file gives them.
+
+    Makers use `rww` and `rwr` for all that can be mapped; a master expects 1010h to save 6065h, and not 6040h.
+    """
+    for row in ROWS:
+        variable = None if row.access == "ro" else find(dictionary, row)
+        if variable is not None and variable.access.is_writable:
+            variable.is_parameter = row.access == "rw"
+
+
 class _File:
     def __init__(self, dictionary: Dictionary, given: frozenset[tuple[int, int]], increments: int | None) -> None:
         self._dictionary, self._given = dictionary, given

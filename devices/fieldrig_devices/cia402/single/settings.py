@@ -208,6 +208,7 @@ class Cia402DriveSettings(CanopenSettings):
     def dictionary(self, node_id: int | None = None) -> Dictionary:
         dictionary = super().dictionary(node_id)
         self.manner.trim(dictionary)
+        foreign.name_parameters(dictionary)
         if self.eds == EDS:
             scale_speeds(dictionary, self.chosen_behaviour().velocity_unit, self.objects)
         return dictionary

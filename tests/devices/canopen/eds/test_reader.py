@@ -186,6 +186,8 @@ def test_limits_in_all_forms(tmp_path: Path) -> None:
 
 def test_value_that_is_left_out_lies_within_the_limits(tmp_path: Path) -> None:
     assert describe(tmp_path, "[2000]\nDataType=5\nAccessType=rw\nLowLimit=3\n").number(0x2000, 0) == 3
+    above = describe(tmp_path, "[2000]\nDataType=7\nAccessType=rw\nLowLimit=-255\nHighLimit=1000\n").find(0x2000, 0)
+    assert (above.low, above.high) == (None, 1_000)
     below = describe(tmp_path, "[2000]\nDataType=4\nAccessType=rw\nLowLimit=0x80000000\nHighLimit=0xFFFFFFFE\n")
     assert below.by_key("2000:00").value == -2
 
