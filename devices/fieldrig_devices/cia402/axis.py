@@ -26,6 +26,7 @@ from fieldrig_devices.cia402.mode_display import ModeDisplayed
 from fieldrig_devices.cia402.modes.mode import HALT
 from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.shown import show
+from fieldrig_devices.cia402.si_units import SiUnits
 from fieldrig_devices.cia402.state_machine import StateMachine
 from fieldrig_devices.cia402.touch_probe import TouchProbes
 from fieldrig_devices.drive_profile.states import Command, State
@@ -106,6 +107,12 @@ class Cia402Axis(Service):
             self.restart()
         else:
             self.lose_connection()
+
+    def use_units(self, units: SiUnits, defaults: Mapping[Key, int]) -> None:
+        """Take other units of velocities and accelerations, with the numbers for missing objects in them."""
+        self._numbers.use_defaults(defaults)
+        self._context.si = units
+        self._context.refresh()
 
     def enter(self, state: NmtState) -> None:
         left, self._nmt = self._nmt is NmtState.OPERATIONAL and state is not NmtState.OPERATIONAL, state

@@ -54,6 +54,14 @@ class AxisObjects:
         for key, variable in self._variables.items():
             self.numbers[key] = self._number(key, variable)
 
+    def use_defaults(self, defaults: Mapping[Key, int]) -> None:
+        """Use other numbers where the dictionary lacks the object, or where its value is 0."""
+        self._defaults = defaults
+        for key in self.missing & defaults.keys():
+            variable = self._variables[key]
+            variable.data = encoded(variable.type, defaults[key])
+        self.reload()
+
     def __getitem__(self, index: int) -> int:
         return self.numbers[index, 0]
 

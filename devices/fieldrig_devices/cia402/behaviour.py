@@ -104,9 +104,7 @@ class Behaviour:
     has_ramp_bits: bool = True
     """True if bits 4 to 6 of the control word act in velocity mode (vl); otherwise its ramp always follows 6042h."""
     velocity_unit: float | None = None
-    """Unit of velocities, in turns of the motor per second; None for user units of positions per second."""
-    acceleration_unit: float | None = None
-    """Unit of accelerations, in turns of the motor per second squared; None for user units per second squared."""
+    """Unit of velocities, in turns of the motor per second; None for that of 60A9h."""
     has_feed_constant: bool = True
     """False if a feed constant (6092h) of one unit for a turn counts as not set, so that user units are increments."""
     following_error_code: int = 0x8611

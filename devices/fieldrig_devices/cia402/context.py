@@ -1,6 +1,7 @@
 """The state that the modes of one axis share: its objects, motor and set values, and the limits of all modes."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import inf
 from typing import Final
 
@@ -14,6 +15,7 @@ from fieldrig_devices.cia402.motor import Motor
 from fieldrig_devices.cia402.options import Ramp
 from fieldrig_devices.cia402.pace import Pace
 from fieldrig_devices.cia402.permitted import JERK_LIMITED
+from fieldrig_devices.cia402.si_units import SiUnits
 from fieldrig_devices.cia402.units import BITS_32, Direction, Units, turn_of, units_of
 from fieldrig_devices.motion.profile import Limits
 from fieldrig_devices.motion.travel import Travel
@@ -34,6 +36,7 @@ class Context:
         self.on_quick_stop: Callable[[], None] = lambda: None
         """Called when the drive has to stop quickly for a reason of its own."""
         self.units = Units()
+        self.si = SiUnits()
         self.turn = BITS_32
         self.threshold = 0.0
         """Velocity threshold (606Fh), in increments per second."""
@@ -64,18 +67,15 @@ class Context:
         def pair(index: int) -> tuple[int, int]:
             return numbers[index, 1], numbers[index, 2]
 
-        encoder, feed = pair(objects.ENCODER_RESOLUTION), pair(objects.FEED_CONSTANT)
+        encoder, gear = pair(objects.ENCODER_RESOLUTION), pair(objects.GEAR_RATIO)
+        feed: tuple[float, int] = pair(objects.FEED_CONSTANT)
         if max(*feed, 1) == 1 and not self.behaviour.has_feed_constant:
-            feed = encoder
-        self.units = units_of(
-            encoder,
-            pair(objects.GEAR_RATIO),
-            feed,
-            numbers[objects.POLARITY, 0],
-            self.origin,
-            self._of_turns(self.behaviour.velocity_unit),
-            self._of_turns(self.behaviour.acceleration_unit),
-        )
+            feed = encoder if self.si.per_turn is None else (self.si.per_turn, 1)
+        units = units_of(encoder, gear, feed, numbers[objects.POLARITY, 0], self.origin)
+        turn = self.motor.revolution
+        self.units = self.si.scaled(units, turn, turn * max(gear[0], 1) / max(gear[1], 1))
+        if self.behaviour.velocity_unit is not None:
+            self.units = replace(self.units, per_speed_unit=self.behaviour.velocity_unit * turn)
         self.turn = turn_of(*pair(objects.POSITION_RANGE))
         self.threshold = self.speed(numbers[objects.THRESHOLD, 0])
         self.velocity_window = numbers[objects.VELOCITY_WINDOW, 0] * self.units.per_speed_unit
@@ -110,9 +110,6 @@ class Context:
     def rate(self, acceleration: float) -> float:
         """An acceleration of the user in increments per second squared, without its sign."""
         return max(acceleration * self.units.per_rate_unit, SMALLEST)
-
-    def _of_turns(self, turns: float | None) -> float | None:
-        return None if turns is None else turns * self.motor.revolution
 
     def limits(self, speed: float, acceleration: float, deceleration: float) -> Limits:
         """Profile limits from values in user units, restricted by 607Fh, 60C5h and 60C6h."""

@@ -55,17 +55,14 @@ class Units:
 def units_of(
     encoder: tuple[int, int],
     gear: tuple[int, int],
-    feed: tuple[int, int],
+    feed: tuple[float, int],
     polarity: int,
     origin: float,
-    per_speed_unit: float | None = None,
-    per_rate_unit: float | None = None,
 ) -> Units:
     """The units from three ratios.  A 0 counts as 1, because division by it is not possible.
 
     `encoder`: increments to motor revolutions; `gear`: motor to shaft revolutions; `feed`: user units to shaft
-    revolutions.  Speeds and accelerations are in user units per second and per second squared, unless they have units
-    of their own.
+    revolutions.  Speeds and accelerations are in user units per second and per second squared.
     """
     (increments, turns), (motor, shaft), (length, shaft_turns) = (
         (max(a, 1), max(b, 1)) for a, b in (encoder, gear, feed)
@@ -74,8 +71,8 @@ def units_of(
     sign = -1 if polarity & POSITION_IS_TURNED else 1
     return Units(
         per_unit,
-        per_unit if per_speed_unit is None else per_speed_unit,
-        per_unit if per_rate_unit is None else per_rate_unit,
+        per_unit,
+        per_unit,
         sign,
         -1 if polarity & VELOCITY_IS_TURNED else 1,
         origin,

@@ -1,6 +1,6 @@
 """Reads what the EDS or DCF file of a drive says about it: its modes, homing methods, encoder and units.
 
-Source: CiA 402-2 for the objects; the units of 608Bh, 608Ch and 60A9h are those of the older and the newer edition.
+Source: CiA 402-2 for the objects.
 What the file declares is what exists.  An object that it lacks has no effect: the engine works with a default, in the
 units of the file.  Where the file gives 0 for a limit or a rate with which nothing could ever move, the engine works
 with the default too, though a master reads the 0, because real drives keep such values in a memory of their own.
@@ -18,6 +18,8 @@ from fieldrig_devices.cia402.axis_objects import Key, find
 from fieldrig_devices.cia402.behaviour import Behaviour
 from fieldrig_devices.cia402.homing_methods import ALL_METHODS
 from fieldrig_devices.cia402.objects import ROWS, Row
+from fieldrig_devices.cia402.si_units import SiUnits, si_units
+from fieldrig_devices.cia402.units import units_of
 from fieldrig_devices.drive_profile.objects import is_drive_type
 from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 
@@ -55,12 +57,6 @@ NEVER_0: Final = RATES | {
 NEVER_0_WITHIN: Final = frozenset({(objects.VL_AMOUNT, 2), (objects.BUFFER, 2)})
 """The same for single sub-indices: the highest speed of velocity mode, and the size of the buffer of set-points."""
 
-UNIT_OF_VELOCITY: Final = 0x60A9
-VELOCITY_NOTATION, VELOCITY_DIMENSION = 0x608B, 0x608C
-RPM_DIMENSION: Final = 0xA4
-TURN_OF: Final = {0x00B4_4700: 1 / 60, 0x00B4_0300: 1.0}
-"""Turns per second of the units of 60A9h, without the prefix in the highest byte."""
-
 
 class Declared(NamedTuple):
     """The description of a drive by its file."""
@@ -68,6 +64,8 @@ class Declared(NamedTuple):
     behaviour: Behaviour
     defaults: Mapping[Key, int]
     """The numbers to use where the file has no such object, or none that could be meant."""
+    defaults_in: Callable[[SiUnits], Mapping[Key, int]]
+    """Returns these numbers in other units."""
     increments: int
     """Increments of the encoder per turn of the motor."""
     constants: frozenset[int]
@@ -86,15 +84,11 @@ def declared(path: Path, increments: int | None = None) -> Declared:
 def _declared(path: Path, increments: int | None, mtime_ns: int) -> Declared:
     description = reader.describe(path, reader.CHECKED_AS)
     file = _File(Dictionary(description.variables), description.given, increments)
-    velocity_unit = file.velocity_unit()
     behaviour = Behaviour(
-        modes=file.modes(),
-        homing_methods=file.homing_methods(),
-        velocity_unit=velocity_unit,
-        acceleration_unit=velocity_unit,
-        has_feed_constant=file.has_feed_constant,
+        modes=file.modes(), homing_methods=file.homing_methods(), has_feed_constant=file.has_feed_constant
     )
-    return Declared(behaviour, file.defaults(velocity_unit), file.increments, file.constants())
+    said = si_units(file.number)
+    return Declared(behaviour, file.defaults(said), file.defaults, file.increments, file.constants())
 
 
 def name_parameters(dictionary: Dictionary) -> None:
@@ -114,7 +108,7 @@ class _File:
         self._variables = {(row.index, row.subindex or 0): find(dictionary, row) for row in ROWS}
         self.increments = increments or self._resolution() or USUAL_INCREMENTS
 
-    def _number(self, index: int, subindex: int = 0) -> int | None:
+    def number(self, index: int, subindex: int = 0) -> int | None:
         """The number that the file gives; None if it gives none."""
         variable = self._dictionary.get(index, subindex)
         if variable is None or (index, subindex) not in self._given:
@@ -124,7 +118,7 @@ class _File:
 
     def modes(self) -> frozenset[int]:
         """Modes by 6502h, or by objects and limits if it does not say any, and those of the maker by 6060h."""
-        bits = self._number(objects.SUPPORTED_MODES)
+        bits = self.number(objects.SUPPORTED_MODES)
         if bits:
             modes = frozenset(mode for mode in TARGETS if bits >> (mode - 1) & 1)
         else:
@@ -146,8 +140,8 @@ class _File:
     def constants(self) -> frozenset[int]:
         """The constants with a value in the file, and those that a master writes."""
         written = {index for index in (*CONSTANTS, objects.DC_LINK) if self._is_writable(index)}
-        given = {index for index in CONSTANTS if self._number(index) is not None}
-        unknown = set() if self._number(objects.SUPPORTED_MODES) else {objects.SUPPORTED_MODES}
+        given = {index for index in CONSTANTS if self.number(index) is not None}
+        unknown = set() if self.number(objects.SUPPORTED_MODES) else {objects.SUPPORTED_MODES}
         return frozenset((written | given) - unknown)
 
     def _is_writable(self, index: int) -> bool:
@@ -157,22 +151,13 @@ class _File:
     def homing_methods(self) -> frozenset[int]:
         """Methods by 60E3h; without it, all, as far as the limits of 6098h permit."""
         members = self._dictionary.members(objects.HOMING_METHODS)
-        listed = {self._number(objects.HOMING_METHODS, member.subindex) for member in members}
+        listed = {self.number(objects.HOMING_METHODS, member.subindex) for member in members}
         return (frozenset(number for number in listed if number) & ALL_METHODS.keys()) or frozenset(ALL_METHODS)
 
     def _resolution(self) -> int | None:
-        counts, turns = (self._number(objects.ENCODER_RESOLUTION, subindex) for subindex in (1, 2))
+        counts, turns = (self.number(objects.ENCODER_RESOLUTION, subindex) for subindex in (1, 2))
         per_turn = (counts or 0) // (turns or 1)
         return per_turn if per_turn >= FEWEST_INCREMENTS else None
-
-    def velocity_unit(self) -> float | None:
-        """Turns of the motor per second of the unit of velocities; None for user units of positions per second."""
-        unit = self._number(UNIT_OF_VELOCITY)
-        if unit is not None and unit & 0xFF_FFFF in TURN_OF:
-            return float(TURN_OF[unit & 0xFF_FFFF] * 10.0 ** _signed(unit >> 24 & 0xFF))
-        if self._number(VELOCITY_DIMENSION) == RPM_DIMENSION:
-            return float(10.0 ** (self._number(VELOCITY_NOTATION) or 0) / 60)
-        return None
 
     @property
     def has_feed_constant(self) -> bool:
@@ -181,14 +166,18 @@ class _File:
 
     # ---- defaults
 
-    def defaults(self, velocity_unit: float | None) -> dict[Key, int]:
+    def defaults(self, said: SiUnits) -> dict[Key, int]:
+        """Return the numbers of our own drive where the file has none, in these units."""
         encoder = self._pair(objects.ENCODER_RESOLUTION, (self.increments, 1))
         gear = self._pair(objects.GEAR_RATIO, (1, 1))
-        feed = self._pair(objects.FEED_CONSTANT, encoder)
+        angle = said.per_turn
+        unset = encoder if angle is None else (max(round(angle), 1), 1)
+        feed = self._pair(objects.FEED_CONSTANT, unset)
         if feed == (1, 1):  # as the engine takes it, without `has_feed_constant`
-            feed = encoder
-        units = self.increments * encoder[1] * gear[1] * feed[0] / (encoder[0] * gear[0] * feed[1])
-        scaled = self._scale(units, units if velocity_unit is None else 1 / velocity_unit)
+            feed = unset
+        turn = self.increments
+        units = said.scaled(units_of(encoder, gear, feed, 0, 0.0), turn, turn * gear[0] / gear[1])
+        scaled = _scaled(turn / units.per_unit, turn / units.per_speed_unit, turn / units.per_rate_unit)
         found = {(row.index, row.subindex or 0): scaled(row) for row in ROWS}
         for index, pair in ((objects.ENCODER_RESOLUTION, encoder), (objects.FEED_CONSTANT, feed)):
             found |= {(index, subindex): number for subindex, number in enumerate(pair, 1)}
@@ -204,25 +193,22 @@ class _File:
     def _is_unknown(self, key: Key) -> bool:
         return self._variables[key] is None or key[0] in NEVER_0 or key in NEVER_0_WITHIN
 
-    def _scale(self, per_turn: float, speeds: float) -> Callable[[Row], int]:
-        """Return the function that gives the start value of our own drive, in the units of the file.
 
-        A turn of the motor is `per_turn` user units, and a turn per second is `speeds` units of velocities.
-        """
+def _scaled(per_turn: float, speeds: float, rates: float) -> Callable[[Row], int]:
+    """Return the function that gives the start value of our own drive, in the units of the file.
 
-        def scaled(row: Row) -> int:
-            start = row.start if isinstance(row.start, int) else 0
-            if row.index in LENGTHS:
-                return max(round(start * per_turn / INCREMENTS_PER_TURN), 1)
-            if row.index in SPEEDS or row.index in RATES:
-                return max(round(start * speeds / INCREMENTS_PER_TURN), 1)
-            return start
+    A turn of the motor is `per_turn` user units, a turn per second `speeds` units of velocities, and a turn per second
+    squared `rates` units of accelerations.
+    """
 
-        return scaled
+    def scaled(row: Row) -> int:
+        start = row.start if isinstance(row.start, int) else 0
+        for rows, scale in ((LENGTHS, per_turn), (SPEEDS, speeds), (RATES, rates)):
+            if row.index in rows:
+                return max(round(start * scale / INCREMENTS_PER_TURN), 1)
+        return start
 
-
-def _signed(byte: int) -> int:
-    return byte - 0x100 if byte & 0x80 else byte
+    return scaled
 
 
 def is_drive(dictionary: Dictionary) -> bool:

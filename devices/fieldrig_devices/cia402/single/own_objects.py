@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from fieldrig_devices.cia402 import objects
+from fieldrig_devices.cia402 import objects, si_units
 from fieldrig_devices.cia402.eds_file import axis_objects, pdo_objects, write
 from fieldrig_devices.cia402.homing_methods import ALL_METHODS
 from fieldrig_devices.cia402.node_objects import MORE, NodeFacts, communication, head
-from fieldrig_devices.cia402.objects import EMPTY_PDOS, I8, RECEIVED, ROWS, TRANSMITTED, Row
+from fieldrig_devices.cia402.objects import EMPTY_PDOS, I8, RECEIVED, ROWS, TRANSMITTED, U32, Row
 
 EDS: Final = Path(__file__).with_name("cia402-drive.eds")
 """The EDS file of the drive, for a CANopen master."""
@@ -43,7 +43,12 @@ def _rows() -> list[Row]:
     rows = [replace(row, start=_STARTS.get((row.index, row.subindex), row.start)) for row in ROWS]
     methods = [Row(objects.HOMING_METHODS, place, f"Supported homing methods, method {place}", I8, "ro", method)
                for place, method in enumerate(sorted(ALL_METHODS), 1)]  # fmt: skip
-    return [row for row in rows if row.index != objects.HOMING_METHODS] + methods
+    units = [
+        Row(si_units.POSITION, None, "SI unit position", U32, "rw", si_units.INCREMENT_POSITIONS),
+        Row(si_units.VELOCITY, None, "SI unit velocity", U32, "rw", si_units.INCREMENT_VELOCITIES),
+        Row(si_units.ACCELERATION, None, "SI unit acceleration", U32, "rw", si_units.INCREMENT_ACCELERATIONS),
+    ]
+    return [row for row in rows if row.index != objects.HOMING_METHODS] + methods + units
 
 
 def eds_text() -> str:

@@ -17,6 +17,7 @@ from fieldrig.config import yaml_source
 from fieldrig.settings import Settings
 from fieldrig_devices.canopen.datatypes import Integer
 from fieldrig_devices.canopen.dictionary import Dictionary
+from fieldrig_devices.cia402 import si_units
 from fieldrig_devices.cia402.behaviour import (
     Behaviour,
     EmptyBuffer,
@@ -166,6 +167,10 @@ def scale_speeds(dictionary: Dictionary, unit: float | None, given: Mapping[str,
                 number = round(variable.number / INCREMENTS_PER_TURN / unit)
                 most = (1 << 8 * len(variable.data)) - 1
                 variable.start = variable.data = min(number, most).to_bytes(len(variable.data), "little")
+    said = dictionary.get(si_units.VELOCITY, 0)
+    if said is not None and said.key not in given:
+        number = si_units.RPM if unit == 1 / 60 else 0
+        said.start = said.data = number.to_bytes(len(said.data), "little")
 
 
 @lru_cache(maxsize=len(Name.__args__))  # type: ignore[attr-defined]
