@@ -36,7 +36,8 @@ LONGEST_INT = 100
 """Digits of the longest integer; Python refuses to print ints of 4300 digits."""
 
 LARGEST = 100_000
-"""Most nodes after aliases are followed; a larger file is a mistake, or malicious."""
+"""Most nodes after aliases are followed.  A longer text may have a node for each of its characters, such as a table of
+all 65,536 registers; more is a mistake, or malicious."""
 
 
 class Mark(NamedTuple):
@@ -78,7 +79,7 @@ def read(text: str, file: str) -> Source:
         node = _compose(text)
         if node is not None:
             source.marks[()] = Mark(file, node.start_mark.line + 1)
-            source.data = _Reader(source, file).value(node, ())
+            source.data = _Reader(source, file, max(LARGEST, len(text))).value(node, ())
     except MarkedYAMLError as broken:
         mark = broken.problem_mark or broken.context_mark
         what = ", ".join(part for part in (broken.context, broken.problem) if part)
@@ -152,15 +153,15 @@ def _not_yaml(file: str, line: int | None, what: str) -> Mistake:
 class _Reader:
     """One pass over the node graph of one file."""
 
-    def __init__(self, source: Source, file: str) -> None:
-        self._source, self._file = source, file
+    def __init__(self, source: Source, file: str, most_nodes: int) -> None:
+        self._source, self._file, self._most_nodes = source, file, most_nodes
         self._nodes = 0
         self._open: set[int] = set()
 
     def value(self, node: Any, path: KeyPath) -> Any:
         self._nodes += 1
-        if self._nodes > LARGEST:
-            raise YAMLError(f"it has more than {LARGEST} values")
+        if self._nodes > self._most_nodes:
+            raise YAMLError(f"its aliases stand for more than {self._most_nodes} values")
         if isinstance(node, ScalarNode):
             return self._scalar(node, path)
         if id(node) in self._open:

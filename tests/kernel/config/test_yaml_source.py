@@ -114,3 +114,11 @@ def test_equal_texts_are_read_apart() -> None:
     first.data["drive"]["gain"] = 2
     assert second.data == read(text, "c.yaml").data == {"drive": {"gain": 1}}
     assert (first.mark(("drive",)).file, second.mark(("drive",)).file) == ("a.yaml", "b.yaml")
+
+
+def test_only_aliases_make_more_values_than_a_text_has_characters(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A table of all 65,536 registers has more values than the limit, and each of them was typed."""
+    monkeypatch.setattr("fieldrig.config.yaml_source.LARGEST", 10)
+    assert read("[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]", "f").data == list(range(1, 13))
+    (mistake,) = read("a: &a [1, 1, 1, 1, 1]\nb: &b [*a, *a, *a, *a]\nc: [*b, *b, *b]\n", "f").mistakes
+    assert "its aliases stand for more than 61 values" in mistake.what
