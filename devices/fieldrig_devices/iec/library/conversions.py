@@ -6,7 +6,8 @@ Source: PacDrive manual 2564 to 2745 (PD-L37 to PD-L44).  What the manual leaves
     REAL to an integer      rounded to the nearest, halves to the even neighbour (1.5 and 2.5 give 2), because that is
                             what the floating-point unit does; then cut like an integer of 64 bits; infinity, "not a
                             number" and anything larger give 0.  ULINT and LWORD take numbers up to 2**64
-    DWORD and REAL          by number; in edition 3 (table 24), DWORD and REAL, and LWORD and LREAL, transfer their bits
+    DWORD and REAL          by number; in edition 3 (table 24), DWORD and REAL, and LWORD and LREAL, keep their bits;
+                            a BOOL from a bit string is its last bit there (table 27)
     times and dates         are the number behind them: ms, or seconds since 1970 [X10]; DT_TO_TOD and DT_TO_DATE take
                             the value apart, as the standard says; a TOD is brought into one day, a DATE to midnight
     times in nanoseconds    are the number behind them too, but keep their meaning where they become another time or
@@ -163,8 +164,9 @@ TRANSFERS: Final[Mapping[str, str]] = {
     "REAL_TO_DWORD": "BITS_OF_REAL({0})",
     "LWORD_TO_LREAL": "LONG_REAL_OF_BITS({0})",
     "LREAL_TO_LWORD": "BITS_OF_LONG_REAL({0})",
+    **{f"{bits}_TO_BOOL": "({0} & 1 != 0)" for bits in ("BYTE", "WORD", "DWORD", "LWORD")},
 }
-"""The Python of the conversions that keep the bits instead of the number in edition 3 (table 24)."""
+"""The Python of the conversions that keep the bits instead of the number in edition 3 (tables 24 and 27)."""
 
 
 def plain(kind: Type) -> Plain:

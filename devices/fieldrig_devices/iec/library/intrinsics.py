@@ -110,7 +110,7 @@ def of_today(overload: Overload) -> Overload:
 
 
 def transferring(overload: Overload) -> Overload:
-    """Return the conversion as edition 3 has it: between REAL and DWORD, and LREAL and LWORD, bits are transferred."""
+    """Return the conversion as edition 3 has it: from a bit string to REAL, LREAL or BOOL, and back, bits are kept."""
     if overload.name not in conversions.TRANSFERS:
         return overload
     return _overload(f"{overload.name}.{TRANSFER}", overload.parameters, overload.result)
