@@ -4,6 +4,7 @@ The limit of depth is that of lxml, 256 elements inside of one another.
 """
 
 import re
+from collections.abc import Mapping, Sequence
 from typing import Final, cast
 
 from lxml import etree
@@ -88,8 +89,24 @@ def attribute(node: Element | None, name: str, default: str = "") -> str:
     return next((str(value) for key, value in node.attrib.items() if str(key).endswith(f"}}{name}")), default)
 
 
+def word(node: Element | None, name: str) -> str:
+    """An attribute whose value is one of a few words, in small letters."""
+    return attribute(node, name).strip().casefold()
+
+
 def is_set(node: Element | None, name: str) -> bool:
-    return attribute(node, name).strip().casefold() in ("true", "1")
+    return word(node, name) in ("true", "1")
+
+
+TRUTHS: Final = ("true", "false", "1", "0")
+
+
+def refuse_unknown(node: Element, values: Mapping[str, Sequence[str]], what: object, report: Report) -> None:
+    """Report attributes with a value that their schema does not know, which would be overlooked."""
+    for name, known in values.items():
+        given = word(node, name)
+        if given and given not in known:
+            report.mistake(line_of(node), f"The {what} has {name}={given[:40]!r}", ", ".join(known))
 
 
 def number(node: Element | None, name: str) -> float | None:

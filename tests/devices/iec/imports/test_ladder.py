@@ -196,3 +196,21 @@ def test_a_thousand_parallel_branches_are_a_low_tree() -> None:
     (assignment,) = statements(ladder(branches, coil("9999", "m", *map(str, range(1, 1_001)))))
     assert isinstance(assignment, tree.Assign)
     assert height(assignment.value) < 20
+
+
+@pytest.mark.parametrize(
+    ("attributes", "expected"),
+    [
+        ('edge="upwards"', "The coil m (element 2) has edge='upwards'; expected none, rising, falling"),
+        ('storage="latch"', "The coil m (element 2) has storage='latch'; expected none, set, reset"),
+        ('negated="yes"', "The coil m (element 2) has negated='yes'; expected true, false, 1, 0"),
+    ],
+)
+def test_a_modifier_that_the_schema_does_not_know_is_refused(attributes: str, expected: str) -> None:
+    (message,) = messages(ladder(contact("1", "a", "0"), coil("2", "m", "1", attributes=attributes)))
+    assert message.endswith(expected)
+
+
+def test_a_modifier_is_known_in_any_case_and_with_blanks() -> None:
+    drawn = ladder(contact("1", "a", "0", attributes='negated="1"'), coil("2", "m", "1", attributes='storage=" Set "'))
+    assert statements(drawn) == st("IF NOT a THEN m := TRUE; END_IF")

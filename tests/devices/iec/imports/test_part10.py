@@ -290,6 +290,12 @@ def test_a_chart_by_analogy_with_tc6() -> None:
             "The output point 7 is not there",
         ),
         (program(content("FBD", f"<Network>{fbd('x:Magic', '')}</Network>")), "known only to the tool that wrote it"),
+        (
+            program(
+                content("LD", f"<Rung>{ld('Coil', wires(), 'operand=' + repr('m') + ' latch=' + repr('hold'))}</Rung>")
+            ),
+            "has latch='hold'; expected none, set, reset",
+        ),
         (part10('<DataTypeDecl name="T"/>'), "type T: The type has no specification"),
         (program(content("ST", "<ST>;</ST>"), '<Variable name="v"/>'), "variable v: The type is missing"),
     ],

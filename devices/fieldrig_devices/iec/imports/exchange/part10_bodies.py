@@ -21,6 +21,7 @@ from fieldrig_devices.iec.imports.networks.graph import (
 )
 from fieldrig_devices.iec.imports.report import Report
 from fieldrig_devices.iec.imports.xml import (
+    TRUTHS,
     Element,
     attribute,
     element,
@@ -30,7 +31,9 @@ from fieldrig_devices.iec.imports.xml import (
     line_of,
     name_of,
     number,
+    refuse_unknown,
     text_of,
+    word,
 )  # fmt: skip
 
 _KINDS: Final = {
@@ -50,6 +53,10 @@ _TEXTS: Final = {
 }  # fmt: skip
 _EDGES: Final = {"rising": Edge.RISING, "falling": Edge.FALLING}
 _LATCHES: Final = {"set": Storage.SET, "reset": Storage.RESET}
+_VALUES: Final = {
+    "negated": TRUTHS, "initialStep": TRUTHS, "edge": ("none", *_EDGES), "latch": ("none", *_LATCHES),
+}  # fmt: skip
+"""The values of the attributes that change what an element does."""
 _OBJECTS: Final = ("CommonObject", "FbdObject", "LdObject", "SfcObject")
 
 
@@ -142,13 +149,14 @@ class Reader:
             line,
             self._text(node, kind),
             is_negated=is_set(node, "negated") or self._is_negated_by_vendor(node),
-            edge=_EDGES.get(attribute(node, "edge"), Edge.NONE),
-            storage=_LATCHES.get(attribute(node, "latch"), Storage.NONE),
+            edge=_EDGES.get(word(node, "edge"), Edge.NONE),
+            storage=_LATCHES.get(word(node, "latch"), Storage.NONE),
             order=self._order(node),
             x=number(element(node, "RelPosition"), "x") or 0.0,
             y=number(element(node, "RelPosition"), "y") or 0.0,
             inputs=[self._pin(point) for point in elements(node, "ConnectionPointIn")],
         )
+        refuse_unknown(node, _VALUES, item, self.report)
         self.items.append(item)
         for point in elements(node, "ConnectionPointOut", "ConnectionPointOutAction"):
             self.outputs[attribute(point, "connectionPointOutId").strip()] = Wire(item.id)
@@ -202,8 +210,9 @@ class Reader:
             point = element(variable, "ConnectionPointIn")
             pin = Pin(line=line_of(variable)) if point is None else self._pin(point)
             pin.name = attribute(variable, "parameterName").strip()
+            refuse_unknown(variable, _VALUES, item, self.report)
             pin.is_negated = is_set(variable, "negated")
-            pin.edge = _EDGES.get(attribute(variable, "edge"), Edge.NONE)
+            pin.edge = _EDGES.get(word(variable, "edge"), Edge.NONE)
             for out in elements(variable, "ConnectionPointOut"):
                 self.outputs[attribute(out, "connectionPointOutId").strip()] = Wire(item.id, pin.name)
             pins.append(pin)

@@ -24,6 +24,7 @@ from fieldrig_devices.iec.imports.networks.graph import (
 )
 from fieldrig_devices.iec.imports.report import Report
 from fieldrig_devices.iec.imports.xml import (
+    TRUTHS,
     attribute,
     element,
     elements,
@@ -32,7 +33,9 @@ from fieldrig_devices.iec.imports.xml import (
     line_of,
     name_of,
     number,
+    refuse_unknown,
     text_of,
+    word,
 )  # fmt: skip
 
 Element = etree._Element
@@ -59,6 +62,12 @@ _NAMES: Final = {
 }  # fmt: skip
 _EDGES: Final = {"rising": Edge.RISING, "falling": Edge.FALLING}
 _STORAGES: Final = {"set": Storage.SET, "reset": Storage.RESET}
+_VALUES: Final = {
+    "negated": TRUTHS, "negatedIn": TRUTHS, "negatedOut": TRUTHS, "initialStep": TRUTHS,
+    "edge": ("none", *_EDGES), "edgeIn": ("none", *_EDGES), "edgeOut": ("none", *_EDGES),
+    "storage": ("none", *_STORAGES), "storageIn": ("none", *_STORAGES), "storageOut": ("none", *_STORAGES),
+}  # fmt: skip
+"""The values of the attributes that change what an element does."""
 _EMPTY: Final = ("", "???")
 _PHASES: Final = {
     "a6b08bd8-b696-47e3-9cbf-7408b61c9ff8": "entry",
@@ -124,10 +133,11 @@ def _item(node: Element, report: Report) -> Item | None:
         y=number(element(node, "position"), "y") or 0.0,
         is_negated=is_set(node, "negated") or is_set(node, "negatedIn"),
         is_negated_behind=is_set(node, "negatedOut"),
-        edge=_EDGES.get(attribute(node, "edge") or attribute(node, "edgeIn"), Edge.NONE),
-        storage=_STORAGES.get(attribute(node, "storage") or attribute(node, "storageIn"), Storage.NONE),
+        edge=_EDGES.get(word(node, "edge") or word(node, "edgeIn"), Edge.NONE),
+        storage=_STORAGES.get(word(node, "storage") or word(node, "storageIn"), Storage.NONE),
         inputs=[_pin(point) for point in elements(node, "connectionPointIn")],
     )
+    _refuse_values(node, item, report)
     _refuse_modifiers(node, item, report)
     extra = _EXTRA.get(kind)
     if extra is not None:
@@ -135,12 +145,20 @@ def _item(node: Element, report: Report) -> Item | None:
     return item
 
 
+def _refuse_values(node: Element, item: Item, report: Report) -> None:
+    """Values that the schema does not know, of an element and of its pins."""
+    lists = [element(node, name) for name in ("inputVariables", "inOutVariables", "outputVariables")]
+    pins = [pin for variables in lists for pin in elements(variables, "variable")]
+    for part in (node, *pins, *elements(node, "condition")):
+        refuse_unknown(part, _VALUES, item, report)
+
+
 def _refuse_modifiers(node: Element, item: Item, report: Report) -> None:
     """Edges and storage where no tool draws them: behind a variable, and at the outputs of a block."""
     outputs = elements(element(node, "outputVariables"), "variable")
     pins = [*elements(element(node, "inputVariables"), "variable"), *outputs]
-    modifiers = [attribute(node, "edgeOut"), attribute(node, "storageOut")]
-    modifiers += [attribute(pin, "edge") for pin in outputs] + [attribute(pin, "storage") for pin in pins]
+    modifiers = [word(node, "edgeOut"), word(node, "storageOut")]
+    modifiers += [word(pin, "edge") for pin in outputs] + [word(pin, "storage") for pin in pins]
     for modifier in modifiers:
         if modifier in _EDGES or modifier in _STORAGES:
             report.mistake(
@@ -208,7 +226,7 @@ def _variable(node: Element) -> Pin:
         operand = text_of(element(outgoing, "expression")).strip()
         pin.expression = "" if operand in _EMPTY else operand
     pin.name, pin.is_negated = name, is_set(node, "negated")
-    pin.edge = _EDGES.get(attribute(node, "edge"), Edge.NONE)
+    pin.edge = _EDGES.get(word(node, "edge"), Edge.NONE)
     return pin
 
 
