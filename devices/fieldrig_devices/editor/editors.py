@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
 from fieldrig.errors import UsageError
-from fieldrig.storage.store import replace_file
+from fieldrig.system.whole_file import replace_file
 
 _LIST: Final = "extensions.json"
 _OBSOLETE: Final = ".obsolete"

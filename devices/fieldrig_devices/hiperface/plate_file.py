@@ -5,7 +5,7 @@ from pathlib import Path
 
 from fieldrig.config.settings_file import load_settings, settings_of
 from fieldrig.config.yaml_source import Source, read
-from fieldrig.storage.store import replace_file
+from fieldrig.system.whole_file import replace_file
 from fieldrig_devices.hiperface.plate import NamePlate
 
 HEADING = "# Name plate of a motor; `fieldrig schema name-plate` describes its keys.\n"

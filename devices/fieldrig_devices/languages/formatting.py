@@ -25,7 +25,7 @@ def format_files(
 
     Ends the command if one has mistakes, and with `is_check` if one is not formatted.
     """
-    from fieldrig.storage.store import replace_file
+    from fieldrig.system.whole_file import replace_file
 
     if is_standard(paths):
         text = printed(read_standard(), "-")

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from fieldrig.clock import MS
 from fieldrig.faults.words import words_of_fault
-from fieldrig.storage.store import replace_file
+from fieldrig.system.whole_file import replace_file
 from fieldrig.virtual.readings import seconds
 from fieldrig_devices.scenarios.act import Act
 from fieldrig_devices.scenarios.property import Kind, Property

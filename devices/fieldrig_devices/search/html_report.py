@@ -13,7 +13,7 @@ from fieldrig.coverage.reports.page import page as coverage_page
 from fieldrig.coverage.reports.table import per_cent
 from fieldrig.coverage.summary import Coverage
 from fieldrig.points.values import counted
-from fieldrig.storage.store import replace_file
+from fieldrig.system.whole_file import replace_file
 from fieldrig.text.html_page import document
 from fieldrig_devices.search.corpus import Corpus, Finding
 

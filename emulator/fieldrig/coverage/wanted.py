@@ -11,7 +11,7 @@ from fieldrig.coverage.reports.lcov import lcov
 from fieldrig.coverage.reports.page import page
 from fieldrig.coverage.reports.table import NOTHING, per_cent
 from fieldrig.coverage.summary import Coverage
-from fieldrig.storage.store import replace_file
+from fieldrig.system.whole_file import replace_file
 
 PAGE: Final = "index.html"
 

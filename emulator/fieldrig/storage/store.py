@@ -260,25 +260,6 @@ class _Refusal(NamedTuple):
     """Number of bytes for which there was no room."""
 
 
-def replace_file(path: Path, data: bytes, *, is_own: bool = False) -> None:
-    """Replace the file at `path` by `data` in one step: a reader, or a kill, sees the old file or the new one.
-
-    One that `is_own` is a file of a rig, for this user only (`system/own_files.py`).  OSError, with the old file
-    unchanged, if that fails.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    aside = path.with_name(path.name + ASIDE)
-    try:
-        with open_file(aside, "wb") if is_own else aside.open("wb") as file:
-            _put_through(file, data)
-        aside.replace(path)
-    except OSError:
-        with suppress(OSError):
-            aside.unlink(missing_ok=True)
-        raise
-    _sync_folder(path.parent)
-
-
 def _sync_folder(folder: Path) -> None:
     """Make renames in `folder` survive power-off; they survive everything else without it."""
     if not hasattr(os, "O_DIRECTORY"):  # Windows

@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from shutil import copymode
 from typing import BinaryIO
 
 
@@ -19,7 +20,21 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
     try:
         with part.open("x+b") as file:
             yield file
+            file.flush()
+            os.fsync(file.fileno())
+        if target.exists():
+            copymode(target, part)
         part.replace(target)
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Replace the content of a file in one step: a reader, or a kill, sees the old one or the new one.
+
+    The folder is made.  OSError, with the old content unchanged, if that fails.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(path) as file:
+        file.write(data)

@@ -62,7 +62,7 @@ def compile_(
 
 def _write(folder: Path, name: str, system: int, contents: dict[str, bytes]) -> None:
     """Write these files, and remove those that an earlier compilation left."""
-    from fieldrig.storage.store import replace_file
+    from fieldrig.system.whole_file import replace_file
 
     with writing(folder):
         for letter in "DEMOS":

@@ -61,7 +61,7 @@ def upload(
     It is the program without comments, with all names replaced by their meanings.
         fieldrig arp upload cam.D01 --port /dev/ttyUSB0
     """
-    from fieldrig.storage.store import replace_file
+    from fieldrig.system.whole_file import replace_file
 
     with (
         opened(port, rig, card, baud) as arp_port,

@@ -63,7 +63,7 @@ def pack(
         fieldrig editor pack
         fieldrig editor pack --out build/fieldrig.vsix
     """
-    from fieldrig.storage.store import replace_file
+    from fieldrig.system.whole_file import replace_file
     from fieldrig_devices.editor.package import extension_files, manifest
     from fieldrig_devices.editor.vsix import vsix
 

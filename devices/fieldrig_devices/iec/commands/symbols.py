@@ -38,7 +38,7 @@ def symbols(
 
     The exit code is 2 if the sources have mistakes.
     """
-    from fieldrig.storage.store import replace_file
+    from fieldrig.system.whole_file import replace_file
 
     suffix = output.suffix.lower()
     if output in (files or ()) or (suffix in SUFFIXES and suffix != ".xml"):

@@ -134,7 +134,7 @@ class _Run:
         return outcomes
 
     def write(self, file: Path, outcomes: "Sequence[Outcome]") -> None:
-        from fieldrig.storage.store import replace_file
+        from fieldrig.system.whole_file import replace_file
         from fieldrig_devices.iec.testing.reports.junit import junit
 
         with writing(file.parent):

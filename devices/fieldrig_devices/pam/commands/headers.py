@@ -24,7 +24,7 @@ def headers(
 
     PAM_VME.H has the CRC of each variable, VMECLASS.H the codes of their classes, and PAM_DEF.H the memory.
     """
-    from fieldrig.storage.store import replace_file
+    from fieldrig.system.whole_file import replace_file
     from fieldrig_devices.pam.application_files import reader_beside
     from fieldrig_devices.pam.language.compiler import checked
     from fieldrig_devices.pam.language.ports import ports_of

@@ -25,7 +25,7 @@ def doc(
     Messages of the PAM name objects by compiler IDs, and sequences by numbers such as S003. The exit code is 2 if the
     application has mistakes.
     """
-    from fieldrig.storage.store import replace_file
+    from fieldrig.system.whole_file import replace_file
     from fieldrig_devices.pam.runtime.listing import listing
 
     text = listing(compiled(file, ignores_case=ignores_case))

@@ -24,7 +24,7 @@ def rig(
     Connect the machine behind the nodes to the wires of their terminals. The exit code is 2 if the application has
     mistakes.
     """
-    from fieldrig.storage.store import replace_file
+    from fieldrig.system.whole_file import replace_file
     from fieldrig_devices.pam.rig_file import rig_file
 
     program = compiled(file, ignores_case=ignores_case).program
