@@ -42,7 +42,7 @@ def format_files(
         typer.echo(f"{source.name}: {'not formatted' if is_check else 'formatted'}")
         is_wrong = is_wrong or is_check
         if not is_check:
-            with writing(Path(source.name).parent):
+            with writing(Path(source.name)):
                 replace_file(Path(source.name), text.encode())
     if is_wrong:
         raise typer.Exit(Exit.WRONG)

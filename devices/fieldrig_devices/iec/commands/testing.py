@@ -137,7 +137,7 @@ class _Run:
         from fieldrig.system.whole_file import replace_file
         from fieldrig_devices.iec.testing.reports.junit import junit
 
-        with writing(file.parent):
+        with writing(file):
             replace_file(file, junit(outcomes))
 
     def watch(self, junit: Path | None) -> None:

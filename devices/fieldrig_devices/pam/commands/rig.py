@@ -32,5 +32,5 @@ def rig(
     if out is None:
         typer.echo(text, nl=False)
         return
-    with writing(out.parent):
+    with writing(out):
         replace_file(out, text.encode())
