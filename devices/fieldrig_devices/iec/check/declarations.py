@@ -9,6 +9,7 @@ from fieldrig_devices.iec.check import (
     access,
     classes,
     dispatch,
+    enum_texts,
     inheritance,
     initials,
     interfaces,
@@ -127,6 +128,9 @@ class Declarations:
                 if self._is_free(name, node.name, node, file):
                     self._project.declared_at[name] = (file, node.position)
                     self.specs.add(name, node, Context(self._project, None, file))
+                    texts = enum_texts.function_of(node, self._project.dialect)
+                    if texts is not None:
+                        self._pou(texts, "")
             case tree.Interface():
                 if self._is_free(self._project.key(node.name), node.name, node, file):
                     self._project.interfaces[self._project.key(node.name)] = node, file

@@ -9,6 +9,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
     constants,
     enable,
+    enum_texts,
     registers,
     special,
 )
@@ -155,6 +156,9 @@ def of_values(
     operator = intrinsics.OPERATORS.get(name)
     if operator is not None:
         return _operator_call(checker, name, operator, values, at)
+    named = enum_texts.call(checker.context, name, values, at)
+    if named is not None:
+        return named
     if name in TIMED:
         return _timed(checker, name, values, at, nodes)
     if name == "MUX" and values:
