@@ -4,7 +4,6 @@ An operation describes itself once; its route, the check of its body and its par
 from that.  A refusal is `{"what": ..., "remedy": ...}`, as on the command line.
 """
 
-import json
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -19,6 +18,7 @@ from fieldrig.control.messages import NoAnswerError
 from fieldrig.errors import ControlError, RigError
 from fieldrig.outside.untrusted import MalformedError, read_json
 from fieldrig.text.nearest import closest
+from fieldrig.text.strict_json import strict_json
 from fieldrig_page.guard import LONGEST_BODY, DeniedError, refusal_json
 from fieldrig_page.live import Role
 
@@ -145,7 +145,7 @@ async def _answer(operation: Operation, request: Request) -> Response:
         return refused(RigError(f"not understood: {cause}", f"see {BASE}/openapi.json"), 422)
     if isinstance(given, Response):
         return given
-    return Response(json.dumps(given, ensure_ascii=False), media_type="application/json")
+    return Response(strict_json(given), media_type="application/json")
 
 
 async def _body(operation: Operation, request: Request) -> Any:

@@ -130,7 +130,7 @@ class Values:
 
 def _name(text: str) -> Name:
     device, slash, key = text.partition("/")
-    if not slash or not key:
+    if not slash:
         raise MalformedError(f"expected DEVICE/KEY, found {text!r:.60}")
     return device, key
 

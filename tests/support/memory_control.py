@@ -53,7 +53,7 @@ class MemoryControl:
                     listener(path.rpartition("/")[2], data)
 
     def listen_to(self, path: str, handler: Callable[[str, Any], None]) -> Callable[[], None]:
-        return self.listen_to_bytes(path, lambda name, data: handler(name, read_json(data)))
+        return self.listen_to_bytes(path, lambda name, data: handler(name, read_json(data, takes_nan=True)))
 
     def listen_to_bytes(self, path: str, handler: Callable[[str, bytes], None]) -> Callable[[], None]:
         self._listeners.setdefault(path, []).append(handler)
@@ -160,7 +160,7 @@ async def _answer(answer: Answer, path: str, message: Any) -> Any:
         raise
     except ValueError as cause:
         raise ControlError(f"not understood: {cause}") from cause
-    return read_json(json.dumps(given), 64 << 20)
+    return read_json(json.dumps(given), 64 << 20, takes_nan=True)
 
 
 def _fits(pattern: str, path: str) -> bool:

@@ -5,7 +5,6 @@ UsageError for a file or a request that is wrong, RefusedError for a device that
 are `typer.BadParameter`, so that the command's usage is shown with the message.
 """
 
-import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -21,6 +20,7 @@ from fieldrig.outside.addresses import ENDPOINT_VARIABLE
 from fieldrig.outside.page_seat import NO_PAGE_VARIABLE
 from fieldrig.text import durations
 from fieldrig.text.nearest import nearest_file
+from fieldrig.text.strict_json import strict_json
 
 CONTEXT: Final[Mapping[str, Any]] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
@@ -157,7 +157,7 @@ class JsonRows:
 def json_text(value: Any, indent: int | None = None) -> str:
     """Return a value as JSON, in ASCII if the output has not all characters."""
     has_all = (sys.stdout.encoding or "").lower().replace("-", "") == "utf8"
-    return json.dumps(value, ensure_ascii=not has_all, indent=indent)
+    return strict_json(value, ensure_ascii=not has_all, indent=indent)
 
 
 def echo_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> None:

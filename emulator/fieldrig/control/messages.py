@@ -116,7 +116,7 @@ class Control:
 
         def on_sample(sample: zenoh.Sample) -> None:
             try:
-                message = read_json(sample.payload.to_bytes(), LONGEST_MESSAGE)
+                message = read_json(sample.payload.to_bytes(), LONGEST_MESSAGE, takes_nan=True)
             except MalformedError as fault:
                 log.debug("%s: %s", sample.key_expr, fault)
             else:
@@ -363,7 +363,7 @@ class Client:
                 yield None
             else:
                 try:
-                    yield name, read_json(message, LONGEST_MESSAGE)
+                    yield name, read_json(message, LONGEST_MESSAGE, takes_nan=True)
                 except MalformedError as fault:
                     log.debug("%s: %s", name, fault)
 
@@ -375,7 +375,7 @@ def _by_star(path: str, replies: Iterable[zenoh.Reply]) -> dict[str, Any]:
 
 def _answer_of(sample: zenoh.Sample) -> Any:
     try:
-        return read_json(sample.payload.to_bytes(), LONGEST_MESSAGE)
+        return read_json(sample.payload.to_bytes(), LONGEST_MESSAGE, takes_nan=True)
     except MalformedError as cause:
         raise ControlError(f"{sample.key_expr}: the answer cannot be understood: {cause}") from cause
 

@@ -3,7 +3,8 @@
 It reads what RFC 8259 and RFC 7493 (I-JSON) call good, within limits of size, depth and type, and refuses everything
 else with a `MalformedError` and nothing but that: no bytes make it raise anything else, or take much memory.  Refused
 beyond the grammar: an object that has a key twice, NaN and Infinity, a number that a float or 64 bits cannot hold, half
-of a surrogate pair, and text that isn't UTF-8.
+of a surrogate pair, and text that isn't UTF-8.  Messages within a rig have NaN and Infinity all the same, because the
+values of devices do: a Modbus master may write them into a register.
 
     hello = read_json(body, longest=4096)
     member = field(hello, "member", str)
@@ -46,8 +47,17 @@ class MalformedError(ValueError):
     """Bytes from outside that are not as expected."""
 
 
-def read_json(data: bytes | bytearray | memoryview | str, longest: int = LONGEST, deepest: int = DEEPEST) -> Any:
-    """Return the value that `data` holds.  MalformedError for anything but one JSON text within the limits."""
+def read_json(
+    data: bytes | bytearray | memoryview | str,
+    longest: int = LONGEST,
+    deepest: int = DEEPEST,
+    *,
+    takes_nan: bool = False,
+) -> Any:
+    """Return the value that `data` holds.  MalformedError for anything but one JSON text within the limits.
+
+    `takes_nan` lets it have NaN, Infinity and -Infinity.
+    """
     if len(data) > longest:
         raise MalformedError(f"{len(data)} bytes, expected at most {longest}")
     try:
@@ -58,7 +68,7 @@ def read_json(data: bytes | bytearray | memoryview | str, longest: int = LONGEST
     if text.count("[") + text.count("{") > deepest and _depth(text) > deepest:
         raise MalformedError(f"arrays or objects deeper than {deepest}")
     try:
-        value = _DECODER.decode(text)
+        value = (_DECODER_WITH_NAN if takes_nan else _DECODER).decode(text)
     except json.JSONDecodeError as cause:
         raise MalformedError(f"not JSON: {cause}") from cause
     if _HALF_PAIR.search(text) is not None or (isinstance(data, str) and not text.isascii()):
@@ -160,4 +170,7 @@ def _texts(value: Any) -> Iterator[str]:
 
 _DECODER: Final = json.JSONDecoder(
     parse_int=_integer, parse_float=_number, parse_constant=_constant, object_pairs_hook=_object
+)
+_DECODER_WITH_NAN: Final = json.JSONDecoder(
+    parse_int=_integer, parse_float=_number, parse_constant=float, object_pairs_hook=_object
 )

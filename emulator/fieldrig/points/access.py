@@ -1,16 +1,35 @@
 """Read and write one point of a device, with the nearest name for one that it does not have."""
 
 from collections.abc import Iterable, Mapping
+from typing import Final
 
 from fieldrig.device import Device, Point, Value
 from fieldrig.errors import ControlError
-from fieldrig.outside.untrusted import shown
+from fieldrig.outside.untrusted import WIDEST, shown
 from fieldrig.text.nearest import closest
+
+VALUES: Final = (bool, int, float, str)
+EXPECTED: Final = "expected a number, a text, true or false"
+_MISTAKE: Final = "correct the class of the device"
 
 
 def read_point(device: str, points: Mapping[str, Point], key: str) -> Value:
-    """Return the value of a point.  ControlError, with the nearest key, if the device has no such point."""
-    return _point(device, points, key).read()
+    """Return the value of a point.
+
+    ControlError, with the nearest key, if the device has no such point.  A point that refuses to be read, or whose
+    value no tool can take, is named as well: it is a mistake in the class of a device.
+    """
+    point = _point(device, points, key)
+    try:
+        value = point.read()
+    except ValueError as cause:
+        raise ControlError(f"{device}/{key} cannot be read: {cause}", _MISTAKE) from cause
+    if not isinstance(value, VALUES):
+        raise ControlError(f"{device}/{key} cannot be read: it is {shown(value)}", f"{_MISTAKE}: {EXPECTED}")
+    if isinstance(value, int) and not WIDEST[0] <= value <= WIDEST[1]:
+        bits = value.bit_length()
+        raise ControlError(f"{device}/{key} cannot be read: it has {bits} bits", f"{_MISTAKE}: expected at most 64")
+    return value
 
 
 def read_points(device: str, points: Mapping[str, Point], keys: Iterable[str] | None = None) -> dict[str, Value]:
@@ -19,7 +38,7 @@ def read_points(device: str, points: Mapping[str, Point], keys: Iterable[str] | 
     A device may make new points whenever it is asked for them, so a question asks for them once.
     """
     wanted = points if keys is None else keys
-    return {key: _point(device, points, key).read() for key in wanted}
+    return {key: read_point(device, points, key) for key in wanted}
 
 
 def points_for(device: Device, keys: Iterable[str]) -> Mapping[str, Point]:
@@ -32,8 +51,8 @@ def points_for(device: Device, keys: Iterable[str]) -> Mapping[str, Point]:
 
 def write_point(device: str, points: Mapping[str, Point], key: str, value: Value) -> None:
     """Write a point.  ControlError for an unknown or read-only key, or a value that is refused."""
-    if not isinstance(value, bool | int | float | str):
-        raise ControlError(f"{key} cannot be {shown(value)}", "expected a number, a text, true or false")
+    if not isinstance(value, VALUES):
+        raise ControlError(f"{key} cannot be {shown(value)}", EXPECTED)
     point = _point(device, points, key)
     if point.write is None:
         raise ControlError(f"{key} can only be read")

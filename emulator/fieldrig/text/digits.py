@@ -10,6 +10,8 @@ import struct
 from math import floor, isfinite, log10
 from typing import Any, Final
 
+from fieldrig.text.one_line import without_controls
+
 SIGNIFICANT: Final = 7
 LONGEST: Final = 17
 """Significant digits that always tell two doubles apart."""
@@ -45,6 +47,8 @@ def show_value(value: Any, unit: str = "") -> str:
     """Return a value as text for a person."""
     if isinstance(value, bool):
         return "true" if value else "false"
+    if isinstance(value, str):
+        return without_controls(value)
     return _number(value, unit) if isinstance(value, float) else str(value)
 
 

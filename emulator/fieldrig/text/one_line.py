@@ -1,4 +1,4 @@
-"""Text from outside on one line of a terminal."""
+"""Text from outside on a terminal."""
 
 
 def one_line(text: str) -> str:
@@ -6,3 +6,10 @@ def one_line(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text)
+
+
+def without_controls(text: str) -> str:
+    """Do the same with a text of several lines and columns, which stay."""
+    if text.isprintable():
+        return text
+    return "".join(sign if sign in "\n\t" else one_line(sign) for sign in text)

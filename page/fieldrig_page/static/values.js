@@ -39,7 +39,7 @@ export function Values({ device, role }) {
     load(device).then(
       (all) => {
         if (!isHere) return;
-        for (const point of all) if (point.value !== undefined) values.current.set(point.key, point.value);
+        for (const point of all) if (point.value !== undefined && isWhole(point.value)) values.current.set(point.key, point.value);
         setPoints(all);
       },
       (cause) => isHere && setTrouble(cause),
@@ -60,7 +60,7 @@ export function Values({ device, role }) {
   if (trouble) return html`<p class="refusal" role="alert">${trouble.what}</p>`;
   if (points === null) return html`<p class="quiet" role="status">asking ${device} ...</p>`;
   const put = (key, value) => {
-    if (Number.isInteger(value) && !Number.isSafeInteger(value)) return; // the topic has all its digits
+    if (!isWhole(value)) return;
     values.current.set(key, value);
     setTick((tick) => tick + 1);
   };
@@ -189,6 +189,9 @@ async function write(device, key, value) {
   const [written] = (await api('POST', `programs/${name}/write`, { values: { [variable]: value } })).variables;
   return written.text || written.value;
 }
+
+// False for a number that has lost digits in JSON; the topic has all of them.
+const isWhole = (value) => !Number.isInteger(value) || Number.isSafeInteger(value);
 
 function shown(value) {
   if (value === undefined || value === null) return '';

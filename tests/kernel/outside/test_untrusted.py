@@ -1,6 +1,7 @@
 """The reader of JSON from outside: the limits, and that nothing makes it raise anything but a MalformedError."""
 
 import json
+from math import inf
 from typing import Any
 
 import pytest
@@ -69,6 +70,12 @@ def test_what_is_refused(text: str) -> None:
         read_json(text)
     with pytest.raises(MalformedError):
         read_json(text.encode())
+
+
+def test_messages_within_a_rig_have_every_float() -> None:
+    assert read_json('{"a": [NaN, Infinity, -Infinity]}', takes_nan=True)["a"][1:] == [inf, -inf]
+    with pytest.raises(MalformedError):
+        read_json("1e999", takes_nan=True)
 
 
 @pytest.mark.parametrize("data", [b"\xff", b'"\xed\xa0\x80"', "[1]".encode("utf-16"), "[1]".encode("utf-32")])

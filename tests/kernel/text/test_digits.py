@@ -87,3 +87,9 @@ def test_messages_are_shown_with_fewer_digits(text: str, shown: str) -> None:
 def test_a_unit_with_a_number_is_a_factor(value: object, unit: str, text: str) -> None:
     """It read `4000 0.1 %`, as if there were two values."""
     assert show_with_unit(value, unit) == text
+
+
+def test_a_text_of_a_device_moves_no_cursor() -> None:
+    """It went to the terminal as it was, with the colours and the bell that were in it."""
+    text = "1\tbooted\n2\t\x1b[31mred\x07\x00\u202eend"
+    assert show_value(text) == "1\tbooted\n2\t\\x1b[31mred\\x07\\x00\\u202eend"

@@ -18,6 +18,7 @@ holding_registers:
   - {{address: 0, name: date, type: u32, initial: 20260131}}
   - {{address: 2, name: total, type: u64, initial: {LARGE}}}
   - {{address: 6, name: ratio, type: f32, initial: 0.25}}
+  - {{address: 8, name: sensor, type: f32}}
 input_registers:
   - {{address: 0, name: turns, type: u32, source: {{kind: counter, per_s: 1000, first: 73113480}}}}
 """
