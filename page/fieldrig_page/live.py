@@ -26,6 +26,8 @@ MOST_SOCKETS: Final = 64
 """Sockets at a time."""
 UNSUPPORTED: Final = 1003
 """Close code for a message that is not understood (RFC 6455, 7.4.1)."""
+LONGEST_REASON: Final = 123
+"""Longest reason of a close in bytes (RFC 6455, 5.5)."""
 FAULT: Final = 1011
 """Close code for a fault of the server (RFC 6455, 7.4.1)."""
 
@@ -68,7 +70,7 @@ class Topic(Protocol):
     def want(self, page: Page, wish: Any) -> None:
         """Show the page this from now on, beginning with the whole of it, or nothing more if it is None.
 
-        MalformedError for a request that is not understood closes only this socket.
+        MalformedError for a request that is not understood closes only this socket, with the reason.
         """
 
     def forget(self, page: Page) -> None:
@@ -144,7 +146,7 @@ class Live:
                 self.take(page, await _received(socket))
         except MalformedError as cause:
             log.info("a socket is closed: %s", cause)
-            await _close(socket, UNSUPPORTED)
+            await _close(socket, UNSUPPORTED, str(cause))
         except WebSocketDisconnect:
             pass
         finally:
@@ -173,7 +175,10 @@ class Live:
             page.wishes.pop(name, None)
             self._topics[name].forget(page)
         else:
-            self._topics[name].want(page, wish)
+            try:
+                self._topics[name].want(page, wish)
+            except MalformedError as cause:
+                raise MalformedError(f"{name}: {cause}") from cause
             page.wishes[name] = wish
 
 
@@ -193,6 +198,7 @@ async def _send_all(page: Page, socket: WebSocket) -> None:
             await socket.send_bytes(await page.next())
 
 
-async def _close(socket: WebSocket, code: int) -> None:
+async def _close(socket: WebSocket, code: int, reason: str = "") -> None:
+    shortened = reason.encode()[:LONGEST_REASON].decode(errors="ignore")
     with suppress(WebSocketDisconnect, RuntimeError):  # it has gone by itself
-        await socket.close(code)
+        await socket.close(code, shortened)

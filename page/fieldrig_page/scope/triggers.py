@@ -31,7 +31,7 @@ KINDS: Final = ("edge", "level", "state", "window", "message", "fault")
 ON_SIGNALS: Final = ("edge", "level", "state", "window")
 SLOPES: Final = {"rising": ENTERS, "falling": LEAVES, "both": BOTH}
 MOST_WORDS: Final = 16
-LONGEST_TEXT: Final = 200
+LONGEST_TEXT: Final = 1000
 
 
 class Hit(NamedTuple):

@@ -2,7 +2,7 @@
 import { html, render } from 'htm/preact';
 import { useEffect, useLayoutEffect, useState } from 'preact/hooks';
 import { keepFocus } from './focus.js';
-import { live, role, useAnswer, useLive, useModule, useWish } from './live.js';
+import { live, role, useAnswer, useLive, useModule, useRefusals, useWish } from './live.js';
 
 // Each view is a module with `export function View({rig, path, role})`; `path` is what follows its hash.  One that needs
 // a name, such as `#/device/NAME`, is hidden from the navigation.  `of` says what the name in its address is one of, and
@@ -31,6 +31,7 @@ const STATES = {
 function App() {
   const state = useLive('state', (_, message) => message.state, live.state);
   const rig = useLive('rig', (_, message) => message, {});
+  const refusals = useRefusals();
   const [name, path] = useHash();
   const view = VIEWS.find((one) => one.hash === name) ?? FIRST;
   const greeting = live.greeting;
@@ -48,7 +49,7 @@ function App() {
         <a href=${`#/${one === FIRST ? '' : one.hash}`} aria-current=${one === view ? 'page' : null}>${one.title}</a>`)}</nav>
       <p class="facts">${facts(whole)}</p>
     </header>
-    <main id="main" tabindex="-1"><${Loaded} key=${view.hash} view=${view} rig=${whole} path=${path} /></main>`;
+    <main id="main" tabindex="-1">${refusals.map(([topic, what]) => html`<p class="refusal" role="alert">${topic} is refused: ${what}</p>`)}<${Loaded} key=${view.hash} view=${view} rig=${whole} path=${path} /></main>`;
 }
 
 function Mark() {

@@ -6,6 +6,7 @@ import { decode, encode } from './wire.js';
 
 const FIRST_PAUSE_MS = 250;
 const LONGEST_PAUSE_MS = 4000;
+const UNSUPPORTED = 1003; // the close code for a message that is not understood
 
 export let role = 'look';
 
@@ -16,6 +17,7 @@ class Live {
   #wishes = new Map();
   #socket = null;
   #pause = FIRST_PAUSE_MS;
+  #last = null; // the topic that was wanted last
 
   // Calls `handler(message)` for each message of a type, which is the name of its topic, or "state".
   on(type, handler) {
@@ -28,7 +30,12 @@ class Live {
   want(topic, wish) {
     if (wish === null) this.#wishes.delete(topic);
     else this.#wishes.set(topic, wish);
-    if (this.state === 'open') this.#send({ t: 'want', topic, wish });
+    if (this.state === 'open') this.#ask(topic, wish);
+  }
+
+  #ask(topic, wish) {
+    this.#last = topic;
+    this.#send({ t: 'want', topic, wish });
   }
 
   open() {
@@ -37,7 +44,7 @@ class Live {
     this.#socket = socket;
     socket.binaryType = 'arraybuffer';
     socket.onmessage = (event) => this.#take(event.data);
-    socket.onclose = () => this.#onClose();
+    socket.onclose = (event) => this.#onClose(event);
   }
 
   #take(data) {
@@ -55,13 +62,22 @@ class Live {
     role = hello.role;
     this.#pause = FIRST_PAUSE_MS;
     this.#become('open');
-    for (const [topic, wish] of this.#wishes) this.#send({ t: 'want', topic, wish });
+    for (const [topic, wish] of this.#wishes) this.#ask(topic, wish);
   }
 
-  async #onClose() {
+  async #onClose({ code, reason }) {
+    if (code === UNSUPPORTED) this.#drop(reason);
     this.#become((await isRefused()) ? 'refused' : 'away');
     setTimeout(() => this.open(), this.#pause);
     this.#pause = Math.min(2 * this.#pause, LONGEST_PAUSE_MS);
+  }
+
+  // What the server does not understand is not wanted again: every further connection would end by it.
+  #drop(reason) {
+    const [named] = reason.split(': ', 1), isNamed = this.#wishes.has(named);
+    const topic = isNamed ? named : this.#last;
+    this.#wishes.delete(topic);
+    this.#tell('refused', { topic, what: isNamed ? reason.slice(named.length + 2) : reason });
   }
 
   #become(state) {
@@ -104,6 +120,16 @@ export function useWish(topic, wish) {
     live.want(topic, wish);
     return () => live.want(topic, null);
   }, [topic, JSON.stringify(wish)]);
+}
+
+// Why the server refused topics that the page wanted, as pairs of both, until there is a frame of the topic.
+export function useRefusals() {
+  const [refusals, setRefusals] = useState({});
+  useLayoutEffect(() => live.on('refused', ({ topic, what }) => {
+    setRefusals((before) => ({ ...before, [topic]: what }));
+    const off = live.on(topic, () => { off(); setRefusals(({ [topic]: _, ...others }) => others); });
+  }), []);
+  return Object.entries(refusals);
 }
 
 // What a GET of the API gives, as [answer, refusal].  Asked again when `path` or `times` changes, and after a reconnect.

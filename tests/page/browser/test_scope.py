@@ -247,3 +247,21 @@ def test_a_pulse_is_caught_an_hour_into_a_run_at_full_speed(browser: Browser, tm
             head, *lines = csv.value.path().read_text().splitlines()
             assert (head, number) == ("time_s,source/pulse", 1)
             assert [line for line in lines if line.endswith(",1")] == ["0.200000000,1"]
+
+
+def test_a_set_up_that_is_refused_has_its_reason_and_the_page_goes_on(browser: Browser, pulses: ServedRig) -> None:
+    """The server closed each connection again, and the page said that the server was away, also when loaded again."""
+    with opened(browser, pulses, path="/scope") as page:
+        chosen(page, "Trigger").select_option("message on a bus")
+        words = page.get_by_label("With the words")
+        words.fill("a " * 17)
+        words.press("Enter")
+        refusal = page.get_by_role("alert").filter(has_text="scope is refused: words: expected at most 16 words")
+        expect(refusal).to_be_visible()
+        expect(page.locator("header .pill")).to_have_text("ready")
+        page.reload()
+        expect(refusal).to_be_visible()
+        expect(page.locator("header .pill")).to_have_text("ready")
+        words.fill("a b")
+        words.press("Enter")
+        expect(refusal).not_to_be_visible()

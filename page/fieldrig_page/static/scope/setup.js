@@ -17,6 +17,7 @@ const WHATS = {
   fault: [['begin', 'begins'], ['end', 'ends']],
 };
 const KINDS = [['edge', 'edge of a signal'], ['level', 'level of a signal'], ['window', 'window of a signal'], ['state', 'state of a signal'], ['message', 'message on a bus'], ['fault', 'fault']];
+const ON_SIGNALS = ['edge', 'level', 'window', 'state'];
 
 // Searches all signals of the rig, and adds or removes them.
 export function Signals({ setup, onChange }) {
@@ -70,7 +71,8 @@ export function Trigger({ setup, columns, middles, onChange }) {
     const usual = { edge: { signal, level }, level: { signal, level }, window: { signal, level: level - 1, high: level + 1 }, state: { signal, what: column?.states[0] ?? '' }, message: { part: parts.buses[0] ?? '', words: [] }, fault: { part: '' } };
     return onChange({ ...setup, trigger: { kind, what: WHATS[kind]?.[0][0] ?? '', ...usual[kind] }, mode: setup.mode === 'run' ? 'normal' : setup.mode });
   };
-  const isOnSignal = trigger !== null && ['edge', 'level', 'window', 'state'].includes(trigger.kind);
+  const hasNoSignal = setup.signals.length === 0 && !trigger?.signal;
+  const isOnSignal = trigger !== null && ON_SIGNALS.includes(trigger.kind);
   const column = columns.find((one) => one.name === trigger?.signal);
   const select = (label, value, options, key) => html`<label>${label} <select value=${value} onChange=${(event) => change({ [key]: event.currentTarget.value })}>
     ${options.map(([one, words]) => html`<option value=${one}>${words}</option>`)}</select></label>`;
@@ -78,7 +80,7 @@ export function Trigger({ setup, columns, middles, onChange }) {
   return html`
     <div class="scope-row" role="group" aria-label="trigger">
       <label>Trigger <select value=${trigger?.kind ?? 'none'} onChange=${(event) => begin(event.currentTarget.value)}>
-        <option value="none">none</option>${KINDS.map(([kind, words]) => html`<option value=${kind}>${words}</option>`)}</select></label>
+        <option value="none">none</option>${KINDS.map(([kind, words]) => html`<option value=${kind} disabled=${ON_SIGNALS.includes(kind) && hasNoSignal}>${words}</option>`)}</select></label>
       ${isOnSignal && select('Signal', trigger.signal, [...new Set([...setup.signals, ...setup.recorded, trigger.signal])].filter(Boolean).map((name) => [name, name]), 'signal')}
       ${trigger && WHATS[trigger.kind] && select('When it', trigger.what, WHATS[trigger.kind], 'what')}
       ${trigger && ['edge', 'level'].includes(trigger.kind) && numeric('Level', 'level')}
