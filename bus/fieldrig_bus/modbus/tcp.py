@@ -163,7 +163,14 @@ class TcpMaster(Master):
             self._asked.append((self.hub.clock.now_ns(), unit))
             self._send(waiting.popleft())
         self._is_going_on = False
+        if self._asked and not self._timer.is_set:
+            self._timer.at(self._asked[0][0] + PATIENCE_NS, self._give_up)
         self._stop_or_read()
+
+    def _give_up(self) -> None:
+        """Leave the places of unanswered requests to others: a unit that is silent has only so many for all clients."""
+        self._has_place()
+        self.go_on()
 
     def _stop_or_read(self) -> None:
         """Read nothing while requests wait, or while the client does not read its answers."""
@@ -176,15 +183,11 @@ class TcpMaster(Master):
         self.read_on(not (is_stopped or self.is_full))
 
     def _has_place(self) -> bool:
-        """Return whether one more request may be without an answer; if not, look again when the oldest is given up."""
+        """Give up what had no answer for too long; return whether one more request may be without an answer."""
         asked, now_ns = self._asked, self.hub.clock.now_ns()
         while asked and asked[0][0] + PATIENCE_NS <= now_ns:
             self.server.turns.end(asked.popleft()[1])
-        if len(asked) < MOST_TRANSACTIONS:
-            return True
-        if not self._timer.is_set:
-            self._timer.at(asked[0][0] + PATIENCE_NS, self.go_on)
-        return False
+        return len(asked) < MOST_TRANSACTIONS
 
     def _on_response(self, response: ModbusResponse | DamagedAnswer) -> None:
         pdu, exchange = response.pdu, response.exchange
