@@ -168,7 +168,7 @@ class TcpMaster(Master):
         self._stop_or_read()
 
     def _give_up(self) -> None:
-        """Leave the places of unanswered requests to others: a unit that is silent has only so many for all clients."""
+        """Leave the places of unanswered requests to others: a silent unit has a few of them for all clients."""
         self._has_place()
         self.go_on()
 
