@@ -1,8 +1,10 @@
 """The picture of a rig: each part has one place, nothing overlaps, and a ring is read in its order."""
 
+import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import FrameType
 
 import pytest
 from hypothesis import given, settings
@@ -134,3 +136,26 @@ def test_a_device_that_keeps_messages_says_in_which_values() -> None:
     devices = graph_of(load(CONFIGS / "conveyor.yaml")).devices
     assert devices["max4"].logs == ("log",)
     assert {device.logs for device in devices.values()} == {("log",), ()}
+
+
+def calls(work: Callable[[], object]) -> int:
+    """Return how many functions are called."""
+    count = 0
+
+    def on_event(_frame: FrameType, event: str, _argument: object) -> None:
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    sys.setprofile(on_event)
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def test_a_large_rig_does_not_look_at_each_pair_once_for_every_device() -> None:
+    """The page of a rig of 500 devices took half a minute of processor time to begin."""
+    names = [f"d{number}" for number in range(60)]
+    rig = graph({"can": (Shape.BAR, names)}, names)
+    assert calls(lambda: [partners_of(rig, name) for name in names]) < 60 * 60 * 10

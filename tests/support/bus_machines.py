@@ -16,7 +16,7 @@ SILENT: Final[Table] = {
     "can corrupt": waits(),
     "can error_frame": waits(),
     "can short": waits(),
-    "can wrong_bit_rate": goes_on(),  # that of the other node
+    "can wrong_bit_rate": goes_on(),  # that of another node, on a bus that has had no errors
     "can babble": waits(),
 }
 """A master hears nothing that is right while the fault lasts, and hears it again afterwards without a further step."""

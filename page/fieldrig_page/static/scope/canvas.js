@@ -333,11 +333,12 @@ export function drawXy(g, width, height, points, look) {
   g.beginPath();
   g.strokeStyle = look.colours[0];
   g.lineWidth = 1.3;
+  g.lineCap = 'round'; // a line without length is a dot: both values rest
   let isDown = false;
   for (let place = 0; place < x.length; place++) {
-    if (x[place] !== x[place] || y[place] !== y[place]) { isDown = false; continue; }
-    if (isDown) g.lineTo(xOf(x[place]), yOf(y[place]));
-    else g.moveTo(xOf(x[place]), yOf(y[place]));
+    if (!Number.isFinite(x[place]) || !Number.isFinite(y[place])) { isDown = false; continue; }
+    if (!isDown) g.moveTo(xOf(x[place]), yOf(y[place]));
+    g.lineTo(xOf(x[place]), yOf(y[place]));
     isDown = true;
   }
   g.stroke();
@@ -352,6 +353,7 @@ function extent(values) {
   let low = Infinity;
   let high = -Infinity;
   for (const value of values) {
+    if (!Number.isFinite(value)) continue;
     if (value < low) low = value;
     if (value > high) high = value;
   }
