@@ -106,9 +106,11 @@ def _bonds(graph: Graph) -> Mapping[str, Counter[str]]:
     for (one, other), weight in pairs.items():
         bonds[one][other] += weight
         bonds[other][one] += weight
-    return {
-        name: Counter({other: found[other] for other in graph.devices if found[other]}) for name, found in bonds.items()
-    }
+    places = {name: place for place, name in enumerate(graph.devices)}
+    for name, found in bonds.items():
+        if len(found) > 1:
+            bonds[name] = Counter({other: found[other] for other in sorted(found, key=places.__getitem__)})
+    return bonds
 
 
 def _group_of(name: str, homes: Mapping[str, str | None], bonds: Mapping[str, Counter[str]]) -> str:

@@ -6,7 +6,6 @@ Where the system has no fork, such a fixture is made for each test: its scope is
 Left out on purpose: a test that decides within the fork to skip itself.
 """
 
-import gc
 import os
 import signal
 from collections.abc import Callable
@@ -47,7 +46,6 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
 
 def _run(item: pytest.Function, connection: Connection) -> NoReturn:
     """Run the test, and say how it failed."""
-    gc.freeze()  # a search for circles would write to every object, and copy all memory of the process
     said = ""
     function: Callable[..., None] = item.obj
     try:
