@@ -12,7 +12,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
-from itertools import chain, groupby, pairwise
+from itertools import groupby, pairwise
 from multiprocessing.connection import Connection, Pipe, wait
 from pathlib import Path
 from types import SimpleNamespace
@@ -183,19 +183,24 @@ class Worker:
         plugins.register(self)
 
     def _work(self) -> int:
-        for number, following in pairwise(chain(self._numbers(), [None])):
-            assert number is not None
-            item = self._session.items[number]
-            nextitem = None if following is None else self._session.items[following]
-            self._config.hook.pytest_runtest_protocol(item=item, nextitem=nextitem)
-            self._connection.send(number)
-            if self._session.shouldfail or self._session.shouldstop:
+        while part := self._given():
+            if not self._run(part):
                 break
         return 0
 
-    def _numbers(self) -> Iterator[int]:
-        while part := self._given():
-            yield from part
+    def _run(self, part: range) -> bool:
+        """Run a part, and return whether another one may follow.
+
+        A part leaves no fixture but those of the session: what a test finds does not depend on the parts that this
+        process had before, and a run on another host tries the same.
+        """
+        items: list[Any] = [self._session.items[number] for number in part]
+        for number, (item, following) in zip(part, pairwise([*items, self._session]), strict=True):
+            self._config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+            self._connection.send(number)
+            if self._session.shouldfail or self._session.shouldstop:
+                return False
+        return True
 
     def _given(self) -> range:
         self._connection.send(None)

@@ -99,3 +99,20 @@ def test_it_stops_after_the_first_failure_if_asked(tmp_path: Path) -> None:
     output, _ = (process := forked(tmp_path, text, "-x")).communicate()
     assert process.returncode == pytest.ExitCode.TESTS_FAILED
     assert "stopping after 1 failures" in output
+
+
+def test_a_part_begins_with_fixtures_that_no_test_has_used(tmp_path: Path) -> None:
+    text = """
+import pytest
+
+@pytest.fixture(scope="module")
+def before():
+    return []
+
+@pytest.mark.parametrize("number", range(500))
+def test_one(number, before):
+    assert before == [*range(number - number % 20, number)]
+    before.append(number)
+"""
+    output, _ = (process := forked(tmp_path, text)).communicate()
+    assert process.returncode == 0, output
