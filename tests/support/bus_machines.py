@@ -3,7 +3,7 @@
 from typing import ClassVar, Final
 
 from fault_choices import Injected
-from faulted_machine import Effect, Machine, Table, goes_on, waits
+from faulted_machine import Effect, Machine, Table, goes_on, may_stop, waits
 from rig_hands import START_ALL
 
 from fieldrig_bus.can.frame import CanFrame
@@ -16,7 +16,7 @@ SILENT: Final[Table] = {
     "can corrupt": waits(),
     "can error_frame": waits(),
     "can short": waits(),
-    "can wrong_bit_rate": goes_on(),  # that of another node, on a bus that has had no errors
+    "can wrong_bit_rate": may_stop(),  # its error flags add to what other errors left in the TEC
     "can babble": waits(),
 }
 """A master hears nothing that is right while the fault lasts, and hears it again afterwards without a further step."""
