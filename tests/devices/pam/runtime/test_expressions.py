@@ -119,6 +119,11 @@ def test_conversions() -> None:
     assert [bench[name] for name in names] == [2147483647, -2147483648, 2147483647.0, 4.5, 3.0, 4, True]
 
 
+def test_the_lowest_integer_is_written_with_its_sign() -> None:
+    bench = computed("n <- -2147483648; w <- 2147483648; x <- -2147483648;")
+    assert [bench[name] for name in ("n", "w", "x")] == [-2147483648, -2147483648, -2147483648.0]
+
+
 @pytest.mark.manual("PAML-227")
 def test_reals_keep_their_type() -> None:
     bench = computed("r <- w; x <- r / 2; y <- w / 2;", w=3)

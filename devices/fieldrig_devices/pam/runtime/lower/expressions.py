@@ -68,6 +68,8 @@ class Expressions:
                 return self._value(expression, at)
             case tree.ParameterOf(subject=subject, parameter=parameter):
                 return self._parameter(subject, parameter)
+            case tree.Unary(operator="-", operand=tree.Number(value=value)) if value == HIGH + 1:
+                return _number(-value)  # without its sign, the lowest integer is a mask of 32 bits
             case tree.Unary():
                 return self._unary(expression, emitter, at)
             case tree.Binary():
