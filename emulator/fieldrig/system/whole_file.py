@@ -1,11 +1,13 @@
 """A file that is written as a whole or not at all."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from shutil import copymode
-from typing import BinaryIO
+from typing import BinaryIO, cast
+
+from fieldrig.system.own_files import open_file
 
 
 @contextmanager
@@ -16,18 +18,10 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
             yield file
         return
     target = path.resolve()
-    part = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        with part.open("x+b") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
+    with _aside(target, lambda part: part.open("x+b")) as file:
+        yield file
         if target.exists():
-            copymode(target, part)
-        part.replace(target)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
+            copymode(target, file.name)
 
 
 def replace_file(path: Path, data: bytes) -> None:
@@ -38,3 +32,24 @@ def replace_file(path: Path, data: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as file:
         file.write(data)
+
+
+def replace_own_file(path: Path, data: bytes) -> None:
+    """Replace a file of a rig, which is for this user only, as `replace_file` does; no link is followed."""
+    with _aside(path, lambda part: cast(BinaryIO, open_file(part, "wb"))) as file:
+        file.write(data)
+
+
+@contextmanager
+def _aside(target: Path, opened: Callable[[Path], BinaryIO]) -> Iterator[BinaryIO]:
+    part = target.with_name(f".{target.name}.{os.getpid()}")
+    part.unlink(missing_ok=True)  # in a container, the process that was killed here may have had the same number
+    try:
+        with opened(part) as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(target)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise

@@ -13,8 +13,8 @@ from typing import Final
 
 from fieldrig.errors import ControlError, RigError
 from fieldrig.outside.untrusted import LONGEST, MalformedError, read_json
-from fieldrig.storage.store import replace_file
 from fieldrig.system.own_files import open_file, part_of
+from fieldrig.system.whole_file import replace_own_file
 from fieldrig.text.nearest import closest
 from fieldrig_page.scope.setup import Setup, read_setup
 
@@ -43,7 +43,7 @@ class Setups:
         if name not in (names := self.names()) and len(names) >= MOST_SETUPS:
             raise ControlError(f"there are {MOST_SETUPS} set-ups already", "delete one of them")
         try:
-            replace_file(path, json.dumps(setup.as_data(), indent=1).encode(), is_own=True)
+            replace_own_file(path, json.dumps(setup.as_data(), indent=1).encode())
         except OSError as cause:
             raise ControlError(
                 f"{path} cannot be written: {cause.strerror}", "the set-up that was there stays"

@@ -1,15 +1,16 @@
 """Files that a command writes: whole or not at all, in the place that the user has named."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from fieldrig.system.whole_file import replace_file, whole_file
+from fieldrig.system.whole_file import replace_file, replace_own_file, whole_file
 
 
 def test_a_pipe_or_device_gets_the_data_and_stays_what_it_is(tmp_path: Path) -> None:
-    """As root, `--junit /dev/null` made a plain file of the device."""
+    """Root once made a plain file of a device: `--junit /dev/null`."""
     if not hasattr(os, "mkfifo"):
         pytest.skip("needs named pipes")
     pipe = tmp_path / "pipe"
@@ -51,6 +52,25 @@ def test_a_file_that_could_not_be_written_whole_is_as_it_was(tmp_path: Path) -> 
 def test_the_folder_of_a_file_is_made(tmp_path: Path) -> None:
     replace_file(tmp_path / "reports" / "ci" / "junit.xml", b"new")
     assert (tmp_path / "reports" / "ci" / "junit.xml").read_bytes() == b"new"
+
+
+@pytest.mark.parametrize("replace", [replace_file, replace_own_file])
+def test_what_a_killed_process_of_the_same_number_left_is_no_obstacle(
+    tmp_path: Path, replace: Callable[[Path, bytes], None]
+) -> None:
+    """The first process of a container always has the number 1."""
+    (tmp_path / f".report.xml.{os.getpid()}").write_bytes(b"half")
+    replace(tmp_path / "report.xml", b"new")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"report.xml": b"new"}
+
+
+def test_a_file_of_a_rig_is_for_its_user_and_takes_the_place_of_a_link(tmp_path: Path) -> None:
+    (tmp_path / "foreign").write_bytes(b"foreign")
+    (tmp_path / "setup.json").symlink_to("foreign")
+    replace_own_file(tmp_path / "setup.json", b"new")
+    assert (tmp_path / "foreign").read_bytes() == b"foreign"
+    assert (tmp_path / "setup.json").read_bytes() == b"new"
+    assert (tmp_path / "setup.json").lstat().st_mode & 0o777 == 0o600
 
 
 def _write_half(path: Path) -> None:
