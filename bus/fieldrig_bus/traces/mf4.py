@@ -28,7 +28,7 @@ from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.codec import encode
-from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS
+from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS, STANDARD_MASK
 from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.traces.beginning import beginning
 from fieldrig_bus.traces.can_fields import Fields, fields_of, message_of
@@ -232,7 +232,8 @@ def _group(mdf: Any, number: int, start_ns: int, names: BusNames, odd: Oddities)
     group = mdf.groups[number]
     present = {channel.name for channel in group.channels}
     for name, make in ((DATA, _data), (ERRORS, _error), (REMOTES, _remote)):
-        if name in present and group.channel_group.cycles_nr:
+        is_there = name in present or any(each.startswith(f"{name}.") for each in present)
+        if is_there and group.channel_group.cycles_nr:
             return [_rows(mdf, number, name, make, start_ns, names, odd)]
     if group.channel_group.cycles_nr:
         odd.report("groups that are no CAN frames are left out")
@@ -243,9 +244,7 @@ def _rows(
     mdf: Any, number: int, name: str, make: Callable[..., bytes], start_ns: int, names: BusNames, odd: Oddities
 ) -> Iterator[TraceEntry]:
     for offset in range(0, mdf.groups[number].channel_group.cycles_nr, ROWS):
-        table = mdf.get(name, number, record_offset=offset, record_count=ROWS, raw=False)
-        count = len(table.timestamps)
-        columns = {field: _column(table.samples, f"{name}.{field}", count) for field, _ in _FIELDS}
+        table, columns = _columns(mdf, number, name, offset)
         times_ns = _whole_times_ns(mdf, number, offset) or [round(each * S) for each in table.timestamps.tolist()]
         for place, time_ns in enumerate(times_ns):
             odd.number += 1
@@ -257,6 +256,34 @@ def _rows(
                 continue
             bus = names[int(row["BusChannel"]) + 1]
             yield TraceEntry(start_ns + time_ns, bus, "can", "", message)
+
+
+def _columns(mdf: Any, number: int, name: str, offset: int) -> tuple[Any, dict[str, list[Any]]]:
+    """Return some rows with their times, and the values of each field.
+
+    The fields are parts of one channel, or channels of their own.  A field that the file does not have follows from
+    others, or is 0.
+    """
+    channels = {channel.name for channel in mdf.groups[number].channels}
+    fields = [field for field, _ in _FIELDS if f"{name}.{field}" in channels]
+
+    def part(channel: str, *, is_raw: bool) -> Any:
+        return mdf.get(channel, number, record_offset=offset, record_count=ROWS, raw=is_raw)
+
+    is_whole = name in channels
+    table = part(name, is_raw=False) if is_whole else part(f"{name}.{fields[0]}", is_raw=True)
+    inside = (table.samples.dtype.names or ()) if is_whole else ()
+    columns: dict[str, list[Any]] = {field: [0] * len(table.timestamps) for field, _ in _FIELDS}
+    columns["DataBytes"] = [b""] * len(table.timestamps)
+    for field in fields:
+        channel = f"{name}.{field}"
+        columns[field] = _column(table.samples[channel] if channel in inside else part(channel, is_raw=True).samples)
+    if "DataLength" not in fields:
+        by_code = [FD_LENGTHS[code & 15] for code in columns["DLC"]]
+        columns["DataLength"] = by_code if "DLC" in fields else [len(data) for data in columns["DataBytes"]]
+    if "IDE" not in fields:
+        columns["IDE"] = [identifier > STANDARD_MASK for identifier in columns["ID"]]
+    return table, columns
 
 
 def _whole_times_ns(mdf: Any, number: int, offset: int) -> list[int]:
@@ -275,12 +302,11 @@ def _whole_times_ns(mdf: Any, number: int, offset: int) -> list[int]:
     return [round(each * unit + first) for each in raw.tolist()]
 
 
-def _column(samples: Any, name: str, count: int) -> list[Any]:
-    """Return the values of a field; a field that the file does not have is 0."""
-    if name not in samples.dtype.names:
-        return [b"" if name.endswith("DataBytes") else 0] * count
-    values = samples[name]
-    return [value.tobytes() for value in values] if name.endswith("DataBytes") else values.tolist()
+def _column(values: Any) -> list[Any]:
+    """Return the values of a field: numbers, or bytes where each value has several."""
+    if values.dtype.kind in "SV":
+        values = values.view("u1").reshape(len(values), -1)
+    return values.tolist() if values.ndim == 1 else [value.tobytes() for value in values]
 
 
 def _word(row: dict[str, Any]) -> int:
@@ -295,7 +321,7 @@ def _data(row: dict[str, Any]) -> bytes:
 
 
 def _remote(row: dict[str, Any]) -> bytes:
-    return message_of(_word(row) | REMOTE, b"", FD_LENGTHS[row["DLC"] & 15]) or b""
+    return message_of(_word(row) | REMOTE, b"", FD_LENGTHS[row["DLC"] & 15] or row["DataLength"]) or b""
 
 
 def _error(row: dict[str, Any]) -> bytes:
