@@ -50,7 +50,7 @@ def call_of(checker: Checker, node: tree.Call) -> tuple[Pou, tree.Call] | None:
     if not 1 <= len(values) <= 2 or len(values) != len(node.arguments):
         checker.context.say(node, f"{NEW} with {len(node.arguments)} arguments", f"{NEW}(type) or {NEW}(type, count)")
         return None
-    spec, project = _spec(values[0]), checker.context.project
+    spec, project = spec_of(values[0]), checker.context.project
     if spec is None or project.specs is None:
         checker.context.say(values[0], f"{text(values[0])} is no type", "the name of a type")
         return None
@@ -66,10 +66,10 @@ def call_of(checker: Checker, node: tree.Call) -> tuple[Pou, tree.Call] | None:
 _ONE: Final = tree.Literal(tree.LiteralKind.INTEGER, 1, "1")
 
 
-def _spec(node: tree.Expression) -> tree.TypeSpec | None:
+def spec_of(node: tree.Expression) -> tree.TypeSpec | None:
     """Return the type that an argument of __NEW names, with the arguments of FB_init behind it."""
     if isinstance(node, tree.Unary) and node.operator == "POINTER TO":
-        to = _spec(node.operand)
+        to = spec_of(node.operand)
         return tree.PointerSpec(to, position=node.position) if to is not None else None
     arguments: tuple[tree.Argument, ...] = ()
     named = node

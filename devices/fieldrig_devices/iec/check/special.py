@@ -6,13 +6,14 @@ from typing import Final
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
     constants,
+    heap,
     open_arrays,
     places,
     references,
     writing,
 )
 from fieldrig_devices.iec.check.checker import Checker
-from fieldrig_devices.iec.check.project import Entity
+from fieldrig_devices.iec.check.project import UNKNOWN, Entity
 from fieldrig_devices.iec.check.sizes import Sizes
 from fieldrig_devices.iec.check.texts import text
 from fieldrig_devices.iec.check.untyped import integer
@@ -69,6 +70,9 @@ def _sizeof(checker: Checker, node: tree.Call) -> Expression | None:
     given = _one_argument(checker, node)
     if given is None:
         return None
+    written = _written_type(checker, given)
+    if written is not None:
+        return _size(checker, given, written) if written is not UNKNOWN else None
     named = places.without_library(checker.context, given)
     if isinstance(named, tree.Name) and _may_be_type(checker.context.find(named.text)):
         kind = checker.context.project.named_type(named.text)
@@ -85,6 +89,15 @@ def _sizeof(checker: Checker, node: tree.Call) -> Expression | None:
             return None
     value = checker.expression(given)
     return _size(checker, given, value.type) if value is not None else None
+
+
+def _written_type(checker: Checker, node: tree.Expression) -> Type | None:
+    """Return a type that is no name alone, as in `SIZEOF(STRING(80))` or `SIZEOF(POINTER TO Pump)`; None for others."""
+    is_text = isinstance(node, tree.Call) and text(node.called).upper() in ("STRING", "WSTRING")
+    is_pointer = isinstance(node, tree.Unary) and node.operator == "POINTER TO"
+    spec = heap.spec_of(node) if is_text or is_pointer else None
+    specs = checker.context.project.specs
+    return specs.resolve(spec, checker.context) if spec is not None and specs is not None else None
 
 
 def _component_type(checker: Checker, node: tree.Expression) -> Type | None:

@@ -273,8 +273,13 @@ class Statements:
 
     # ---- jumps
 
-    def _return(self, node: tree.Return) -> AnyStatement:
-        return program.Return(line=node.position.line)
+    def _return(self, node: tree.Return) -> AnyStatement | None:
+        if node.condition is None:
+            return program.Return(line=node.position.line)
+        leave = tree.Return(position=node.position)
+        return self._if(
+            tree.If((tree.Branch(node.condition, (leave,), position=node.position),), position=node.position)
+        )
 
     def _label(self, node: tree.Label) -> AnyStatement | None:
         name = self.context.key(node.name)

@@ -367,6 +367,10 @@ class Statements(Blocks):
     def _return(self) -> tree.Return:
         at = self.i
         self.i += 1
+        if self.kinds[self.i] == "(" and self.dialect.has_conditional_return:
+            condition = self.expression()
+            self.semicolon()
+            return tree.Return(condition, position=self.positions[at])
         if not self.is_next_line() and self.kinds[self.i] in OPERANDS:
             hint = "The result of a function is assigned to its name in front of it: Name := value; RETURN;"
             raise self.unexpected(";", hint)

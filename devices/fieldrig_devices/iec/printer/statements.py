@@ -25,6 +25,11 @@ def _block(lines: Lines, block: Sequence[tree.AnyStatement]) -> None:
         statements(lines, block)
 
 
+def _in_brackets(node: tree.Expression) -> str:
+    made = text_of(node)
+    return made if isinstance(node, tree.Assigned) else f"({made})"
+
+
 def _statement(lines: Lines, statement: tree.AnyStatement) -> None:
     match statement:
         case tree.Assign(target, value, kind, others):
@@ -32,8 +37,8 @@ def _statement(lines: Lines, statement: tree.AnyStatement) -> None:
             lines.add(f"{f' {kind.value} '.join(parts)};")
         case tree.CallStatement(call):
             _call(lines, call)
-        case tree.Return():
-            lines.add("RETURN;")
+        case tree.Return(condition):
+            lines.add("RETURN;" if condition is None else f"RETURN {_in_brackets(condition)};")
         case tree.Exit():
             lines.add("EXIT;")
         case tree.Continue():

@@ -31,7 +31,8 @@ class CallStatement(Statement):
 
 @dataclass(slots=True)
 class Return(Statement):
-    pass
+    condition: Expression | None = None
+    """That of `RETURN (condition);`."""
 
 
 @dataclass(slots=True)
