@@ -108,6 +108,32 @@ def test_texts_of_any_size_by_their_address() -> None:
     assert [bench[name] for name in ("c", "n", "at_", "ok", "cut", "d")] == ["Hello World", 11, 7, True, True, "Hell"]
 
 
+def test_texts_of_any_length_are_put_together_by_their_addresses() -> None:
+    """The examples of the descriptions; then a place behind the end, too little room, and a text in its own place."""
+    bench = ran(
+        "a : STRING(300) := 'SUSI'; b : STRING := 'XY'; c, d, e, f, g : STRING(300); small : STRING(4);"
+        "own : STRING(20) := 'abcdef'; cut : BOOL; ok : ARRAY[0..5] OF BOOL; size : UDINT := SIZEOF(STRING(300));",
+        "ok[0] := INSERT2(ADR(a), ADR(b), ADR(c), size, 2); ok[1] := DELETE2(ADR(c), ADR(d), size, 2, 3);"
+        "ok[2] := REPLACE2(ADR(a), ADR(b), ADR(e), size, 2, 2); ok[3] := INSERT2(ADR(a), ADR(b), ADR(f), size, 99);"
+        "ok[4] := DELETE2(ADR(a), ADR(g), size, 99, 2); cut := INSERT2(ADR(a), ADR(b), ADR(small), SIZEOF(small), 1);"
+        "ok[5] := INSERT2(ADR(own), ADR(b), ADR(own), SIZEOF(own), 3); DELETE2(ADR(own), ADR(own), SIZEOF(own), 1, 1);",
+    )
+    texts = ["SUXYSI", "SUSI", "SXYI", "SUSIXY", "S", "SXYU", "bcXYdef"]
+    assert [bench[name] for name in ("c", "d", "e", "f", "g", "small", "own")] == texts
+    assert [bench[f"ok[{number}]"] for number in range(6)] == [True] * 6
+    assert bench["cut"] is False
+
+
+def test_numbers_are_asked_whether_they_are_finite() -> None:
+    bench = ran(
+        "x : LREAL; r : REAL; a, b, c, d, e : BOOL;",
+        "x := LOG(-1.0); r := LREAL_TO_REAL(x); a := LrealIsNaN(x) AND RealIsNaN(r) AND FLOATIsNaN(x);"
+        "b := LrealIsFinite(x) OR RealIsFinite(r); x := 1.0E308; c := LrealIsFinite(x) AND NOT LrealIsNaN(x);"
+        "x := x * 10.0; d := LrealIsFinite(x) OR FLOATIsFinite(x); e := LrealIsNaN(x);",
+    )
+    assert [bench[name] for name in "abcde"] == [True, False, True, False, False]
+
+
 def test_memory_of_a_manager_and_a_buffer() -> None:
     bench = ran(
         "m : FB_DynMem_Manager2; b : FB_DynMem_Buffer(ipMemMan := m); p : POINTER TO LREAL; x : LREAL;ok, none : BOOL;",
