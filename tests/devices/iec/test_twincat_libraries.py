@@ -134,6 +134,16 @@ def test_numbers_are_asked_whether_they_are_finite() -> None:
     assert [bench[name] for name in "abcde"] == [True, False, True, False, False]
 
 
+def test_constants_of_a_library_have_its_name_in_front_or_that_of_its_list() -> None:
+    bench = ran(
+        "pi : LREAL; a, b, c : TIME; same : BOOL;",
+        "pi := Tc2_System.PI; a := Tc2_System.Global_Variables.DEFAULT_ADS_TIMEOUT;"
+        "b := Global_Variables.DEFAULT_ADS_TIMEOUT; c := Tc2_System.DEFAULT_ADS_TIMEOUT;"
+        "same := a = b AND b = c AND c = T#5s;",
+    )
+    assert (bench["pi"], bench["same"]) == (3.141592653589793, True)
+
+
 def test_memory_of_a_manager_and_a_buffer() -> None:
     bench = ran(
         "m : FB_DynMem_Manager2; b : FB_DynMem_Buffer(ipMemMan := m); p : POINTER TO LREAL; x : LREAL;ok, none : BOOL;",

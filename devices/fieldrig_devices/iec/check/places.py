@@ -86,7 +86,7 @@ def without_library(context: Context, node: tree.Expression) -> tree.Expression:
     if not isinstance(node, tree.Member):
         return node
     first: tree.Expression = node.of
-    while isinstance(first, tree.Member) and context.project.dialect.has_namespace_blocks:
+    while isinstance(first, tree.Member) and _may_be_outside(context, first.name):
         if context.find(first.name) is not None:
             return node  # a component of something that has a library in front, `Library.Instance.Output`
         first = first.of
@@ -102,6 +102,11 @@ def without_library(context: Context, node: tree.Expression) -> tree.Expression:
         return node
     is_hidden = name in context.names and (project.find(name) is not None or intrinsics.is_standard(node.name))
     return tree.Name(f"{OUTSIDE}{node.name}" if is_hidden else node.name, position=node.position)
+
+
+def _may_be_outside(context: Context, name: str) -> bool:
+    """True for what may have a library in front of it: a namespace, and the list of a library's global variables."""
+    return context.project.dialect.has_namespace_blocks or context.key(name) == context.key("Global_Variables")
 
 
 def _is_value(entity: Entity | None) -> bool:
