@@ -148,6 +148,8 @@ class Dialect:
     """A DT becomes DT#2026-01-31-12:00:00 with its seconds, a TIME T#1h5s without units of 0, a large number 1.5E20."""
     has_heap: bool = _rule(Origin.TOOLS)
     """`__NEW` and `__DELETE`."""
+    has_empty_arrays: bool = _rule(Origin.TOOLS)
+    """`ARRAY[0..-1] OF INT` has no element, as `ARRAY[0..Count - 1]` with a constant Count of 0."""
     has_conditional_return: bool = _rule(Origin.TOOLS)
     """`RETURN (condition);` leaves the unit if the condition is TRUE."""
     has_exceptions: bool = _rule(Origin.TOOLS)

@@ -102,7 +102,7 @@ def fits(given: Type, wanted: Type) -> bool:
     while isinstance(wanted, OpenArrayType):
         if not isinstance(given, ArrayType | OpenArrayType):
             return False
-        if isinstance(given, ArrayType) and not LIMIT.low <= given.low <= given.high <= LIMIT.high:
+        if isinstance(given, ArrayType) and (given.low < LIMIT.low or given.high > LIMIT.high):
             return False
         given, wanted = given.element, wanted.element
     return given == wanted

@@ -235,7 +235,7 @@ class TypeSpecs:
         for part, low, high in reversed(limits):
             if low is None or high is None or element is UNKNOWN:
                 return UNKNOWN
-            if low > high:
+            if low > high + self._project.dialect.has_empty_arrays:
                 return self._no(context, part, f"the array {low}..{high} is empty", "write the lower limit first")
             element = ArrayType(low, high, element)
         return element
