@@ -10,7 +10,7 @@ from importlib.metadata import version
 from typing import Any, Final, Literal, Protocol, runtime_checkable
 
 from pydantic import StrictBool, StrictFloat, StrictInt, StrictStr, TypeAdapter, ValidationError
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 from starlette.routing import Route
 
@@ -143,6 +143,8 @@ async def _answer(operation: Operation, request: Request) -> Response:
         return refused(RigError("the body is not as expected", _mistakes(cause)), 422)
     except ValueError as cause:
         return refused(RigError(f"not understood: {cause}", f"see {BASE}/openapi.json"), 422)
+    except ClientDisconnect:
+        return Response(status_code=400)  # to a client that has gone in the middle of its request
     if isinstance(given, Response):
         return given
     return Response(strict_json(given), media_type="application/json")

@@ -47,6 +47,15 @@ class Server(uvicorn.Server):
         yield
 
 
+class WithoutTraces(logging.Filter):
+    """A text of a client that is not UTF-8 is no fault of the server, so its line in the log has no traceback."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        if isinstance(record.exc_info, tuple) and isinstance(record.exc_info[1], UnicodeDecodeError):
+            record.exc_info = None
+        return True
+
+
 def run(config: RigConfig, seat: Seat, patience_s: float = PATIENCE_S) -> Exit:
     """Serve the page until the process is asked to end."""
     try:
@@ -64,6 +73,7 @@ def run(config: RigConfig, seat: Seat, patience_s: float = PATIENCE_S) -> Exit:
 async def serve(config: RigConfig, seat: Seat, patience_s: float) -> None:
     """Connect to the rig, and serve the page until SIGTERM or SIGINT."""
     logging.getLogger("uvicorn").setLevel(logging.WARNING)  # it tells of every socket
+    logging.getLogger("uvicorn.error").addFilter(WithoutTraces())
     step("connecting to the rig")
     control = Control(await endpoint.connect_patiently(config.control, patience_s), config.name)
     try:

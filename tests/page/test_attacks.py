@@ -11,7 +11,7 @@ import pytest
 from in_loop import in_loop
 from lamp_rig import KINDS, lamp_rig
 from page_addresses import WITH_PAGE, addresses
-from running_rig import RunningRig
+from running_rig import RunningRig, until
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
@@ -134,3 +134,21 @@ def test_junk_on_a_connection_is_answered_or_dropped(rig: RunningRig, junk: byte
             pass  # it may be reset at any byte, and then it has no end to shut down
         assert b" 200 " not in answer.partition(b"\r\n")[0]
     assert status_of(rig) == 200
+
+
+@in_loop
+async def test_what_a_client_does_wrong_leaves_no_traceback_in_the_log(rig: RunningRig) -> None:
+    """A request that ended in its middle, and a text that is not UTF-8, looked like faults of the server."""
+    host, port = place(rig)
+    head = f"POST /api/v1/rig/stop HTTP/1.1\r\nHost: {host}:{port}\r\nCookie: {cookie(rig)['Cookie']}\r\n"
+    with socket.create_connection((host, port), timeout=60) as line:
+        line.sendall(f"{head}Content-Length: 100\r\n\r\n".encode())
+        assert status_of(rig) == 200  # the server has begun to read it
+    async with socket_of(rig) as live:
+        await live.recv()
+        await live.send(b"\xff", text=True)
+        await live.wait_closed()
+    assert status_of(rig) == 200
+    log = rig.run / "log/_ui.log"
+    until(lambda: "UTF-8" in log.read_text())
+    assert "Traceback" not in log.read_text()
