@@ -8,7 +8,7 @@ are statements here already, so the rest knows one form only.  A program, functi
     places, which are read and written       Cell, Element, OpenElement, Component, Target, This, Result, Kept, Swapped,
                                              Located, Parameter, Bit
     statements, each with its source line    Assign, Evaluate, CallBlock, CallAction, If, Case, For, Loop, Exit,
-                                             Continue, Return, Label, Jump, Free
+                                             Continue, Return, Label, Jump, Free, Try
 
 It is one file because all of these are made of each other: an index is an expression in a place, a load is a place in
 an expression, and a call has a `Pou`, which has statements.
