@@ -32,7 +32,7 @@ class CallStatement(Statement):
 @dataclass(slots=True)
 class Return(Statement):
     condition: Expression | None = None
-    """That of `RETURN (condition);`."""
+    """The condition of `RETURN (condition);`."""
 
 
 @dataclass(slots=True)
