@@ -4,7 +4,7 @@
 the model looks at them.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final
@@ -126,6 +126,23 @@ class Injector:
                 assert medium.bitrate is not None
                 rates[settings.node] = Fraction(medium.bitrate, settings.bitrate)
         return {name: rate for name, rate in rates.items() if rate != 1}
+
+    def count_wrong_rates(self, start: int, senders: Collection[str]) -> None:
+        """Count the faults of a bit rate that have corrupted a frame of these members, which began at tick `start`.
+
+        A member with a wrong bit rate corrupts what it sends and, unless it is off the bus, what the others send.
+        """
+        medium = self._medium
+        present = {member.name for member in medium.everybody() if not member.is_gone} | {*senders}
+        for fault in medium.faults.of(WrongBitRate):
+            settings = fault.settings
+            if (
+                isinstance(settings, WrongBitRate)
+                and fault.is_on(start // medium.per_ns)
+                and settings.node in present
+                and settings.bitrate != medium.bitrate
+            ):
+                fault.applied += 1
 
     def applied(self, injection: Injection, *, is_sent: bool) -> Iterable[tuple[Fault, str]]:
         """The faults that have taken effect, counted; what each one did."""

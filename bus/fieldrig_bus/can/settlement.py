@@ -36,6 +36,8 @@ class Settlement:
         ]
         if not outcome.is_sent:
             medium.error_frames += 1
+            if not outcome.injection.faults:
+                self._injector.count_wrong_rates(outcome.start, [each.member.name for each in outcome.senders])
         if outcome.is_smooth:
             self._count_smooth(outcome)
         for member, node in outcome.members():

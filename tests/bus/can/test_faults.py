@@ -159,6 +159,8 @@ def test_a_wrong_bit_rate_makes_everybody_see_errors(bitrate: int) -> None:
     assert sum(isinstance(each.message, CanError) for each in deliveries) > 5
     frames = [each.receivers for each in deliveries if isinstance(each.message, CanFrame)]
     assert frames == [("a", "b")]  # when c is error passive and destroys nothing any more
+    (fault,) = model.all_faults(40 * MS).values()
+    assert fault["applied"] == model.statistics(40 * MS)["error_frames"] > 0
     model.submit(40 * MS, "c", CanFrame(0x123, b"\x55"))
     assert [each for each in model.collect(49 * MS) if isinstance(each.message, CanFrame)] == []
 

@@ -165,6 +165,22 @@ def test_an_alarm_of_the_system_is_refused(start: Callable[[Rig], Any]) -> None:
     assert "test_refusals.py:" in message
 
 
+@pytest.mark.skipif(not hasattr(signal, "sigtimedwait"), reason="Windows and macOS cannot wait for a signal")
+@pytest.mark.parametrize(
+    "wait",
+    [
+        lambda _: signal.sigtimedwait([signal.SIGUSR1], 1.5),
+        lambda _: signal.sigwait([signal.SIGUSR1]),
+        lambda _: signal.sigwaitinfo([signal.SIGUSR1]),
+        lambda _: signal.pause(),
+    ],
+)
+def test_a_wait_for_a_signal_is_refused(wait: Callable[[Rig], Any]) -> None:
+    message = refusal(wait)
+    assert "a wait for a signal is in real time" in message
+    assert "test_refusals.py:" in message
+
+
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="Windows has no alarms")
 def test_the_tools_around_a_test_have_their_alarms_and_anybody_may_end_one() -> None:
     tool = {"signal": signal, "__name__": "pytest_timeout"}
