@@ -92,6 +92,16 @@ class AxisObjects:
 
         variable.writer = write
 
+    def or_start(self, index: int, check: Write, subindex: int = 0) -> Write:
+        """Return `check` for all numbers but the power-on value, which a maker's file may have beyond the standard."""
+        variable = self._variables[index, subindex]
+
+        def checked(number: int) -> None:
+            if encoded(variable.type, number) != variable.start:
+                check(number)
+
+        return checked
+
     def _number(self, key: Key, variable: Variable) -> int:
         number = int.from_bytes(variable.data, "little", signed=_is_signed(variable.type))
         return number or self._defaults.get(key, 0)

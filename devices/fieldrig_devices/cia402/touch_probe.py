@@ -115,7 +115,8 @@ class TouchProbes:
         self.is_armed = False
         numbers.on_write(objects.PROBE_FUNCTION, self._on_function)
         for subindex in (1, 2):
-            numbers.on_write(objects.PROBE_SOURCE, PROBE_SOURCES.check, subindex)
+            check = numbers.or_start(objects.PROBE_SOURCE, PROBE_SOURCES.check, subindex)
+            numbers.on_write(objects.PROBE_SOURCE, check, subindex)
         self._show(numbers)
 
     def _show(self, numbers: AxisObjects) -> None:

@@ -71,11 +71,13 @@ class ProfilePosition(Mode):
         self._is_acknowledged = False
 
     def writers(self) -> dict[tuple[int, int], Callable[[int], None]]:
-        return {
-            (objects.POSITIONING_OPTION, 0): POSITIONING.check,
-            (objects.PROFILE_TYPE, 0): PROFILE_TYPES.check,
-            (objects.JERK_USE, 0): JERK_USES.check,
+        rules = {
+            objects.POSITIONING_OPTION: POSITIONING,
+            objects.PROFILE_TYPE: PROFILE_TYPES,
+            objects.JERK_USE: JERK_USES,
         }
+        numbers = self.context.objects
+        return {(index, 0): numbers.or_start(index, rule.check) for index, rule in rules.items()}
 
     def control(self, word: int, rising: int) -> None:
         was_asked, self._is_asked = self._is_asked, bool(word & NEW_SET_POINT)

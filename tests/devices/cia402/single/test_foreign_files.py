@@ -13,6 +13,7 @@ from fieldrig.config.rig_file import from_dict, load
 from fieldrig.text.device_names import name_for
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.begin.eds_rig import content_for
+from fieldrig_devices.cia402 import EDS
 from fieldrig_devices.cia402.single.foreign import declared
 from fieldrig_devices.cia402.single.oddities import oddities
 from fieldrig_devices.conformance.description import Description
@@ -80,3 +81,20 @@ def test_velocities_are_in_the_unit_of_the_file(name: str) -> None:
     bench.enabled(3).put(0x60FF, 300).after(3_000)
     assert bench.read("speed") == pytest.approx(300, rel=0.01)
     assert bench.get(0x606C) == pytest.approx(300, abs=3)
+
+
+@pytest.mark.parametrize(("index", "subindex", "start"), [(0x6086, 0, 1), (0x60D0, 1, 0), (0x60F2, 0, 4)])
+def test_the_power_on_value_of_a_file_can_be_written_back(
+    index: int, subindex: int, start: int, tmp_path: Path
+) -> None:
+    """A master that reads all parameters and writes them back meets no abort; other such values are refused."""
+    key = f"{index:04X}sub{subindex}" if subindex else f"{index:04X}"
+    head, rest = EDS.read_text(encoding="utf-8").split(f"[{key}]\n")
+    section, others = rest.split("\n\n", 1)
+    lines = [line for line in section.splitlines() if not line.startswith("DefaultValue")]
+    path = tmp_path / "their-drive.eds"
+    path.write_text("\n".join([f"{head}[{key}]", *lines, f"DefaultValue={start}", "", others]), encoding="utf-8")
+    bench = SingleDriveBench(eds=str(path))
+    assert bench.get(index, subindex) == start
+    assert bench.try_put(index, start, subindex) == ""
+    assert bench.try_put(index, 0x7F, subindex) in ("06090030", "06090031")
