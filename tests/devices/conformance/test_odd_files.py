@@ -1,5 +1,6 @@
 """Any file that a node can be made from can be conformed: one reader for all, whatever tool wrote the file."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,15 @@ def test_node_made_from_an_odd_file_is_conformed_by_the_same_file(tmp_path: Path
     report = conformed("OD", "SDO 0*", eds=eds)
     assert failures(report) == {}
     assert report.executed >= 8
+
+
+def test_a_mapping_with_a_single_entry_is_written_with_one_object(tmp_path: Path) -> None:
+    """A public file of a drive has 1A00h with the sub-indices 0 and 1 only."""
+    blocks = IO32.read_text().replace("[1A00sub0]\n", "[1A00sub0]\nHighLimit=1\n").split("\n\n")
+    further = re.compile(r"\[1A00sub[2-9A-F]+\]")
+    eds = file_of(tmp_path, "\n\n".join(block for block in blocks if not further.match(block)))
+    report = conformed("PDO 22", eds=eds)
+    assert (failures(report), report.executed) == ({}, 1)
 
 
 @pytest.mark.long

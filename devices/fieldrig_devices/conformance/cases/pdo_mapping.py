@@ -146,7 +146,8 @@ def _other_mapping(bench: Bench) -> tuple[Pdo, list[Mapped]]:
         for pdo in pdos(bench, is_transmit)[:1]:
             right = _right(bench, pdo)
             if right:
-                return changeable(bench, is_transmit), _fitting(right[-1:] + right[:1])
+                changed = changeable(bench, is_transmit)
+                return changed, _fitting(right[-1:] + right[:1])[: len(bench.eds.members(changed.mapping))]
     raise NotApplicable("the EDS has no PDO with an object that can be mapped to it")
 
 
