@@ -39,3 +39,22 @@ def test_an_axis_that_another_master_takes_over_stops_the_others(fieldrig_rig: A
     rig.until(lambda: rig.get("max4/g_iState") == MANUAL, within=3 * S)
     assert all(abs(rig.get(f"{axis}/speed")) < 1 for axis in ("film", "jaw", "outfeed"))
     assert rig.get("infeed/speed") > 50
+
+
+def test_a_pack_that_the_ring_ends_after_the_stop_is_not_counted(fieldrig_rig: Any) -> None:
+    """A search has found it: with the stop the program forgot to look whether an axis was lost in the last pack."""
+    rig = fieldrig_rig("configs/wrapper/wrapper.yaml")
+    wires = rig.attach("cell").link("wires")
+    rig.run_until(5 * S)
+    rig.set("panel/6200:01", 1)
+    wires.send(Signal("nip.reference", 0.553))
+    wires.send(Signal("tower.green", 1))
+    rig.run_for(500 * MS)
+    rig.set("max4/g_bAutomatic", True)
+    rig.run_for(200 * MS)
+    wires.send(Signal("tower.green", 0))
+    rig.run_for(100 * MS)
+    rig.add_fault("ring", {"what": "break", "after": "infeed", "duration_ms": 1})
+    rig.run_for(500 * MS)
+    assert rig.get("max4/g_iState") == MANUAL
+    assert rig.get("max4/g_dwPacks") == 0

@@ -3,11 +3,13 @@
 from collections import OrderedDict
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, Self
 
 from fieldrig.coverage.collecting import collecting
 from fieldrig.coverage.places import Place
+from fieldrig.errors import ConfigError
 from fieldrig.virtual.branch import Branch
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.scenarios.act import RefusedActError
@@ -57,7 +59,7 @@ class Bench:
     def check(self) -> None:
         """ConfigError, with every mistake, for what no rig of the plan has."""
         for world in self.plan.worlds:
-            config_of(in_world(self.plan.scenario, world))
+            _check_world(self.plan, world)
         _ = self.choices
 
     @cached_property
@@ -169,6 +171,16 @@ _Key = tuple[World, str, int]
 
 def _end_of(played: Run) -> _Key:
     return played.world, acts_text(played.acts), played.length_ns
+
+
+def _check_world(plan: Plan, world: World) -> None:
+    try:
+        config_of(in_world(plan.scenario, world))
+    except ConfigError as wrong:
+        if not world:
+            raise
+        words = f"in the world {', '.join(world)} of the plan: "
+        raise ConfigError([replace(mistake, what=words + mistake.what) for mistake in wrong.mistakes]) from None
 
 
 def _in_world(plan: Plan, world: World) -> Plan:

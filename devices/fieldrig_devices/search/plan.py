@@ -14,7 +14,7 @@ vary:
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Final, NamedTuple, Self
+from typing import Annotated, Final, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
@@ -37,7 +37,7 @@ class PlanSettings(ScenarioSettings):
         description="what may happen besides, at any time; without it, every fault of all buses and devices",
         min_length=1,
     )
-    worlds: dict[str, list[int | float | bool | str]] = Field(
+    worlds: dict[str, Annotated[list[int | float | bool | str], Field(min_length=1)]] = Field(
         default={},
         description="overrides of the rig with their values, such as seed or the load of a plant, or other times of "
         "the scenario, `after` and `jitter`; one at a time",

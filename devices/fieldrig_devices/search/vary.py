@@ -59,14 +59,15 @@ def _values(value: Any) -> "Values":
 Values = tuple[Value, ...] | Span
 GivenValues = Annotated[Any, PlainValidator(_values, json_schema_input_type=Any)]
 Texts = Annotated[list[str], BeforeValidator(_as_list)]
+SomeTexts = Annotated[Texts, Field(min_length=1)]
 Durations = Annotated[list[Duration], BeforeValidator(_as_list), Field(min_length=1)]
 
 
 class FaultsSettings(Settings):
-    where: Texts = Field(
+    where: SomeTexts = Field(
         default=[WILD], description="buses and devices by name, by kind, or all of `buses` or `devices`; with * and ?"
     )
-    kinds: Texts = Field(default=[WILD], description="faults by their `what`, with * and ?")
+    kinds: SomeTexts = Field(default=[WILD], description="faults by their `what`, with * and ?")
     durations: Durations = Field(default=[100 * MS, 1 * S], description="how long they last")
     when: Texts = Field(default=[], description="conditions at which they begin, instead of at any instant")
     given: dict[str, Value] = Field(default={}, alias="with", description="keys of the faults, such as the wire")
@@ -92,11 +93,11 @@ class VarySettings(Settings):
     faults: Annotated[FaultsSettings | None, BeforeValidator(_as_faults)] = Field(
         default=None, description="all faults of some buses and devices: their names, or {where: ..., kinds: ...}"
     )
-    send: dict[str, Texts] | None = Field(
+    send: dict[str, SomeTexts] | None = Field(
         default=None, description="CAN buses with frames as of `cansend`, and serial lines with bytes in hex"
     )
-    clear: Texts | None = Field(default=None, description="buses or devices whose faults end")
-    restart: Texts | None = Field(default=None, description="devices that are switched off and on")
+    clear: SomeTexts | None = Field(default=None, description="buses or devices whose faults end")
+    restart: SomeTexts | None = Field(default=None, description="devices that are switched off and on")
 
     @model_validator(mode="after")
     def _does_one_thing(self) -> Self:

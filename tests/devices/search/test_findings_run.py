@@ -162,6 +162,8 @@ def test_another_phase_of_the_cycles_is_a_world_and_its_finding_repeats_it(tmp_p
     [
         ("after: [7]", "'7' is not a duration"),
         ("jitter: [5ms]", "only a master wakes up late"),
+        ("after: [1e30s]", "'1e30s' is too long"),
+        ("seed: []", r"worlds.seed: \[\] doesn't fit"),
     ],
 )
 def test_a_time_of_a_world_that_makes_no_sense_is_told(tmp_path: Path, worlds: str, what: str) -> None:
@@ -169,6 +171,24 @@ def test_a_time_of_a_world_that_makes_no_sense_is_told(tmp_path: Path, worlds: s
     file.write_text(file.read_text().replace("for: 200ms", f"for: 200ms\nworlds: {{{worlds}}}"))
     with pytest.raises(ConfigError, match=what):
         load_plan(file)
+
+
+@pytest.mark.parametrize("entry", ["{restart: []}", "{clear: []}", "{send: {can0: []}}", "{faults: {kinds: []}}"])
+def test_an_entry_that_lets_nothing_happen_is_refused(tmp_path: Path, entry: str) -> None:
+    with pytest.raises(ConfigError, match="expected a list of at least 1 item"):
+        load_plan(planned(tmp_path, [entry], ["few: {always: one/sum < 5}"]))
+
+
+@pytest.mark.long
+def test_a_mistake_of_a_world_names_the_world(tmp_path: Path) -> None:
+    """It had the line of the rig file only, which is right by itself."""
+    file = planned(tmp_path, ["{clear: one}"], ["few: {always: one/sum < 5}"])
+    file.write_text(file.read_text().replace("for: 200ms", "for: 200ms\nworlds: {devices.one.levle: [1]}"))
+    with (
+        Bench(load_plan(file)) as bench,
+        pytest.raises(ConfigError, match=r"in the world devices\.one\.levle=1 of the plan: "),
+    ):
+        bench.check()
 
 
 TEXTS = st.text(st.characters(codec="utf-8"), max_size=8)

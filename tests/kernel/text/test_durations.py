@@ -25,3 +25,10 @@ def test_a_number_with_a_unit_is_a_duration(text: str, ns: int) -> None:
 def test_anything_else_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match="is not a duration"):
         duration_ns(text)
+
+
+@pytest.mark.parametrize("text", ["1e30s", "1300000h", "9223372036854775807ns"])
+def test_what_no_clock_reaches_is_refused(text: str) -> None:
+    """A scenario `after: 1e30s` ran without end."""
+    with pytest.raises(ValueError, match="is too long; expected at most 1278960h, which is 146 years"):
+        duration_ns(text)
