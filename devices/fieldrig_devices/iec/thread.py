@@ -182,7 +182,8 @@ class Thread:
             if (task.routine, task.pc, len(task.stack)) == before and self._runtime.natives.is_waiting:
                 task.has_waited, task.unused = True, budget_ns
                 break
-            if goal.is_reached(task.line, len(task.stack), is_beginning=task.begins_line):
+            is_at_breakpoint = task.is_at_breakpoint and (task.routine, task.pc, len(task.stack)) != before
+            if is_at_breakpoint or goal.is_reached(task.line, len(task.stack), is_beginning=task.begins_line):
                 self._goal, self._has_stepped = None, True
                 break
         return budget_ns

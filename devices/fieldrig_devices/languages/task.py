@@ -244,6 +244,11 @@ class Task:
             return min(budget, 0)
         return budget
 
+    @property
+    def is_at_breakpoint(self) -> bool:
+        """True in front of an instruction with a breakpoint, if the task stops at breakpoints; a step ends there."""
+        return self.is_watched and bool(self._code.stops[self.routine][self.pc])
+
     def _is_stop(self) -> bool:
         is_watched = self.is_watched and (self.routine, self.pc) != self._passed
         return is_watched and bool(self._code.stops[self.routine][self.pc])

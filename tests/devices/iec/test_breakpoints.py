@@ -60,3 +60,57 @@ def test_a_breakpoint_inside_a_statement_is_where_it_begins(body: list[str], exp
 def test_a_comment_in_a_list_of_instructions_is_no_part_of_one() -> None:
     text = "PROGRAM PLC_PRG\nVAR x : INT; END_VAR\nLD 1\nST x\n(* about x *)\n\nST x\nEND_PROGRAM\n"
     assert places(text, 1, 3, 4, 5, 6, 7, 8) == [4, 4, 4, 7, 7, 7, None]
+
+
+COUNTS = """FUNCTION Twice : INT
+VAR_INPUT x : INT; END_VAR
+Twice := x;
+Twice := 2 * x;
+END_FUNCTION
+PROGRAM PLC_PRG
+VAR n, m : INT; END_VAR
+n := n + 1;
+m := Twice(n);
+m := m + 1;
+END_PROGRAM
+"""
+
+
+def stepped(kind: str, first: int, *stops: dict[str, Any]) -> tuple[int, int]:
+    """Step from a line, past breakpoints that do not stop there; return the cycle and the line of the next stop."""
+    clock = VirtualClock()
+    host = StandaloneHost(clock)
+    solo = Solo(clock, host, compile_project([SourceFile("a.st", COUNTS)], host, CODESYS))
+    service = DebugService(clock, solo)
+    service.answer({"command": "breakpoints", "file": "a.st", "breakpoints": [{"line": first}, *stops]})
+    solo.start()
+    solo.run_until(5_000_000)
+    service.answer({"command": "step", "kind": kind})
+    solo.run_until(25_000_000)
+    (frame, *_) = service.answer({"command": "stack"})["frames"]
+    return int(solo.evaluate("PLC_PRG.n").value or 0), frame["line"]
+
+
+@pytest.mark.parametrize(
+    "stop", [{"condition": "PLC_PRG.n = 50"}, {"hits": "50"}, {"log": "n is {n}"}], ids=["condition", "count", "log"]
+)
+@pytest.mark.parametrize(
+    ("kind", "first", "passed", "expected"),
+    [
+        ("over", 8, [9], 9),
+        ("over", 9, [3, 4], 10),
+        ("over", 9, [3, 4, 10], 10),
+        ("into", 9, [3], 3),
+        ("out", 3, [4, 10], 9),
+    ],
+)
+def test_a_step_ends_where_it_does_without_breakpoints_that_let_the_program_run(
+    stop: dict[str, Any], kind: str, first: int, passed: list[int], expected: int
+) -> None:
+    """A step to a conditional breakpoint that did not hold ran on, and was lost."""
+    assert stepped(kind, first) == (1, expected)
+    assert stepped(kind, first, *({"line": line, **stop} for line in passed)) == (1, expected)
+
+
+def test_a_step_ends_at_a_breakpoint_on_its_way() -> None:
+    assert stepped("over", 9, {"line": 3, "log": "{x}"}, {"line": 4, "condition": "x = 1"}) == (1, 4)

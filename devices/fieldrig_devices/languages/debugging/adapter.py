@@ -18,6 +18,7 @@ from fieldrig.errors import RigError
 from fieldrig.outside.untrusted import field, items, typed
 from fieldrig_devices.languages.debugging.framing import Framer, framed
 from fieldrig_devices.languages.debugging.service import MOST_WATCHED
+from fieldrig_devices.languages.debugging.stops import EXPECTED, is_count
 from fieldrig_devices.languages.debugging.texts import shown
 from fieldrig_devices.languages.debugging.travel import Travel
 
@@ -25,6 +26,8 @@ OWN: Final = "fieldrig."
 CAPABILITIES: Final = {
     "supportsConfigurationDoneRequest": True,
     "supportsConditionalBreakpoints": True,
+    "supportsHitConditionalBreakpoints": True,
+    "supportsLogPoints": True,
     "supportsEvaluateForHovers": True,
     "supportsSetVariable": True,
     "supportsSetExpression": True,
@@ -48,7 +51,7 @@ class Adapter:
         self._sequence = 0
         self._out: list[bytes] = []
         self._folder = ""
-        self._stops = self._loads = 0
+        self._stops = self._loads = self._logged = 0
         self._breakpoints: dict[int, tuple[str, int]] = {}
         """The places of the editor's breakpoints by their ids."""
         self._last_id = 0
@@ -159,7 +162,7 @@ class Adapter:
         """
         self._folder = typed(arguments.get("sources", ""), str, "sources")
         state = self._ask({"command": "state"})
-        self._stops, self._loads = state["stops"], state["loads"]
+        self._stops, self._loads, self._logged = state["stops"], state["loads"], state["logged"]
         if any(thread["state"] in REASONS for thread in state["threads"]):
             self._stops = -1
         self._is_attached = True
@@ -199,6 +202,9 @@ class Adapter:
             self._progress = progress
             if progress:
                 self._event("output", category="console", output=f"{progress}\n")
+        if state["logged"] != self._logged:
+            self._show_logged()
+            self._logged = state["logged"]
         if state["loads"] != self._loads:
             self._loads = state["loads"]
             self._show_moves()
@@ -213,6 +219,12 @@ class Adapter:
                 body = {"reason": why, "threadId": thread["number"], "allThreadsStopped": False}
                 self._event("stopped", **body, **({"text": thread["about"]} if thread["about"] else {}))
         self._why = ""
+
+    def _show_logged(self) -> None:
+        """Show what breakpoints have logged since the last look."""
+        for entry in self._ask({"command": "logged", "after": self._logged})["entries"]:
+            place = {"source": self._source_of(entry["file"]), "line": entry["line"]}
+            self._event("output", category="stdout", output=f"{entry['text']}\n", **place)
 
     # ---- going on
 
@@ -311,16 +323,20 @@ class Adapter:
     def _set_breakpoints(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         source = field(arguments, "source", dict)
         wanted = items(arguments.get("breakpoints") or [], dict, MOST_BREAKPOINTS, "breakpoints")
-        places: list[dict[str, Any]] = [
-            {"line": field(place, "line", int), "condition": typed(place.get("condition") or "", str, "condition")}
-            for place in wanted
-        ]
+        places = [_place_of(place) for place in wanted]
         name = self._file_of(source)
-        question = {"command": "breakpoints", "file": name, "breakpoints": places, "move": True}
-        lines = self._ask(question)["places"]
+        right = [place for place in places if is_count(place["hits"])]
+        question = {"command": "breakpoints", "file": name, "breakpoints": right, "move": True}
+        lines = iter(self._ask(question)["places"])
         self._breakpoints = {number: place for number, place in self._breakpoints.items() if place[0] != name}
-        pairs = zip((place["line"] for place in places), lines, strict=True)
-        return {"breakpoints": [self._breakpoint(name, line, after) for line, after in pairs]}
+        return {
+            "breakpoints": [
+                self._breakpoint(name, place["line"], next(lines))
+                if is_count(place["hits"])
+                else {"verified": False, "line": place["line"], "message": EXPECTED}
+                for place in places
+            ]
+        }
 
     def _breakpoint(self, file: str, line: int, after: int | None) -> dict[str, Any]:
         """Return a new breakpoint as the editor sees it; one that is set has an id, for later changes."""
@@ -473,3 +489,13 @@ class Adapter:
             "type": shown["type"],
             "variablesReference": shown["variablesReference"],
         }
+
+
+_OF_BREAKPOINTS: Final = {"condition": "condition", "hits": "hitCondition", "log": "logMessage"}
+"""The parts of a breakpoint in a question to the service, with their names in the protocol."""
+
+
+def _place_of(asked: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a breakpoint of the editor as the service takes it."""
+    texts = {name: typed(asked.get(theirs) or "", str, theirs) for name, theirs in _OF_BREAKPOINTS.items()}
+    return {"line": field(asked, "line", int), **texts}

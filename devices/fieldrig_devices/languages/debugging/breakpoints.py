@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from fieldrig_devices.languages.debugging.debuggee import Debuggee
+from fieldrig_devices.languages.debugging.stops import Stop
 
 Place = tuple[str, int]
 """A file and a line."""
@@ -18,16 +19,20 @@ Place = tuple[str, int]
 class Breakpoints:
     """The breakpoints of a program, which stay where they are in its text when it is loaded again."""
 
-    conditions: dict[Place, str] = field(default_factory=dict)
-    """The condition at each place; an empty one always holds."""
+    stops: dict[Place, Stop] = field(default_factory=dict)
     moves: dict[Place, int | None] = field(default_factory=dict)
     """The effect of the last load on each breakpoint that was there: its new line, or None if its text is gone."""
     _texts: dict[Place, str] = field(default_factory=dict)
 
-    def replace(self, debuggee: Debuggee, file: str, wanted: Mapping[int, str]) -> set[int]:
-        """Replace the breakpoints of one file; return the lines that have an instruction to stop at."""
-        others = {place: text for place, text in self.conditions.items() if place[0] != file}
-        self._set(debuggee, others | {(file, line): condition for line, condition in wanted.items()})
+    def replace(self, debuggee: Debuggee, file: str, wanted: Mapping[int, Stop]) -> set[int]:
+        """Replace the breakpoints of one file; return the lines that have an instruction to stop at.
+
+        One that is the same as before goes on counting.
+        """
+        others = {place: stop for place, stop in self.stops.items() if place[0] != file}
+        own = {(file, line): stop for line, stop in wanted.items()}
+        known = {place: self.stops[place] for place, stop in own.items() if self.stops.get(place) == stop}
+        self._set(debuggee, others | own | known)
         return self.lines(file)
 
     def next_lines(self, debuggee: Debuggee, file: str, wanted: Collection[int]) -> dict[int, int | None]:
@@ -37,40 +42,40 @@ class Breakpoints:
         lines, or else the next line with an instruction.
         """
         count = len(debuggee.files.get(file, "").splitlines())
-        every = self._by_file(self.conditions) | {file: set(range(1, count + 1))}
+        every = self._by_file(self.stops) | {file: set(range(1, count + 1))}
         stops = sorted(debuggee.break_at(every).get(file, ()))
         return {line: _place(debuggee, file, stops, line) for line in wanted}
 
     def where(self, debuggee: Debuggee, file: str, lines: Sequence[int]) -> list[int | None]:
         """Return the same for each of these lines in turn, and keep the breakpoints that there are."""
         places = self.next_lines(debuggee, file, lines)
-        self._set(debuggee, self.conditions)
+        self._set(debuggee, self.stops)
         return [places[line] for line in lines]
 
     def lines(self, file: str) -> set[int]:
-        return {line for name, line in self.conditions if name == file}
+        return {line for name, line in self.stops if name == file}
 
     def reload(self, debuggee: Debuggee) -> None:
         """Set the breakpoints in a program that has just been loaded."""
-        if not self.conditions:
+        if not self.stops:
             self.moves = {}
             return
         texts = {name: text.splitlines() for name, text in debuggee.files.items()}
-        before, moved = self.conditions, dict[Place, Place]()
+        before, moved = self.stops, dict[Place, Place]()
         for place in before:
             line = nearest(texts.get(place[0], []), self._texts.get(place, ""), place[1])
             if line:
                 moved[place] = place[0], line
         self._set(debuggee, {after: before[place] for place, after in moved.items()})
         self.moves = {
-            place: moved[place][1] if place in moved and moved[place] in self.conditions else None for place in before
+            place: moved[place][1] if place in moved and moved[place] in self.stops else None for place in before
         }
 
-    def _set(self, debuggee: Debuggee, conditions: Mapping[Place, str]) -> None:
-        stops = debuggee.break_at(self._by_file(conditions))
-        self.conditions = {place: text for place, text in conditions.items() if place[1] in stops.get(place[0], ())}
-        texts = {file: debuggee.files.get(file, "").splitlines() for file, _ in self.conditions}
-        self._texts = {(file, line): _line(texts[file], line) for file, line in self.conditions}
+    def _set(self, debuggee: Debuggee, wanted: Mapping[Place, Stop]) -> None:
+        lines = debuggee.break_at(self._by_file(wanted))
+        self.stops = {place: stop for place, stop in wanted.items() if place[1] in lines.get(place[0], ())}
+        texts = {file: debuggee.files.get(file, "").splitlines() for file, _ in self.stops}
+        self._texts = {(file, line): _line(texts[file], line) for file, line in self.stops}
 
     @staticmethod
     def _by_file(places: Iterable[Place]) -> dict[str, set[int]]:

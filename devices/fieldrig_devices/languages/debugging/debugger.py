@@ -30,6 +30,10 @@ Moments = Callable[[float | None], Iterator[object]]
 """Yields about 50 times a second, for a number of seconds; None means without end."""
 
 
+_WORDS_OF_STOPS: Final = {"condition": "if", "hits": "at time", "log": "logs"}
+"""The words in front of what a breakpoint has beside its place."""
+
+
 class Debugger:
     """One session."""
 
@@ -375,25 +379,24 @@ class Debugger:
         stops = self._stops()
         if not stops:
             self._say("no breakpoints")
-        for place, condition in stops.items():
-            self._say(f"breakpoint at {self._shown(place)}{' if ' + condition if condition else ''}")
+        for place, stop in stops.items():
+            words = [f"{word} {stop[name]}" for name, word in _WORDS_OF_STOPS.items() if stop.get(name)]
+            self._say(" ".join(["breakpoint at", self._shown(place), *words]))
 
-    def _stops(self) -> dict[Place, str]:
-        """Return the conditions of the device's breakpoints by place, also those that another session has set."""
+    def _stops(self) -> dict[Place, dict[str, Any]]:
+        """Return the device's breakpoints by place, also those that another session has set."""
         breakpoints = self._ask({"command": "breakpoints"})["breakpoints"]
-        return {Place(one["file"], one["line"]): one["condition"] for one in breakpoints}
+        return {Place(one["file"], one["line"]): one for one in breakpoints}
 
     def _stop_at(self, wanted: Place, condition: str) -> None:
         """Set a breakpoint at the first line from `wanted` on that has an instruction."""
-        stops = {place: text for place, text in self._stops().items() if place != wanted}
-        if self._set_breakpoints(wanted.file, {**stops, wanted: condition})[-1] is None:
+        stops = {place: stop for place, stop in self._stops().items() if place != wanted}
+        if self._set_breakpoints(wanted.file, {**stops, wanted: {"condition": condition}})[-1] is None:
             raise ValueError(f"there is no instruction at or after {wanted}")
 
-    def _set_breakpoints(self, file: str, stops: dict[Place, str]) -> list[int | None]:
+    def _set_breakpoints(self, file: str, stops: dict[Place, dict[str, Any]]) -> list[int | None]:
         """Set the breakpoints of one file; return their lines, None for one behind the last instruction."""
-        wanted = [
-            {"line": place.line, "condition": condition} for place, condition in stops.items() if place.file == file
-        ]
+        wanted = [{**stop, "line": place.line} for place, stop in stops.items() if place.file == file]
         question = {"command": "breakpoints", "file": file, "breakpoints": wanted, "move": True}
         places: list[int | None] = self._ask(question)["places"]
         return places
@@ -403,7 +406,7 @@ class Debugger:
         gone = {self._sources.place_of(argument, here) for argument in arguments} if arguments else set(stops)
         if not gone <= set(stops):
             raise ValueError("there is no such breakpoint\n`break` lists them")
-        left = {place: condition for place, condition in stops.items() if place not in gone}
+        left = {place: stop for place, stop in stops.items() if place not in gone}
         for file in {place.file for place in gone}:
             self._set_breakpoints(file, left)
         self._say(f"{counted(len(left), 'breakpoint')} left")

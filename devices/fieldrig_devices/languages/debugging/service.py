@@ -5,22 +5,37 @@ Protocol, so that an adapter for an editor only translates.  The asker waits by 
 stops: it grows whenever a thread stops at a breakpoint, after a step, or because of a fault.
 """
 
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from math import nan
+from operator import itemgetter
 from typing import Any, Final
 
 from fieldrig.clock import Clock
 from fieldrig.device import Point, Value
 from fieldrig.outside.untrusted import MalformedError, field, items, shown, typed
 from fieldrig_devices.languages.debugging.breakpoints import Breakpoints
-from fieldrig_devices.languages.debugging.debuggee import Debuggee, ProgramState, Reset, Step, ThreadView, Variable
+from fieldrig_devices.languages.debugging.debuggee import (
+    Debuggee,
+    Frame,
+    ProgramState,
+    Reset,
+    Step,
+    ThreadView,
+    Variable,
+)
 from fieldrig_devices.languages.debugging.probes import Place, Probes, Search
 from fieldrig_devices.languages.debugging.probes import shown as found_shown
+from fieldrig_devices.languages.debugging.stepping import Stepping
+from fieldrig_devices.languages.debugging.stops import Stop
+from fieldrig_devices.languages.debugging.texts import shown as shown_value
 
 MOST_NAMES: Final = 1_000
 MOST_BREAKPOINTS: Final = 1_000
 MOST_WATCHED: Final = 16
+MOST_LOGGED: Final = 1_000
+"""Texts of breakpoints that wait to be read; the oldest ones are given up."""
 MOST_FILES: Final = 1_000
 LONGEST_DOWNLOAD: Final = 8 << 20
 """Longest source of a download in characters, over all of its parts."""
@@ -43,12 +58,16 @@ class DebugService:
         self._stopped_ns = 0
         self._unknown: dict[int, str] = {}
         """Why the condition at which a thread stands has no value, by threads."""
+        self._log: deque[Answer] = deque(maxlen=MOST_LOGGED)
+        """The texts of log points with their numbers."""
+        self._stepping: Stepping | None = None
         debuggee.on_stop, debuggee.on_load = self._on_stop, self._on_load
         self._commands: dict[str, Callable[[Mapping[str, Any]], Answer]] = {
             "state": self._state,
             "files": self._files,
             "source": self._source,
             "breakpoints": self._breakpoints,
+            "logged": self._logged,
             "start": lambda _: self._do(debuggee.start),
             "stop": lambda _: self._do(debuggee.stop),
             "reset": self._reset,
@@ -108,6 +127,7 @@ class DebugService:
             "state": debuggee.state.value,
             "stops": self._stops,
             "loads": self._loads,
+            "logged": self._log[-1]["number"] if self._log else 0,
             "progress": debuggee.progress,
             "problem": debuggee.problem,
             "now_ns": self._clock.now_ns(),
@@ -143,6 +163,7 @@ class DebugService:
         return self._do(lambda: self._debuggee.reset(kind))
 
     def _do(self, action: Callable[[], None]) -> Answer:
+        self._stepping = None
         action()
         return {"state": self._debuggee.state.value}
 
@@ -157,8 +178,8 @@ class DebugService:
         and nothing changes.  `moves` are the lines after the last load by those before.
         """
         if "file" not in message:
-            known = sorted(self._places.conditions.items())
-            return {"breakpoints": [{"file": file, "line": line, "condition": text} for (file, line), text in known]}
+            known = sorted(self._places.stops.items(), key=itemgetter(0))
+            return {"breakpoints": [{"file": file, "line": line, **asdict(stop)} for (file, line), stop in known]}
         name = field(message, "file", str)
         if "lines" in message:
             lines = items(message["lines"], int, MOST_BREAKPOINTS, "lines")
@@ -167,18 +188,24 @@ class DebugService:
             moves = {str(line): after for (file, line), after in self._places.moves.items() if file == name}
             return {"lines": sorted(self._places.lines(name)), "moves": moves}
         asked = [
-            (field(entry, "line", int), typed(entry.get("condition", ""), str, "condition"))
+            (field(entry, "line", int), _stop_of(entry))
             for entry in items(field(message, "breakpoints", list), dict, MOST_BREAKPOINTS, "breakpoints")
         ]
         if not typed(message.get("move", False), bool, "move"):
             return {"lines": sorted(self._places.replace(self._debuggee, name, dict(asked)))}
         moved = self._places.next_lines(self._debuggee, name, {line for line, _ in asked})
-        wanted = {after: condition for line, condition in asked if (after := moved[line]) is not None}
+        wanted = {after: stop for line, stop in asked if (after := moved[line]) is not None}
         lines = sorted(self._places.replace(self._debuggee, name, wanted))
         return {"lines": lines, "places": [moved[line] for line, _ in asked]}
 
+    def _logged(self, message: Mapping[str, Any]) -> Answer:
+        """Return what breakpoints have logged, from the entry behind the number `after` on, as far as it is kept."""
+        after = typed(message.get("after", 0), int, "after")
+        return {"entries": [entry for entry in self._log if entry["number"] > after]}
+
     def _on_load(self) -> None:
         self._loads += 1
+        self._stepping = None
         self._places.reload(self._debuggee)
         self._probes.reload()
 
@@ -192,7 +219,13 @@ class DebugService:
     def _step(self, message: Mapping[str, Any]) -> Answer:
         kind = choice(Step, message.get("kind", Step.INTO.value), "kind")
         thread = self._thread(message)
-        return self._do(lambda: self._debuggee.step(thread, kind))
+        at = self._debuggee.at(thread)
+
+        def begin() -> None:
+            self._stepping = Stepping(thread, kind, at) if at is not None else None
+            self._debuggee.step(thread, kind)
+
+        return self._do(begin)
 
     def _stack(self, message: Mapping[str, Any]) -> Answer:
         return {"frames": [asdict(frame) for frame in self._debuggee.stack(self._thread(message))]}
@@ -212,20 +245,53 @@ class DebugService:
         return (stopped or numbers)[0]
 
     def _on_stop(self) -> None:
-        """Count the stop, unless it is a breakpoint whose condition does not hold."""
-        debuggee = self._debuggee
+        """Count the stop, unless it is a breakpoint that lets the program run on, and a step go on."""
         self._unknown.clear()
-        paused = [thread for thread in debuggee.threads() if thread.state is ProgramState.PAUSED]
+        paused = [thread for thread in self._debuggee.threads() if thread.state is ProgramState.PAUSED]
         if len(paused) == 1:
             thread = paused[0].number
-            frame = debuggee.stack(thread)[0]
-            condition = self._places.conditions.get((frame.file, frame.line), "")
-            if not self._probes.takes_stop(thread) and condition and not self._holds(condition, thread):
-                debuggee.go_on()
+            if not self._probes.takes_stop(thread) and self._passes(thread):
                 return
         self._count_stop()
 
+    def _passes(self, thread: int) -> bool:
+        """Let a thread run on from a breakpoint at which it does not stop; false if it stops."""
+        debuggee, frame = self._debuggee, self._debuggee.stack(thread)[0]
+        stop, at, step = self._places.stops.get((frame.file, frame.line)), debuggee.at(thread), self._stepping
+        if at is not None and not at.is_beginning:
+            stop = None  # that of the line was passed at its beginning
+        if stop is not None and self._stops_at(stop, thread, frame):
+            return False
+        if step is None or step.thread != thread or at is None:
+            if stop is not None:
+                debuggee.go_on()
+            return stop is not None
+        if step.is_done(at, is_at_breakpoint=stop is not None):
+            return False
+        debuggee.step(thread, step.part_from(at))
+        return True
+
+    def _stops_at(self, stop: Stop, thread: int, frame: Frame) -> bool:
+        """Return whether a thread stops at a breakpoint; what one logs instead is noted."""
+        if stop.condition and not self._holds(stop.condition, thread):
+            return False
+        if thread in self._unknown:
+            return True
+        if not stop.is_due():
+            return False
+        if stop.log:
+            text = stop.text(lambda name: self._text_of(name, thread))
+            number = self._log[-1]["number"] + 1 if self._log else 1
+            place = {"file": frame.file, "line": frame.line, "thread": thread, "at_ns": self._clock.now_ns()}
+            self._log.append({"number": number, "text": text, **place})
+        return not stop.log
+
+    def _text_of(self, name: str, thread: int) -> str:
+        value = self._value_of(name, thread)
+        return f"{{{name}: {value['error'].partition(chr(10))[0]}}}" if "error" in value else shown_value(value)
+
     def _count_stop(self) -> None:
+        self._stepping = None
         self._stops += 1
         self._stopped_ns = self._clock.now_ns()
 
@@ -358,3 +424,9 @@ def choice(choices: Any, value: Any, name: str) -> Any:
     if not isinstance(value, str) or value not in known:
         raise MalformedError(f"{name}: expected {', '.join(known)}, got {shown(value)}")
     return known[value]
+
+
+def _stop_of(entry: Mapping[str, Any]) -> Stop:
+    """Return the breakpoint that an entry of a question means."""
+    condition, hits, log = (typed(entry.get(name) or "", str, name) for name in ("condition", "hits", "log"))
+    return Stop(condition, hits, log)

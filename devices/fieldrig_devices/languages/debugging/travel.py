@@ -64,7 +64,7 @@ class Travel:
 
     def reverse_continue(self) -> Mapping[str, Any]:
         """Go back to the last breakpoint, or before the last change of a watched variable."""
-        places = self._ask({"command": "breakpoints"})["breakpoints"]
+        places = [stop for stop in self._ask({"command": "breakpoints"})["breakpoints"] if not stop["log"]]
         names = self._ask({"command": "watch"})["names"]
         if not places and not names:
             raise ValueError("there is nothing to stop at\nexpected a breakpoint or a watched variable first")
@@ -126,7 +126,7 @@ class Travel:
         self._ask({"command": "watch", "names": names})
         there = self._ask({"command": "breakpoints"})["breakpoints"]
         for file in sorted({stop["file"] for stop in (*stops, *there)}):
-            wanted = [{"line": stop["line"], "condition": stop["condition"]} for stop in stops if stop["file"] == file]
+            wanted = [stop for stop in stops if stop["file"] == file]
             self._ask({"command": "breakpoints", "file": file, "breakpoints": wanted})
         return answer
 

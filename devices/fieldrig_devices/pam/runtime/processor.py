@@ -80,10 +80,13 @@ class Processor:
         """Run one instruction after the other until the step of the debugger is complete, or the program waits."""
         task = program.task
         while self._rest > 0:
+            before = (task.routine, task.pc, len(task.stack))
             self._rest -= task.step()
             if task.state is not TaskState.READY:
                 program.goal = None
-            elif goal.is_reached(task.line, len(task.stack), is_beginning=task.begins_line):
+            elif (task.is_at_breakpoint and (task.routine, task.pc, len(task.stack)) != before) or goal.is_reached(
+                task.line, len(task.stack), is_beginning=task.begins_line
+            ):
                 program.goal = None
                 task.halt()
             elif not task.is_waiting:
