@@ -23,6 +23,7 @@ from fieldrig.real.placement import ProcessPlan
 from fieldrig.system import log_files
 from fieldrig.system.exits import ABOUT, KILL, Exit
 from fieldrig.system.own_files import open_file, refused
+from fieldrig.text.exception_notes import NOTE
 
 log = logging.getLogger(__name__)
 
@@ -231,3 +232,10 @@ def how_it_ended(code: int) -> str:
         return f"killed by {signal.Signals(-code).name}"
     known = {Exit.CRASHED, Exit.WRONG, Exit.CANNOT_START}
     return f"exit code {code}" + (f": {ABOUT[Exit(code)].partition(' (')[0]}" if code in known else "")
+
+
+def why_it_ended(code: int, said: str) -> str:
+    """Return the reason in one line; for a fault in its code, with the last line of the traceback that it has left."""
+    lines = said.splitlines() if code in (Exit.CRASHED, Exit.BUG) else []
+    is_noted = len(lines) > 1 and lines[-1].startswith(NOTE)
+    return how_it_ended(code) + (f" ({', '.join(lines[-2:] if is_noted else lines[-1:])})" if lines else "")

@@ -18,7 +18,7 @@ from fieldrig.config import kinds
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.events import event
 from fieldrig.outside.page_seat import SEAT_VARIABLE, PageRole, Seat, take_seat
-from fieldrig.real.child import CAN_FORK, FIRST_KEPT, Child, how_it_ended, not_started
+from fieldrig.real.child import CAN_FORK, FIRST_KEPT, Child, not_started, why_it_ended
 from fieldrig.real.host import end_with_parent, name_process, start_log
 from fieldrig.real.patience import Patience
 from fieldrig.real.roster import Report
@@ -86,7 +86,8 @@ class PageProcess:
                 begun_s = loop.time()
                 code = await self._child.wait()
                 self._child.forget_steps()
-                report(event("died", NAME, f"{how_it_ended(code)}; the rig goes on, and the page is started again"))
+                why = why_it_ended(code, self._child.tail())
+                report(event("died", NAME, f"{why}; the rig goes on, and the page is started again"))
                 await asyncio.sleep(self._patience.after_death(loop.time() - begun_s))
                 self._restarts += 1
             try:

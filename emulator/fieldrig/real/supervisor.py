@@ -18,13 +18,12 @@ from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.messages import Control, NoAnswerError
 from fieldrig.control.question_words import asked
 from fieldrig.errors import ControlError
-from fieldrig.real.child import how_it_ended
+from fieldrig.real.child import how_it_ended, why_it_ended
 from fieldrig.real.children import Children
 from fieldrig.real.patience import Patience
 from fieldrig.real.placement import ProcessPlan
 from fieldrig.real.roster import OPEN, Member, ProcessState, Report, Roster
 from fieldrig.system.exits import KILL, Exit
-from fieldrig.text.exception_notes import NOTE
 
 GRACE_S = 3.0
 """Time between SIGTERM and SIGKILL."""
@@ -155,10 +154,7 @@ class Supervisor:
         return False
 
     def _why(self, member: Member, code: int) -> str:
-        """Return the reason in one line; for a fault in a device's code, with the last line of the traceback."""
-        said = self._children[member.name].tail().splitlines() if code == Exit.CRASHED else []
-        is_noted = len(said) > 1 and said[-1].startswith(NOTE)
-        return how_it_ended(code) + (f" ({', '.join(said[-2:] if is_noted else said[-1:])})" if said else "")
+        return why_it_ended(code, self._children[member.name].tail())
 
     def _fail_start(self, member: Member, how: str, code: Exit) -> None:
         """End the start with this failure.  Later failures do not count, as they follow from the first."""
