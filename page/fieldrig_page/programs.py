@@ -104,7 +104,10 @@ class Programs:
             return {
                 "state": await self.state(device),
                 "values": await self._values(device, names[:MOST_NAMES]),
-                "forced": (await debug(self._link, device, "forced"))["variables"],
+                "forced": [
+                    {**one, "value": for_script(one["value"])}
+                    for one in (await debug(self._link, device, "forced"))["variables"]
+                ],
                 "tasks": await self._tasks(device),
             }
         except ControlError as wrong:

@@ -101,10 +101,12 @@ function scopesOf(lines) {
   });
 }
 
-// The text with comments and literals of text as blanks, on the same lines.
+// The text with comments, literals of text and those with a type, such as T#5s, as blanks, on the same lines.
 function withoutComments(text, language) {
   if (language === 'ARP BASIC') return text.replace(/;.*/g, '');
-  return text.replace(/\(\*[\s\S]*?\*\)|\/\/.*|'[^'\n]*'|"[^"\n]*"/g, (found) => found.replace(/[^\n]/g, ' '));
+  const blank = (found) => found.replace(/[^\n]/g, ' ');
+  const bare = text.replace(/\(\*[\s\S]*?\*\)|\/\/.*|'[^'\n]*'|"[^"\n]*"/g, blank);
+  return language === 'IEC 61131-3' ? bare.replace(/\b\w+#[\w.:#+-]+|\b(?:TRUE|FALSE)\b/gi, blank) : bare;
 }
 
 // The names on the lines of the screen, by line; the rig says which of them are variables.

@@ -1,5 +1,6 @@
 """Programs in a browser, of each language: what a person sees of them, stops, starts and forces."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -111,6 +112,35 @@ def test_a_variable_is_forced_and_released(browser: Browser, feeder: ServedRig) 
         expect(page.get_by_role("region", name="source feeder.st")).to_contain_text("g_udiRamp = 77")
         page.get_by_role("button", name="Release g_udiRamp").click()
         expect(page.get_by_role("button", name="Release g_udiRamp")).to_have_count(0)
+
+
+WIDE = """
+PROGRAM Main
+VAR
+    t : TIME := T#1h; (* the T of the literal is no variable *)
+    isOn : BOOL := TRUE;
+    r : REAL;
+    wide : ULINT := 1;
+END_VAR
+r := 0.5;
+END_PROGRAM
+"""
+
+
+def test_literals_are_no_variables_and_whole_numbers_have_all_their_digits(browser: Browser, tmp_path: Path) -> None:
+    """`T = T#1h` stood beside the time, and `TRUE = true` beside the flag; a forced ULINT was rounded."""
+    (tmp_path / "wide.st").write_text(WIDE)
+    file = tmp_path / "plc.yaml"
+    file.write_text("{time: virtual, speed: 1, devices: {plc: {kind: hmiscu, model: HMISCU6A5, program: wide.st}}}")
+    with ServedRig(file) as rig, opened(browser, rig, path="/programs/plc") as page:
+        source = page.get_by_role("region", name="source wide.st")
+        expect(source).to_contain_text("isOn = true")
+        expect(source.locator(".live-value").filter(has_text="T#1h")).to_have_text("t = T#1h")
+        expect(source.locator(".live-value").filter(has_text=re.compile("^TRUE"))).to_have_count(0)
+        force(page, "Main.wide", str(2**64 - 1))
+        expect(page.get_by_role("row", name="Main.wide")).to_contain_text(str(2**64 - 1))
+        force(page, "Main.r", "1e999")
+        expect(page.get_by_role("alert")).to_contain_text("expected a constant of type REAL, got '1e999'")
 
 
 def test_a_program_opens_where_it_is_with_its_values_in_sight(browser: Browser) -> None:

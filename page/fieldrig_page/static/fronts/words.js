@@ -17,9 +17,10 @@ function hex(value, digits) {
 // A whole number that JavaScript would round comes and goes as a text of its digits.
 export const isWholeText = (value) => typeof value === 'string' && /^[+-]?\d{16,}$/.test(value);
 
-// The number that a text means; the text itself if it is none, or a whole number that JavaScript would round.
+// The number that a text means; the text itself if it is none, one that JSON does not have, or a whole number that JavaScript
+// would round.
 export function numberOrText(text, number = Number(text)) {
-  return text === '' || Number.isNaN(number) || isWholeText(text) ? text : number;
+  return text === '' || !Number.isFinite(number) || isWholeText(text) ? text : number;
 }
 
 export function shown(value) {
