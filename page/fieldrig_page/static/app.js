@@ -25,6 +25,7 @@ const FIRST = VIEWS[0];
 const STATES = {
   connecting: 'connecting',
   away: 'page server away, trying again',
+  silent: 'page server silent: what is shown is old',
   refused: 'this address is no longer good: open the one that fieldrig up has printed',
 };
 

@@ -6,18 +6,26 @@ import { decode, encode } from './wire.js';
 
 const FIRST_PAUSE_MS = 250;
 const LONGEST_PAUSE_MS = 4000;
+const SILENT_MS = 5000; // without a word of the server, until it is asked whether it is there
 const UNSUPPORTED = 1003; // the close code for a message that is not understood
 
 export let role = 'look';
 
 class Live {
-  state = 'connecting'; // connecting, open, away (the server is), refused (the token is no longer good)
+  // connecting, open, silent (the server does not answer), away (its connection is closed), refused (the token is no longer good)
+  state = 'connecting';
   greeting = null;
   #handlers = new Map();
   #wishes = new Map();
   #socket = null;
   #pause = FIRST_PAUSE_MS;
   #last = null; // the topic that was wanted last
+  #heardMs = 0;
+  #isLooking = false;
+
+  constructor() {
+    setInterval(() => this.#look(), SILENT_MS / 5);
+  }
 
   // Calls `handler(message)` for each message of a type, which is the name of its topic, or "state".
   on(type, handler) {
@@ -30,7 +38,7 @@ class Live {
   want(topic, wish) {
     if (wish === null) this.#wishes.delete(topic);
     else this.#wishes.set(topic, wish);
-    if (this.state === 'open') this.#ask(topic, wish);
+    if (this.state === 'open' || this.state === 'silent') this.#ask(topic, wish);
   }
 
   #ask(topic, wish) {
@@ -47,7 +55,26 @@ class Live {
     socket.onclose = (event) => this.#onClose(event);
   }
 
+  // A server that hangs keeps its connections, and what it has sent before would pass for the present.
+  async #look() {
+    const heardMs = this.#heardMs;
+    const isThere = this.state === 'open' || this.state === 'silent';
+    if (!isThere || this.#isLooking || performance.now() - heardMs < SILENT_MS) return;
+    this.#isLooking = true;
+    const status = await statusOf(AbortSignal.timeout(SILENT_MS));
+    this.#isLooking = false;
+    if (this.#heardMs !== heardMs) return;
+    if (status !== null) this.#hear();
+    else if (this.state === 'open') this.#become('silent');
+  }
+
+  #hear() {
+    this.#heardMs = performance.now();
+    if (this.state === 'silent') this.#become('open');
+  }
+
   #take(data) {
+    this.#hear();
     const [number, ...messages] = decode(data);
     for (const message of messages) {
       if (message.t === 'hello') this.#greet(message);
@@ -94,11 +121,14 @@ class Live {
   }
 }
 
-async function isRefused() {
+const isRefused = async () => (await statusOf()) === 401;
+
+// The status of a small question to the server; null if there is no server that answers.
+async function statusOf(signal) {
   try {
-    return (await fetch('/api/v1/openapi.json', { method: 'HEAD' })).status === 401;
+    return (await fetch('/api/v1/openapi.json', { method: 'HEAD', signal })).status;
   } catch {
-    return false; // no server, so it refuses nothing
+    return null;
   }
 }
 

@@ -48,6 +48,20 @@ def test_a_page_connects_again_when_its_server_was_killed_and_the_rig_runs_on(br
         assert lab.status()["now_ns"] > before["now_ns"]
 
 
+def test_a_server_that_hangs_is_silent_until_it_goes_on(browser: Browser, lab: ServedRig) -> None:
+    """Its connections stay, so the values of before were shown as the present ones, with `ready` above them."""
+    with opened(browser, lab) as page:
+        pill = page.locator("header .pill")
+        expect(pill).to_have_text("ready")
+        server = lab.status()["ui"]["pid"]
+        os.kill(server, signal.SIGSTOP)
+        try:
+            expect(pill).to_have_text("page server silent: what is shown is old")
+        finally:
+            os.kill(server, signal.SIGCONT)
+        expect(pill).to_have_text("ready")
+
+
 def test_a_view_that_was_opened_while_the_server_was_away_is_filled_when_it_is_back(
     browser: Browser, lab: ServedRig
 ) -> None:
