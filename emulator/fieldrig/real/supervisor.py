@@ -223,7 +223,9 @@ class Supervisor:
             case {"name": str(name)}:
                 member = self.roster.member_of(name)
             case _:
-                raise ControlError(f"this rig cannot {asked('restart', message)}", "expected the name of a device, bus or process")
+                raise ControlError(
+                    f"this rig cannot {asked('restart', message)}", "expected the name of a device, bus or process"
+                )
         if self._tenders[member.name].done():
             raise ControlError(f"{member.name} has ended and will not be restarted", "stop the rig and start it again")
         if name in member.plan.devices and member.state is ProcessState.READY:

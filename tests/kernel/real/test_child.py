@@ -1,4 +1,4 @@
-"""What is said of a process that has ended."""
+"""The text that is said of a process that has ended."""
 
 import pytest
 
