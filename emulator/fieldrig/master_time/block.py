@@ -21,6 +21,7 @@ from fieldrig.master_time.doors import RigDoors, addresses_of
 from fieldrig.master_time.errors import VirtualTimeError
 from fieldrig.master_time.locks import Lock
 from fieldrig.master_time.network import Network, SocketStandIns
+from fieldrig.master_time.queries import query_swaps
 from fieldrig.master_time.scheduler import Place, Scheduler
 from fieldrig.master_time.swaps import Swaps
 from fieldrig.master_time.terminals import Terminals
@@ -107,12 +108,14 @@ def _swap(swaps: Swaps, network: Network, terminals: Terminals) -> None:
     swaps.everywhere(
         [
             *clock_swaps(), *descriptor_swaps(), *thread_swaps(), *sockets.names(), *_terminal_swaps(terminals),
-            *_refusals(), *alarm_swaps(), *_loop_swaps(),
+            *_refusals(), *alarm_swaps(), *query_swaps(), *_loop_swaps(),
             (threading.Lock, Lock), (queue.SimpleQueue, queue._PySimpleQueue),  # type: ignore[attr-defined]
         ]
     )  # fmt: skip
     swaps.attribute(threading, "_allocate_lock", Lock)
     swaps.attribute(threading, "_CRLock", None)
+    # trio asserts that a lock is one in C, which a signal does not interrupt; here none comes in between either.
+    swaps.attribute(threading._RLock, "__module__", "_thread")
     swaps.attribute(threading, "excepthook", hook_without_ends(threading.excepthook))
     executors = logging.getLogger("concurrent.futures")  # it calls the end of a worker critical
     executors.addFilter(is_no_end)

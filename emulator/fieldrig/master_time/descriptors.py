@@ -59,7 +59,11 @@ class _Poller:
         if scheduler is None:
             return self._real.poll(timeout, *most)
         timeout_s = None if timeout is None or timeout < 0 else timeout / self.PER_SECOND
-        return wait_for(scheduler, timeout_s, lambda: self._real.poll(0, *most))
+        return wait_for(scheduler, timeout_s, self._asking(most))
+
+    def _asking(self, most: tuple[int, ...]) -> Callable[[], Any]:
+        """Return the call that asks which descriptors are ready, without waiting."""
+        return lambda: self._real.poll(0, *most)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._real, name)
@@ -70,6 +74,17 @@ class _MillisecondPoller(_Poller):
 
 
 class _EpollPoller(_Poller):
+    def _asking(self, most: tuple[int, ...]) -> Callable[[], Any]:
+        """Return the same, which keeps what it finds: epoll says an edge (ET) or a single event (ONESHOT) only once."""
+        found: list[Any] = []
+
+        def ask() -> list[Any]:
+            if not found:
+                found.extend(self._real.poll(0, *most))
+            return found
+
+        return ask
+
     def __enter__(self) -> "_EpollPoller":
         return self
 

@@ -2,7 +2,9 @@
 
 import asyncio
 import concurrent.futures
+import ctypes.util
 import datetime
+import platform
 import queue
 import random
 import sched
@@ -351,6 +353,27 @@ def test_every_form_of_select_waits(rig: Rig) -> None:
         far.send(b"x")
         assert all(any(wait()) for wait in waits)
         assert rig.now_ns == 3 * S
+
+
+@pytest.mark.skipif(not hasattr(select, "epoll"), reason="only Linux has epoll")
+@pytest.mark.parametrize("once", ["EPOLLONESHOT", "EPOLLET"])
+def test_what_epoll_says_only_once_is_not_lost(rig: Rig, once: str) -> None:
+    near, far = socket.socketpair()
+    with near, far, select.epoll() as epoll:
+        epoll.register(near.fileno(), select.EPOLLIN | getattr(select, once))
+        threading.Timer(3, far.send, [b"x"]).start()
+        assert epoll.poll(10) == [(near.fileno(), select.EPOLLIN)]
+        assert rig.now_ns == 3 * S
+        assert epoll.poll(2) == []
+        assert rig.now_ns == 5 * S
+
+
+def test_questions_about_the_host_are_answered(rig: Rig) -> None:
+    """The standard library asks a process for each of them, in real time."""
+    assert ctypes.util.find_library("no-such-library") is None
+    assert isinstance(platform.processor(), str)
+    time.sleep(1)
+    assert rig.now_ns == S
 
 
 def test_asyncio_waits(rig: Rig) -> None:
