@@ -249,7 +249,9 @@ _FLAGS = {
     "is_constant": st.booleans(),
     "access": st.sampled_from(["", "PUBLIC", "PRIVATE"]),
 }
-_SECTION_KINDS = st.sampled_from([section for section in tree.Section if section is not tree.Section.CONFIG])
+_OF_OTHERS = (tree.Section.CONFIG, tree.Section.GENERIC)
+"""Sections that a POU of edition 3 does not have."""
+_SECTION_KINDS = st.sampled_from([section for section in tree.Section if section not in _OF_OTHERS])
 VARIABLES = st.builds(tree.Variables, _SECTION_KINDS, many(_variables_of(TYPES)), comments=_COMMENTS, **_FLAGS)
 _GLOBALS = st.builds(tree.Variables, st.just(tree.Section.GLOBAL), many(_variables_of(TYPES)), **_FLAGS)
 _PATHS = st.builds("{}.{}".format, PLAIN_NAMES, PLAIN_NAMES)
