@@ -70,8 +70,7 @@ def opened(
     page = context.new_page()
     mistakes: list[str] = []
     page.on("pageerror", lambda error: mistakes.append(f"{error.message}\n{error.stack}"))
-    page.goto(rig.addresses()[role])
-    page.goto(f"{page.url.partition('#')[0]}#{path}")
+    page.goto(f"{rig.addresses()[role]}#{path}")  # the first view would leave its signals to the scope
     yield page
     found = "\n".join(mistakes)  # before the window closes in the middle of something
     context.close()
