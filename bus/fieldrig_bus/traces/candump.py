@@ -8,17 +8,19 @@ frame and is left out.
 
 import re
 from collections.abc import Callable, Iterable, Iterator
-from typing import BinaryIO, Final
+from typing import BinaryIO, Final, cast
 
 from fieldrig.clock import S
 from fieldrig.errors import UsageError
 from fieldrig.traces.limits import from_1970
 from fieldrig.traces.log_lines import BYTE_ORDER_MARK, LogLines, text_of
 from fieldrig.traces.oddities import Oddities
+from fieldrig.traces.read_again import ReadAgain
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK
 from fieldrig_bus.can.linux_flags import BIT_RATE_SWITCH, ERROR
+from fieldrig_bus.traces import busmaster
 from fieldrig_bus.traces.can_fields import fields_of
 from fieldrig_bus.traces.candump_lines import STANDARD_DIGITS, has_differences, is_like_one, parse, says_nothing
 from fieldrig_bus.traces.plain_heads import HEAD_BYTES, HeadsOfTexts, PlainHeads
@@ -38,7 +40,9 @@ PLAIN: Final = re.compile(
 
 
 def recognises(head: bytes) -> bool:
-    """Return whether the first line that says something is one of candump."""
+    """Return whether the first line that says something is one of candump, or the head of a log of BUSMASTER."""
+    if busmaster.recognises(head):
+        return True
     for line in head.decode("latin-1").removeprefix(BYTE_ORDER_MARK).split("\n")[:-1]:
         if not says_nothing(line):
             return is_like_one(line)
@@ -49,8 +53,8 @@ _TIME: Final = re.compile(r" ?\((\d{1,12})\.(\d{6})\) ", re.ASCII)
 
 
 def line_clock(head: bytes) -> Callable[[str], int | None] | None:
-    """A log whose times are those since the line before has to be read from its beginning."""
-    if has_differences(head):
+    """A log whose times are those since the line before, or of another form, has to be read from its beginning."""
+    if has_differences(head) or busmaster.recognises(head):
         return None
 
     def time_ns(line: str) -> int | None:
@@ -101,12 +105,14 @@ def _head(identifier: int, is_extended: bool, length: int) -> str:
 def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
     """Entries with the time of day as their instant.  UsageError, with the line, for a file that is not such a log."""
     odd = Oddities() if odd is None else odd
-    lines, time_ns, buses = LogLines(file, odd), 0, dict[str, str]()
+    begin = file.read(HEAD)
+    if busmaster.recognises(begin):
+        yield from busmaster.read(cast(BinaryIO, ReadAgain(begin, file)), odd)
+        return
+    lines, time_ns, buses = LogLines(cast(BinaryIO, ReadAgain(begin, file)), odd), 0, dict[str, str]()
     second, second_ns, new = "", 0, tuple.__new__
     heads, decoded = HeadsOfTexts(lambda text: len(text) != STANDARD_DIGITS), bytes.fromhex
-    peek = getattr(file, "peek", None)
-    is_reported = False
-    adds_up = peek is not None and has_differences(peek(HEAD)[:HEAD])
+    is_reported, adds_up = False, has_differences(begin)
     for line in lines:
         if match := PLAIN(line):
             seconds, microseconds, bus, identifier, digits = match.groups()

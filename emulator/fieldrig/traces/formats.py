@@ -14,26 +14,11 @@ from typing import BinaryIO, Final, Protocol, cast, runtime_checkable
 from fieldrig.errors import UsageError
 from fieldrig.text.nearest import closest
 from fieldrig.traces import trace_jsonl
+from fieldrig.traces.foreign import refuse_foreign
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.sparse_index import Clock
 from fieldrig.traces.trace import TraceEntry
 
-PACKED: Final = {
-    b"\x1f\x8b": "gzip",
-    b"PK\x03\x04": "zip",
-    b"\xfd7zXZ": "xz",
-    b"\x28\xb5\x2f\xfd": "zstd",
-    b"BZh": "bzip2",
-}
-"""The beginnings of packed files."""
-FOREIGN: Final = {
-    b"***BUSMASTER": "BusMaster",
-    b"Chn Identifier Flg": "Kvaser CANKing",
-    b"ASCII Trace IXXAT": "IXXAT",
-}
-"""The first words of logs that are not read, and the programs that write them."""
-FOREIGN_HEAD: Final = 256
-"""Bytes in which these words are looked for."""
 HEAD: Final = 4096
 """Bytes by which a format recognises a file."""
 
@@ -96,14 +81,8 @@ def format_of_file(suffix: str, head: bytes) -> Format:
     by_suffix = _by_suffix().get(suffix.lower())
     candidates = ([by_suffix] if by_suffix else []) + [form for form in formats() if form is not by_suffix]
     found = next((form for form in candidates if form.recognises(head)), None)
-    packed = next((name for magic, name in PACKED.items() if head.startswith(magic)), None)
-    if found is None and packed is not None:
-        raise UsageError(f"it is packed ({packed})", "unpack it first")
-    foreign = next((name for words, name in FOREIGN.items() if words in head[:FOREIGN_HEAD]), None)
-    if found is None and foreign is not None:
-        raise UsageError(
-            f"it is a text log of {foreign}, which is not read", "have it written as ASC, BLF or TRC there"
-        )
+    if found is None:
+        refuse_foreign(suffix, head)
     if found is None and suffix.lower() in RIG_FILES:
         remedy = f"`fieldrig draw --rig` draws one, `fieldrig check` reads one; logs are {_known()}"
         raise UsageError("this is no log, but perhaps a rig file", remedy)

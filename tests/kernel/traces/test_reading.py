@@ -1,5 +1,6 @@
 """Reading a recording: its format by its content, a part of its time, the order of time, and what is odd in it."""
 
+import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -163,17 +164,37 @@ def test_a_packed_log_is_said_to_be_packed(head: bytes, name: str, tmp_path: Pat
 @pytest.mark.parametrize(
     ("text", "name"),
     [
-        ("***BUSMASTER Ver 3.2.2***\n***PROTOCOL CAN***\n", "BusMaster"),
+        ("//-----\nMicrochip Technology Inc.\nCAN BUS Analyzer\n//-----\n1;RX;0x1;0;\n", "Microchip CAN BUS Analyzer"),
+        ("166.064000 CXX GVRET-PC Output\n166.064000 R11 0000021A FE 36\n", "OVMS (CRTD)"),
+        ("1320745424.002 2R29 18FEF100 FA 01\n", "OVMS (CRTD)"),
+        ("ID,Data Bytes\n0000021A,FE 36 12\n", "SavvyCAN without times (Generic ID)"),
+        ("Version,5\nLine,Abs Time(Sec),Rel Time (Sec),Status,Er,Tx\n", "Vehicle Spy"),
+        ('"CANopen Magic Ultimate"\n', "CANopen Magic"),
+        (";  CAN Logger trace file\n;\n", "CAN Logger"),
+        ("time,addr,bus,data\n1.5,291,0,0x00\n", "Cabana"),
+        ("# Logger type: CANLogger2000\n# HW rev: 7.1x\nTimestamp;Type;ID;Data\n", "CSS Electronics CLX000"),
+        ("          Kvaser Memorator Log\n          ====\n", "Kvaser Memorator"),
+        ('"No.","Time","Source","Destination","Protocol","Length","Info"\n', "Wireshark (packets as CSV)"),
+        ("A000057.055 09FF7 1FF1A 3F9FDB\n", "Actisense (N2K ASCII)"),
+        ("17:33:21.107 R 19F51323 01 2F 30\n", "Yacht Devices (RAW)"),
+        ("2011-11-24-22:42:04.388,2,127251,36,255,8,7d,0b\n", "canboat"),
+        ("t1232AABB\rT18FEF10010\r", "an adapter of Lawicel (SLCAN)"),
         ("   Chn Identifier Flg   DLC  D0...1...2...3...4...5...6..D7       Time     Dir\n", "Kvaser CANKing"),
         ("ASCII Trace IXXAT Minimon 3 Version: 3.4\n", "IXXAT"),
     ],
 )
-@pytest.mark.parametrize("ending", ["txt", "log", "trc"])
+@pytest.mark.parametrize("ending", ["txt", "log", "trc", "csv"])
 def test_a_log_of_another_program_is_refused_by_its_name(text: str, name: str, ending: str, tmp_path: Path) -> None:
     path = tmp_path / f"x.{ending}"
     path.write_text(text)
-    with pytest.raises(UsageError, match=f"it is a text log of {name}, which is not read"):
+    with pytest.raises(UsageError, match=re.escape(f"it is a log of {name}, which is not read")):
         list(read(path))
+
+
+def test_a_log_whose_format_no_document_explains_is_refused_by_its_ending(tmp_path: Path) -> None:
+    (tmp_path / "LOG00000.KMF").write_bytes(bytes(range(1, 200)))
+    with pytest.raises(UsageError, match=r"LOG00000.KMF: it is a log of Kvaser Memorator, which is not read"):
+        list(read(tmp_path / "LOG00000.KMF"))
 
 
 def test_a_file_of_four_gigabytes_of_nothing_is_refused_at_once(tmp_path: Path) -> None:
