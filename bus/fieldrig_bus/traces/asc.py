@@ -23,7 +23,7 @@ from fieldrig_bus.can.codec import decode
 from fieldrig_bus.can.frame import EXTENDED_MASK, FD_LENGTHS
 from fieldrig_bus.can.linux_flags import ERROR
 from fieldrig_bus.can.notices import BusState, CanError
-from fieldrig_bus.traces.asc_lines import PLAIN, STATES, base_of, date_of, parse, unix_ns
+from fieldrig_bus.traces.asc_lines import PLAIN, STATES, base_of, date_of, offset_ns_of, parse, unix_ns
 from fieldrig_bus.traces.can_fields import Fields, fields_of
 from fieldrig_bus.traces.channels import BusNames, Channels
 from fieldrig_bus.traces.error_capture import code_of
@@ -131,6 +131,8 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
         elif line.lstrip().startswith("//"):
             names.learn(line)
         else:
+            if is_relative:
+                last_ns += offset_ns_of(line)
             try:
                 parsed = parse(line, is_hex)
             except ValueError as cause:
@@ -139,9 +141,9 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
             if parsed.what:
                 odd.report(parsed.what)
             if parsed.message is not None:
-                last_ns = (last_ns if is_relative else begin_ns) + parsed.offset_ns
                 found += 1
-                yield TraceEntry(last_ns, names[parsed.channel], "can", "", parsed.message)
+                time_ns = last_ns if is_relative else begin_ns + parsed.offset_ns
+                yield TraceEntry(time_ns, names[parsed.channel], "can", "", parsed.message)
     if not found:
         lines.refuse(REMEDY)
         if not has_head and odd.number:

@@ -32,6 +32,7 @@ PLAIN: Final = re.compile(
 """A classical data frame with hexadecimal numbers, as nearly all lines are, if its digits are in pairs."""
 
 _TIME: Final = r"\s*(?P<seconds>\d{1,12})\.(?P<fraction>\d{1,9})\s+"
+_OFFSET: Final = re.compile(_TIME, re.ASCII)
 _FRAME: Final = re.compile(
     _TIME + r"(?P<channel>\d{1,3})\s+(?P<id>[0-9A-Fa-f]{1,10}x?)\s+(?P<way>Rx|Tx|TxRq)\s+(?P<kind>[dDrR])\b\s*"
     r"(?P<rest>.*)",
@@ -53,28 +54,37 @@ _STATUS: Final = re.compile(
 _ECC: Final = re.compile(r"\bECC:\s*([01]{8})\b")
 _CODE: Final = re.compile(r"\bCode\s*=\s*0x([0-9A-Fa-f]{1,2})\b")
 _SAYS_NOTHING: Final = re.compile(
-    r"\s*(?://.*|End Trigger ?block.*|(?:no )?internal events logged.*|[\d.]+\s+(?:Start of measurement|"
+    r"\s*(?://.*|End Trigger ?block.*|Begin Trigger ?block|(?:no )?internal events logged.*|"
+    r"[\d.]+\s+(?:Start of measurement|"
     r"\d+\s+Statistic:|log trigger event|CAN\s+\d+\s+(?:Status|OverloadFrame)|\d+\s+OverloadFrame|"
     r"previous log file|Trigger event).*)?",
     re.ASCII | re.IGNORECASE,
 )
-_DATE: Final = re.compile(r"\s*(?:date|begin trigger ?block)\s+\w+\s+(?P<date>\S.*)", re.IGNORECASE)
+_DATE: Final = re.compile(r"\s*(?:date|begin trigger ?block)\s+\S+\s+(?P<date>\S.*)", re.IGNORECASE)
 _BASE: Final = re.compile(
     r"\s*base\s+(?P<base>hex|dec)(?:\s+timestamps\s+(?P<times>absolute|relative))?", re.IGNORECASE
 )
 _DAY: Final = re.compile(
-    r"(?P<month>\w{3})\w*\.? +(?P<day>\d{1,2})(?: +(?P<first>\d{4}))? +"
+    r"(?P<month>[^\W\d]{1,20}|\d{1,2}月)\.? +(?P<day>\d{1,2})(?: +(?P<first>\d{4}))? +"
     r"(?P<hour>\d{1,2}):(?P<minute>\d{2}):(?P<second>\d{2})"
     r"(?:\.(?P<fraction>\d{1,6}))?(?: *(?P<half>[ap]m))?(?: +(?P<year>\d{4}))?",
     re.IGNORECASE,
 )
-_MONTHS: Final = {
-    name: number
-    for number, names in enumerate(
-        ["jan", "feb", "mar,mär,mrz", "apr", "may,mai", "jun", "jul", "aug", "sep", "oct,okt", "nov", "dec,dez"], 1
-    )
-    for name in names.split(",")
-}
+_MONTHS: Final = (
+    ("jan", "jän", "ene", "gen", "一月"),
+    ("feb", "fév", "fev", "二月"),
+    ("mar", "mär", "mrz", "三月"),
+    ("apr", "abr", "avr", "四月"),
+    ("may", "mai", "maj", "mag", "五月"),
+    ("jun", "juin", "giu", "六月"),
+    ("jul", "juil", "lug", "七月"),
+    ("aug", "ago", "aoû", "八月"),
+    ("sep", "set", "九月"),
+    ("oct", "okt", "ott", "out", "十月"),
+    ("nov", "十一月"),
+    ("dec", "dez", "déc", "dic", "十二月"),
+)
+"""The beginnings of the names of the months, as Windows has them in the languages of Europe, and in Chinese."""
 _KINDS: Final = {"acknowledge": ErrorKind.ACK, "stuff": ErrorKind.STUFF, "form": ErrorKind.FORM, "crc": ErrorKind.CRC}
 STATES: Final = {
     CanState.ACTIVE: "error active",
@@ -113,8 +123,8 @@ def base_of(line: str) -> tuple[bool, bool] | None:
 def unix_ns(date: str) -> int:
     """Return the instant of a date such as `Sep 30 03:06:13.191 pm 2017`, in local time.  ValueError for any other."""
     match = _DAY.fullmatch(date)
-    month = match and _MONTHS.get(match["month"].lower())
-    if match is None or month is None or not (match["year"] or match["first"]):
+    month = _month_of(match["month"]) if match else 0
+    if match is None or not month or not (match["year"] or match["first"]):
         raise ValueError(f"{date!r} is not a date such as Sep 30 15:06:13.191 2017")
     hour = int(match["hour"])
     if match["half"]:
@@ -122,6 +132,20 @@ def unix_ns(date: str) -> int:
     year, day, minute, second = (int(match[name] or match["first"]) for name in ("year", "day", "minute", "second"))
     local = datetime(year, month, day, hour, minute, second).astimezone()
     return int(local.timestamp()) * S + int((match["fraction"] or "0").ljust(9, "0"))
+
+
+def _month_of(name: str) -> int:
+    """Return the number of a month; 0 for a name that is none."""
+    if name[0].isdigit():
+        return int(name.removesuffix("月"))
+    known = (number for number, stems in enumerate(_MONTHS, 1) if name.lower().startswith(stems))
+    return next(known, 0)
+
+
+def offset_ns_of(line: str) -> int:
+    """Return the time of any line, which the next one counts from if times are relative; 0 for a line without one."""
+    match = _OFFSET.match(line)
+    return int(match["seconds"]) * S + int(match["fraction"].ljust(9, "0")) if match else 0
 
 
 def parse(line: str, is_hex: bool) -> Line:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from fieldrig.clock import MS
+from fieldrig.clock import MS, US, S
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.bits import Place
@@ -81,6 +81,36 @@ def test_relative_times_and_decimal_numbers_are_read() -> None:
     assert second.time_ns - first.time_ns == 250 * MS
     assert first.time_ns == 1_506_783_973_191 * MS + 1_500 * MS
     assert second.bus == "can1"
+
+
+def test_a_relative_time_counts_from_the_line_before_whatever_it_is() -> None:
+    head = "date Sat Sep 30 15:06:13.191 2017\nbase hex  timestamps relative\n"
+    between = (
+        " 0.5 1  Statistic: D 0 R 0\n 0.25 1 123 TxRq d 0\n 0.125 1 J1939TP FEE3p 6\n 1.0 1 123 Rx d 9 1\n// 7.0 x\n"
+    )
+    first, second = asc_of(f"{head} 0.0 Start of measurement\n 1.5 1 16 Rx d 0\n{between} 0.0625 1 17 Rx d 0\n")
+    assert second.time_ns - first.time_ns == 1_937_500 * US
+
+
+@pytest.mark.parametrize(
+    ("date", "seconds"),
+    [
+        ("mar. déc. 5 15:06:13.191 2017", 1_512_486_373),
+        ("jeu. août 24 15:06:13 2017", 1_503_587_173),
+        ("mer. juin 7 01:00:00 2017", 1_496_797_200),
+        ("ven. juil. 7 01:00:00 2017", 1_499_389_200),
+        ("lun gen 15 15:06:13 2018", 1_516_028_773),
+        ("Mit Mrz 3 10:15:00 2021", 1_614_766_500),
+        ("周二 十二月 5 15:06:13 2017", 1_512_486_373),
+        ("火 12月 5 15:06:13 2017", 1_512_486_373),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+def test_a_date_is_read_in_the_language_of_the_computer(date: str, seconds: int, encoding: str) -> None:
+    text = f"date {date}\nbase hex  timestamps absolute\n  0.5 1 123 Rx d 0\n"
+    if encoding == "utf-8" or date.isascii() or "é" in date or "û" in date:
+        [found] = asc.read(io.BytesIO(text.encode(encoding)))
+        assert found.time_ns // S == seconds
 
 
 def test_the_first_line_after_the_header_is_not_lost() -> None:
