@@ -31,6 +31,7 @@ VIEW: Final = re.compile(
 SECONDS: Final = re.compile(r"(\d{1,12})\.(\d{1,9})")
 LIKE_A_DATE: Final = re.compile(r"[0-9][-0-9:. T/]*")
 REMOTE: Final = re.compile(r"R(\d?)(?:_[0-9A-Fa-f])?")
+XL: Final = re.compile(r"[0-9A-Fa-f]{2}:[0-9A-Fa-f]{2}:[0-9A-Fa-f]{8}#")
 LOG_DATA: Final = re.compile(r"([0-9A-Fa-f.]*)(?:_[0-9A-Fa-f])?")
 """Data, and the raw DLC of a frame of 8 bytes."""
 TERMINAL: Final = re.compile(
@@ -112,6 +113,8 @@ def _logged(line: re.Match[str]) -> bytes | None:
         return _encoded(identifier, _bytes(body[2:].replace(".", "")), is_fd=True, is_switched=is_switched)
     if match := REMOTE.fullmatch(body):
         return _encoded(identifier, b"", remote_length=int(match[1] or 0))
+    if XL.match(body):
+        raise ValueError("a frame of CAN XL, which is not read")
     match = LOG_DATA.fullmatch(body)
     if match is None:
         raise ValueError(f"{body!r} is not data: expected two hexadecimal digits for each byte")

@@ -49,6 +49,8 @@ _NO_BREAK_TIME_MS: Final = 0
 _ESCAPED: Final = [
     bytes((0x7D, byte ^ 0x20)) if byte < 0x20 or byte in b"\x7d\x7e" else bytes((byte,)) for byte in range(256)
 ]
+MOST_BUSES: Final = 255
+"""Interfaces of a cooked capture that have a bus of their own."""
 LEFT_OUT: Final = "packets without messages of a bus that is known are left out"
 
 
@@ -66,6 +68,7 @@ class PacketReader:
         self._odd = odd
         self._streams: dict[str, TcpStreams] = {}
         self._last_ns: dict[str, int] = {}
+        self._indices: list[int] = []
 
     def take(self, link: Link, time_ns: int, packet: bytes) -> Iterator[TraceEntry]:
         """Yield the messages that are complete with a packet."""
@@ -73,7 +76,7 @@ class PacketReader:
         if link_type == CAN_SOCKETCAN:
             yield from self._can(bus, time_ns, packet)
         elif link_type in (SLL, SLL2) and _protocol(link_type, packet) in _LINUX_CAN:
-            yield from self._can(bus, time_ns, packet[16 if link_type == SLL else 20 :])
+            yield from self._can(self._cooked_bus(link_type, packet), time_ns, packet[16 if link_type == SLL else 20 :])
         elif link_type == RTAC_SERIAL:
             yield from self._rtac(bus, time_ns, packet)
         elif USER0 <= link_type <= USER15:
@@ -95,6 +98,18 @@ class PacketReader:
             self._odd.report("CAN packets that are no frame, error or state are left out")
         else:
             yield TraceEntry(time_ns, bus, "can", "", message)
+
+    def _cooked_bus(self, link_type: int, packet: bytes) -> str:
+        """Return the bus of a cooked capture, which is of many interfaces and has, in version 2, their numbers."""
+        index = int.from_bytes(packet[4:8], "big") if link_type == SLL2 else 0
+        if index not in self._indices:
+            if len(self._indices) >= MOST_BUSES:
+                return f"can{MOST_BUSES}"
+            self._indices.append(index)
+            if index:
+                number = len(self._indices) - 1
+                self._odd.report("interfaces of a cooked capture have only numbers", f": can{number} is {index}")
+        return f"can{self._indices.index(index)}"
 
     def _ip(self, link: Link, time_ns: int, packet: bytes) -> Iterator[TraceEntry]:
         ip = ip_packets.IP_OF[link.link_type](packet)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig.clock import S
+from fieldrig.clock import MS, S
 from fieldrig.points.values import counted
 from fieldrig.text.digits import with_fewer_digits
 from fieldrig.traces.trace import TraceEntry, is_time_of_day
@@ -104,7 +104,7 @@ def _bounded(entry: TraceEntry, odd: Oddities) -> TraceEntry:
 
 
 def _report_jump(by_ns: int, odd: Oddities) -> None:
-    how = with_fewer_digits(f"{abs(by_ns) / S:.6f}".rstrip("0").rstrip("."))
+    how = with_fewer_digits(f"{abs(by_ns) / S:.{6 if abs(by_ns) >= MS else 9}f}".rstrip("0").rstrip("."))
     if by_ns < 0:
         odd.report("the time jumps back", f" by {how} s")
     else:

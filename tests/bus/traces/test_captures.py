@@ -116,7 +116,19 @@ def test_modbus_is_found_behind_every_link(link_type: int, packet: bytes) -> Non
 @pytest.mark.parametrize(("link_type", "head"), [(113, bytes(14) + b"\x00\x0c"), (276, b"\x00\x0d" + bytes(18))])
 def test_can_is_found_in_captures_of_any_interface(link_type: int, head: bytes) -> None:
     (found,) = read(capture(link_type, [head + bytes.fromhex("80000005 01 00 0000 aa")]))
+    assert found.bus == "can0"
     assert decode(found.data) == CanFrame(5, b"\xaa", is_extended=True)
+
+
+def test_can_interfaces_of_a_cooked_capture_are_told_apart_by_their_numbers() -> None:
+    packets = [
+        bytes.fromhex(f"000c0000{index:08x}011800000000000000000000") + bytes.fromhex("0000012301000000aa")
+        for index in (7, 3, 7)
+    ]
+    odd = Oddities()
+    assert [one.bus for one in read(capture(276, packets), odd)] == ["can0", "can1", "can0"]
+    [said] = map(str, odd)
+    assert said.endswith("interfaces of a cooked capture have only numbers: can0 is 7 (2 times in all)")
 
 
 CAN_PACKETS = [
