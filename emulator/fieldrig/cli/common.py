@@ -23,6 +23,10 @@ from fieldrig.text.nearest import nearest_file
 from fieldrig.text.strict_json import strict_json
 
 CONTEXT: Final[Mapping[str, Any]] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
+MOST_IN_A_LINE: Final = 12
+"""Characters of the longest cell of a column, such as a duration, that is not folded on a narrow terminal."""
+NO_LIMIT: Final = 10**6
+"""Width in characters of a table that goes into a pipe or a file."""
 
 Overrides = Annotated[
     list[str] | None,
@@ -161,14 +165,23 @@ def json_text(value: Any, indent: int | None = None) -> str:
 
 
 def echo_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Print columns: fitted to the width of a terminal, and in full length everywhere else."""
+    """Print columns: fitted to the width of a terminal, where long cells are folded, and in full length elsewhere."""
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(*headings, box=None, pad_edge=False, header_style="bold")
-    for row in rows:
-        table.add_row(*("" if cell is None else str(cell) for cell in row))
+    cells = [["" if cell is None else str(cell) for cell in row] for row in rows]
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for place, heading in enumerate(headings):
+        is_short = all(len(row[place]) <= MOST_IN_A_LINE for row in cells)
+        table.add_column(heading, overflow="fold", no_wrap=is_short)
+    for row in cells:
+        table.add_row(*row)
     console = Console(highlight=False, markup=False)
-    if not console.is_terminal:
-        console.width = 10_000
-    console.print(table)
+    if console.is_terminal:
+        console.print(table)
+        return
+    console.width = NO_LIMIT
+    with console.capture() as captured:
+        console.print(table)
+    for line in captured.get().splitlines():
+        typer.echo(line.rstrip())

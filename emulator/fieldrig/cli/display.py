@@ -5,11 +5,12 @@ import os
 import shutil
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from errno import EPIPE
 from typing import Any, TextIO
 
 from fieldrig.cli.reach import as_typed, connections, short
+from fieldrig.cli.width import output_width
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.control.events import Event
 from fieldrig.control.messages import Control
@@ -17,6 +18,7 @@ from fieldrig.control.notices import in_words, taken
 from fieldrig.outside.page_seat import PageRole
 from fieldrig.points.values import counted
 from fieldrig.system.steady_output import steady
+from fieldrig.text.listed import listed
 
 REFRESH_S = 1.0
 ERASE_LINE = "\r\x1b[K"
@@ -24,8 +26,6 @@ BOLD, DIM, RED, GREEN, YELLOW, PLAIN = "\x1b[1m", "\x1b[2m", "\x1b[31m", "\x1b[3
 COLOURS = {"failed": RED, "died": YELLOW, "gone": YELLOW, "late": YELLOW, "warning": YELLOW, "ready": GREEN}
 COUNTERS = ("frames", "requests", "messages", "characters")
 """The statistics of buses that are shown as a rate."""
-WIDTH = 100
-"""Width of a line of `introduce` in characters where the output is not a terminal."""
 
 
 class Display:
@@ -52,12 +52,12 @@ class Display:
         )
         ways = list(connections(config))
         name, protocol, address = (max((len(way[column]) for way in ways), default=0) for column in range(3))
-        room = shutil.get_terminal_size((WIDTH, 24)).columns if self._is_terminal else WIDTH
+        room = output_width()
         for way in ways:
             words = f"  {way.protocol:{protocol}}  {way.address:{address}}  "
-            devices = _listed(way.devices, room - 2 - name - len(words))
+            devices = listed(way.devices, room - 2 - name - len(words))
             self._say(f"  {self._styled(way.bus.ljust(name), BOLD)}{words}{devices}".rstrip())
-        devices = _listed(list(config.devices), room - len("devices: "))
+        devices = listed(list(config.devices), room - len("devices: "))
         self._say(f"\ndevices: {devices}" if ways else f"devices: {devices}")
         self._say(f"commands for each bus and device: {as_typed('fieldrig help NAME', config.control)}")
         for role, page in pages.items():
@@ -172,16 +172,6 @@ class Display:
 
     def _styled(self, text: str, style: str) -> str:
         return f"{style}{text}{PLAIN}" if self._is_terminal and style else text
-
-
-def _listed(names: Sequence[str], room: int) -> str:
-    """Return the names that fit into `room` characters, and the number of the others."""
-    shown = ", ".join(names)
-    count = len(names)
-    while len(shown) > room and count > 1:
-        count -= 1
-        shown = f"{', '.join(names[:count])} and {len(names) - count} more"
-    return shown
 
 
 def _clock(time_s: float) -> str:

@@ -7,7 +7,9 @@ import typer
 from fieldrig.cli import completion
 from fieldrig.cli.common import AsJson, Endpoint, argument, echo_json
 from fieldrig.cli.names import Parts, check_name
+from fieldrig.cli.width import output_width
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
+from fieldrig.text.listed import listed
 
 
 def help_(
@@ -52,10 +54,11 @@ def _ask(endpoint: str, name: str) -> dict[str, Any]:
 def _show(answer: dict[str, Any], control: str) -> None:
     from fieldrig.cli.reach import PACKAGES, as_typed, missing_program
 
-    linked = (
-        f" {'on' if answer['sort'] == 'device' else 'with'} {', '.join(answer['linked'])}" if answer["linked"] else ""
-    )
-    typer.echo(f"{answer['name']}: {answer['kind']}{linked}")
+    line = f"{answer['name']}: {answer['kind']}"
+    if linked := answer["linked"]:
+        line += " on " if answer["sort"] == "device" else " with "
+        line += listed(linked, output_width() - len(line))
+    typer.echo(line)
     for connection in answer["connections"]:
         typer.echo(f"  {connection['protocol']} at {as_typed(connection['address'], control)}")
     missing = dict[str, int]()

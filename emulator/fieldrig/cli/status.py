@@ -13,12 +13,16 @@ from fieldrig.clock import MS
 from fieldrig.outside.addresses import DEFAULT_ENDPOINT
 from fieldrig.system.exits import Exit
 from fieldrig.system.host_lateness import LATE_NS
+from fieldrig.text.listed import listed
 
 if TYPE_CHECKING:
     from fieldrig.control.messages import Client
 
 HUNG_S = 1.0
 """Time limit for an answer, in seconds; a process that takes longer is shown without its figures."""
+
+MOST_OF_PARTS = 60
+"""Characters of the names of a process' buses and devices."""
 
 
 def status(
@@ -117,7 +121,7 @@ def _show(rig: dict[str, Any]) -> None:
                 process.get("memory_mb"),
                 process.get("own_mb"),
                 process.get("cpu_s"),
-                ", ".join([*process.get("buses", ()), *process.get("devices", rig["devices"])]),
+                _parts(process, rig),
             )
             for name, process in rig["processes"].items()
         ]
@@ -128,6 +132,11 @@ def _show(rig: dict[str, Any]) -> None:
         ("bus", "kind", ""),
         [(name, bus["kind"], _figures(bus.get("statistics", {}))) for name, bus in rig["buses"].items()],
     )
+
+
+def _parts(process: dict[str, Any], rig: dict[str, Any]) -> str:
+    """Return the buses and devices of a process, shortened; the JSON has all of them."""
+    return listed([*process.get("buses", ()), *process.get("devices", rig["devices"])], MOST_OF_PARTS)
 
 
 def _state(process: dict[str, Any]) -> str:

@@ -8,7 +8,8 @@ import pytest
 from shipped import in_virtual_time
 
 from fieldrig.cli import reach
-from fieldrig.cli.display import WIDTH, Display
+from fieldrig.cli.display import Display
+from fieldrig.cli.width import PIPE_WIDTH
 from fieldrig.config.rig_file import RigConfig, load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -55,7 +56,7 @@ def test_up_stays_short_for_every_rig(path: Path, capsys: pytest.CaptureFixture[
     config = load(path)
     shown = introduced(config, capsys)
     assert len(shown) == 8 + len(list(reach.connections(config)))
-    assert max(map(len, shown)) <= WIDTH
+    assert max(map(len, shown)) <= PIPE_WIDTH
 
 
 def test_a_rig_in_virtual_time_has_no_connections(capsys: pytest.CaptureFixture[str]) -> None:
