@@ -24,10 +24,12 @@ class _Open:
     unit: int
     request: bytes
     log_ns: int
-    """The instant of the request in the log, by the rig's clock."""
+    """The instant of the request in the log, had the rig never been late."""
     rig_ns: int
     expected: tuple[bytes, int] | None = None
-    """The answer of the log and its instant."""
+    """The answer of the log and its instant, by the rig's clock."""
+    answered_ns: int = 0
+    """The instant of the log's answer, had the rig never been late; how late it was may change meanwhile."""
     actual: tuple[bytes, int] | None = None
 
 
@@ -50,11 +52,11 @@ class ModbusAnswers:
         if open_ is not None:
             open_.rig_ns = rig_ns
 
-    def expect(self, exchange: int, response: bytes, log_ns: int) -> None:
-        """Take the answer of the log."""
+    def expect(self, exchange: int, response: bytes, at_ns: int, log_ns: int) -> None:
+        """Take the answer of the log, at `at_ns` by the rig's clock and at `log_ns` had the rig never been late."""
         open_ = self._open.get(exchange)
         if open_ is not None:
-            open_.expected = response, log_ns
+            open_.expected, open_.answered_ns = (response, at_ns), log_ns
             self._compare(exchange, open_)
 
     def heard(self, exchange: int, response: bytes, rig_ns: int) -> None:
@@ -70,9 +72,10 @@ class ModbusAnswers:
         return open_ is None or open_.actual is not None
 
     def finish(self, end_ns: int) -> None:
-        """Compare everything that is left; an answer after `end_ns` may be one that the log ends before."""
+        """Compare everything that is left; an answer about `end_ns` may be one that the log ends before."""
+        sure_ns = end_ns - self._grounds.tolerances.time_ns
         for exchange, open_ in list(self._open.items()):
-            if open_.expected is None and open_.actual is not None and open_.actual[1] > end_ns:
+            if open_.expected is None and open_.actual is not None and open_.actual[1] > sure_ns:
                 del self._open[exchange]
             else:
                 self._end(exchange)
@@ -111,7 +114,7 @@ class ModbusAnswers:
             words += f", the log says {self._outcome(open_, expected[0])}"
             self._add(What.REFUSED, open_, expected[1], node, subject, words)
             return
-        late_ns = (actual[1] - open_.rig_ns) - (expected[1] - open_.log_ns)
+        late_ns = (actual[1] - open_.rig_ns) - (open_.answered_ns - open_.log_ns)
         log, rig = (
             self._grounds.names[side].parts(self._item(open_, response[0]))
             for side, response in enumerate((expected, actual))

@@ -3,7 +3,8 @@
 It is driven by a clock and by what the rig sends, so it is the same in virtual time and in real time.  A message of the
 log is sent at its instant, later by as much as the rig has answered later than the log so far: a dialogue goes on when
 the answer came, and what follows is shifted.  In a log of Modbus alone, an answer that comes earlier than in the log
-makes up for that; where devices send by themselves, the instants of what they send would no longer be those expected.
+makes up for that, and so do shorter pauses, so that values which move by themselves are those of the instants of the
+log; where devices send by themselves, the instants of what they send would no longer be those expected.
 """
 
 import struct
@@ -65,6 +66,8 @@ class Player:
         self._served = served
         self._next: Due | None = None
         self._shift_ns = 0
+        self._caught_up = -1
+        """The number of the message before which the pause was shortened last."""
         self._has_streams = False
         """True if devices of the log have sent something besides answers of Modbus."""
         self._last_ns = pace.begin_ns
@@ -153,6 +156,7 @@ class Player:
                     if self._waiting_since_ns == NEVER_NS:
                         self._at(at_ns - AHEAD_NS)
                     return
+                self._catch_up(due, now_ns)
                 at_ns = self._instant(due.due_ns)
                 if at_ns > now_ns:
                     self._at(at_ns)
@@ -212,6 +216,13 @@ class Player:
             since_ns = round(since_ns / self._pace.speed)
         return self._pace.begin_ns + since_ns + self._shift_ns
 
+    def _catch_up(self, due: Due, now_ns: int) -> None:
+        """Shorten the pause before a message by half of it, at most, in a log of Modbus alone that is played late."""
+        if self._shift_ns and not self._has_streams and due.number != self._caught_up:
+            self._caught_up = due.number
+            pause_ns = self._instant(due.due_ns) - now_ns
+            self._shift_ns -= min(self._shift_ns, max(pause_ns // 2, 0))
+
     def _at(self, when_ns: int) -> None:
         if self._timer is not None:
             self._timer.cancel()
@@ -249,7 +260,7 @@ class Player:
             if mine is None or not isinstance(exchange, ModbusExchange) or exchange.response is None:
                 continue
             is_there = self._judge.modbus.is_answered(mine)
-            self._judge.modbus.expect(mine, exchange.response, entry.time_ns)
+            self._judge.modbus.expect(mine, exchange.response, entry.time_ns, entry.time_ns - self._shift_ns)
             if not is_there:
                 self._gates[entry.bus, "modbus", mine] = AnswerGate(entry.time_ns, mine)
         self._judge.expect(entry, due.due_ns)
@@ -318,7 +329,8 @@ class Player:
         if len(self._exchange_of) > MOST_EXCHANGES:
             del self._exchange_of[next(iter(self._exchange_of))]
         self._exchanges.take(due.number, due.entry)
-        self._judge.modbus.asked(number, due.entry.bus, request.unit, request.pdu, at_ns, at_ns)
+        log_ns = self._instant(due.due_ns) - self._shift_ns + due.lead_ns
+        self._judge.modbus.asked(number, due.entry.bus, request.unit, request.pdu, log_ns, at_ns)
         ours = ModbusRequest(request.unit, request.pdu, number)
         self._first.sent(due.entry.sender, due.entry.bus, ours)
         return ours
