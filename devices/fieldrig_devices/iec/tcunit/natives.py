@@ -92,7 +92,8 @@ class Natives:
     def _text(self, name: str, suite: int, expected: str, actual: str, message: str) -> Results:
         if self._session.is_asserting(suite):
             texts = None if expected == actual else lambda: _texts(name, expected, actual)
-            self._session.check(suite, name, (name, expected, actual), texts, message)
+            shown = (expected, actual) if name == "WSTRING" else None
+            self._session.check(suite, name, (name, expected, actual), texts, message, shown=shown)
         return ()
 
     # ---- arrays

@@ -357,11 +357,12 @@ class Session:
         texts: Callable[[], tuple[str, str]] | None,
         message: str,
         note: str = "",
+        shown: tuple[str, str] | None = None,
     ) -> None:
         """Count an assert, and report it if it has failed.
 
         `texts` gives what was expected and what was there; None if they are equal.  `note` follows the message in the
-        report.
+        line of the report.  `shown` are the values for people, if TcUnit's line has no values.
         """
         suite = self.suites.get(address)
         test = suite.current if suite is not None else None
@@ -380,6 +381,7 @@ class Session:
         if texts is not None:
             expected, actual = texts()
             line = forms.failed(f"{suite.path}@{test.name}", expected, actual, message + note)
+            expected, actual = shown or (expected, actual)
             failed = Failed(kind, expected, actual, message, line, self._now_ns(), *self._place())
             test.failures.append(failed)
             self._say(line)

@@ -27,6 +27,8 @@ COMPILES: Final = "the suite compiles"
 """The case of a suite that does not."""
 PART_COMPILES: Final = "compiles"
 """The case of a body or a type that does not, and that the suites may do without."""
+NO_TEXT: Final = "''"
+"""An empty text, as the report shows it."""
 _MARK: Final = "fb_testsuite"
 _NAMING: Final = frozenset({"test", "test_ordered"})
 
@@ -217,8 +219,9 @@ def _outcome(case: Case, suite: Suite, test: Test | None, wall_s: float, output:
 
 def _failure(failed: Failed, case: Case) -> Failure:
     file = Path(failed.file) if failed.file else case.file
-    actual = f"{failed.actual}{failed.operands}"
-    return Failure(failed.kind, failed.expected, actual, failed.message, file, failed.source_line, failed.at_ns)
+    actual = f"{failed.actual or NO_TEXT}{failed.operands}"
+    expected = failed.expected or NO_TEXT
+    return Failure(failed.kind, expected, actual, failed.message, file, failed.source_line, failed.at_ns)
 
 
 def _is_shown(one: LeftOut) -> bool:

@@ -12,6 +12,7 @@ from fieldrig_devices.iec.imports.report import Report
 from fieldrig_devices.iec.tcunit.bench import Bench
 from fieldrig_devices.iec.tcunit.project import opened, projects_in
 from fieldrig_devices.iec.testing.case import Limits, Verdict
+from fieldrig_devices.iec.testing.reports.people import said
 from fieldrig_devices.iec.testing.suites import sources_in
 
 
@@ -187,6 +188,25 @@ def test_the_runner_gets_failures_skips_faults_and_tests_without_an_end(tmp_path
     (failure,) = outcomes["fails"].failures
     assert (failure.kind, failure.expected, failure.actual, failure.message) == ("INT", "1", "2", "m")
     assert "a division by zero" in outcomes["faults"].failures[0].actual
+
+
+@pytest.mark.parametrize(
+    ("declarations", "kind", "said_of_it"),
+    [
+        ('a : WSTRING := "Grüße"; b : WSTRING := "日本";', "WSTRING", "m: expected Grüße, got 日本"),
+        ('a : WSTRING := "Grüße"; b : WSTRING;', "WSTRING", "m: expected Grüße, got ''"),
+        ("a : STRING; b : STRING := 'x';", "STRING", "m: expected '', got x"),
+    ],
+)
+def test_a_failure_shows_both_texts(tmp_path: Path, declarations: str, kind: str, said_of_it: str) -> None:
+    text = f"""FUNCTION_BLOCK S EXTENDS FB_TestSuite VAR {declarations} END_VAR
+    TEST('t'); AssertEquals_{kind}(a, b, 'm'); TEST_FINISHED();
+    END_FUNCTION_BLOCK
+    PROGRAM PRG_TEST VAR s : S; END_VAR RUN(); END_PROGRAM"""
+    (tmp_path / "s.st").write_text(text, encoding="utf-8")
+    (source,) = sources_in(tmp_path)
+    (outcome,) = source.run(source.cases(), Limits(longest_ns=100_000_000))
+    assert [said(failure) for failure in outcome.failures] == [said_of_it]
 
 
 def test_a_folder_without_projects_is_one_and_one_without_suites_is_none(tmp_path: Path) -> None:
