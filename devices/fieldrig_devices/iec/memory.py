@@ -5,16 +5,17 @@ controller, which is little-endian.
 """
 
 import re
-import struct
 from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.carrying import Run
+from fieldrig_devices.iec.cell_bytes import BY_NUMBER, TEXTS, decoded, encoded, text_bytes, text_in
 from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.exceptions import thrown
 from fieldrig_devices.iec.host import Host
+from fieldrig_devices.iec.images import Images
 from fieldrig_devices.iec.layout import (
     AREA_SIZE,
     AREAS,
@@ -24,7 +25,6 @@ from fieldrig_devices.iec.layout import (
     STACKS,
     STRING_KIND,
     WIDE_STRING_KIND,
-    Images,
     kind_number,
     storage,
 )
@@ -34,9 +34,6 @@ from fieldrig_devices.iec.lower.texts import FASTER
 from fieldrig_devices.iec.types import StringType, Type, Value
 from fieldrig_devices.languages.faults import RunError
 
-_LETTERS: Final = {1: "Bb", 2: "Hh", 4: "Ii", 8: "Qq"}
-_SINGLE: Final = struct.Struct("<f")
-BY_NUMBER: Final = {kind_number(kind): kind for kind in Elementary}
 _INSIDE: Final = INSIDE[0]
 _BEGIN: Final = re.compile(b"[^" + re.escape(INSIDE) + b"]", re.DOTALL)
 """The kind of a cell that is not within a value."""
@@ -49,44 +46,6 @@ ROOM_TO_GROW: Final = 65_536
 """Bytes between the variables of a program and what __NEW gives."""
 _LONGEST_VALUE: Final = 2_000_002
 """Bytes of the largest value, a WSTRING(1000000)."""
-
-
-_TEXTS: Final = {STRING_KIND: 1, WIDE_STRING_KIND: 2}
-"""Bytes of a character by the number of the kind of string."""
-
-
-def _wire(kind: Elementary) -> struct.Struct:
-    if kind.is_real:
-        return struct.Struct("<f" if kind is Elementary.REAL else "<d")
-    return struct.Struct("<" + _LETTERS[kind.size][kind.is_signed])
-
-
-_WIRES: Final = {number: _wire(kind) for number, kind in BY_NUMBER.items()}
-
-
-def encoded(value: Value, number: int) -> bytes:
-    """Return the bytes of an elementary value of the kind with this number."""
-    if BY_NUMBER[number] is Elementary.REAL:
-        cell = array("f", [float(value)])  # unlike struct, this turns what is too large into infinity
-        return _SINGLE.pack(cell[0]) if abs(cell[0]) != float("inf") else cell.tobytes()
-    return _WIRES[number].pack(value)
-
-
-def decoded(data: bytes, number: int) -> Value:
-    (value,) = _WIRES[number].unpack(data)
-    kind = BY_NUMBER[number]
-    if kind is Elementary.BOOL:
-        return bool(value)
-    is_clock = kind in (Elementary.TOD, Elementary.LTOD)
-    return value % (kind.high + 1) if is_clock else value  # type: ignore[no-any-return]
-
-
-def _text_bytes(value: str, number: int) -> bytes:
-    return characters.encoded(value, is_wide=number == WIDE_STRING_KIND)
-
-
-def _text(data: bytes, number: int) -> str:
-    return characters.decoded(data, is_wide=number == WIDE_STRING_KIND)
 
 
 def limited(value: Value, kind: Type) -> Value:
@@ -291,7 +250,7 @@ class Memory:
 
     def peek(self, address: int, number: int) -> Value:
         """Read a value through a pointer whose target begins otherwise."""
-        if number in _TEXTS:
+        if number in TEXTS:
             return self._string(address, number)
         kind = BY_NUMBER[number]
         if self._is_unmarked(address):
@@ -302,9 +261,9 @@ class Memory:
         if self._is_unmarked(address):
             self.cells[address] = value
             return
-        if number in _TEXTS:
+        if number in TEXTS:
             assert isinstance(value, str)
-            self._put_bytes(address, _text_bytes(value, number) + bytes(_TEXTS[number]))
+            self._put_bytes(address, text_bytes(value, number) + bytes(TEXTS[number]))
         else:
             self._put_bytes(address, encoded(value, number))
 
@@ -322,7 +281,7 @@ class Memory:
         """Return the cells of a type with the bytes of each value in the opposite order; texts stay as they are."""
         swapped = [*cells]
         for offset, number in enumerate(self._form(form)[0]):
-            if number != _INSIDE and number not in _TEXTS and BY_NUMBER[number].size > 1:
+            if number != _INSIDE and number not in TEXTS and BY_NUMBER[number].size > 1:
                 swapped[offset] = decoded(encoded(swapped[offset], number)[::-1], number)
         return swapped
 
@@ -359,7 +318,7 @@ class Memory:
             return False
         data = self._bytes(address, size)
         self.kinds[address : address + size] = kinds
-        self.cells[address : address + size] = ["" if number in _TEXTS else 0 for number in kinds]
+        self.cells[address : address + size] = ["" if number in TEXTS else 0 for number in kinds]
         self._put_bytes(address, data)
         return True
 
@@ -419,7 +378,7 @@ class Memory:
             offset = max(0, address - start)
             new[offset : offset + len(part)] = part
             self.cells[start] = value = self._decoded(bytes(new), self.kinds[start])
-            if self.kinds[start] in _TEXTS:
+            if self.kinds[start] in TEXTS:
                 self._keep_behind(start, value, bytes(new))
 
     def _values(self, address: int, size: int) -> list[tuple[int, bytes]]:
@@ -437,22 +396,22 @@ class Memory:
 
     def _encoded(self, address: int) -> bytes:
         number, value = self.kinds[address], self.cells[address]
-        if number not in _TEXTS:
+        if number not in TEXTS:
             return encoded(value, number)
         room, (known, whole) = self._room(address), self._written.get(address, ("", b""))
         if known == value and len(whole) == room:
             return whole
-        return _text_bytes(str(value), number).ljust(room, b"\0")
+        return text_bytes(str(value), number).ljust(room, b"\0")
 
     def _keep_behind(self, address: int, value: Value, data: bytes) -> None:
         """Keep the bytes of a string if there are any behind its closing zero."""
-        if data.rstrip(b"\0") != _text_bytes(str(value), self.kinds[address]).rstrip(b"\0"):
+        if data.rstrip(b"\0") != text_bytes(str(value), self.kinds[address]).rstrip(b"\0"):
             self._written[address] = value, data
         else:
             self._written.pop(address, None)
 
     def _decoded(self, data: bytes, number: int) -> Value:
-        return _text(data, number) if number in _TEXTS else decoded(data, number)
+        return text_in(data, number) if number in TEXTS else decoded(data, number)
 
     def _room(self, address: int) -> int:
         """Return the size of the string at an address."""
@@ -460,7 +419,7 @@ class Memory:
         return (end.start() if end is not None else len(self.kinds)) - address
 
     def _string(self, address: int, number: int) -> str:
-        width = _TEXTS[number]
+        width = TEXTS[number]
         if self._area(address, 1) is None:
             self._check(address, 1)
             if self.kinds[address] == number:
@@ -471,7 +430,7 @@ class Memory:
             if not any(character):
                 break
             text += character
-        return _text(bytes(text), number)
+        return text_in(bytes(text), number)
 
     # ---- what generated code calls
 

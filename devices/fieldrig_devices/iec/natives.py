@@ -5,11 +5,12 @@ from functools import partial
 from typing import Any, Final
 
 from fieldrig_devices.iec import memory_functions
+from fieldrig_devices.iec.cell_bytes import BY_NUMBER
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.host import Host, NativeBlock, NativeFunction, Pending, Results
 from fieldrig_devices.iec.layout import STRING_KIND, WIDE_STRING_KIND, storage
 from fieldrig_devices.iec.lower.names import BEGIN, NATIVE
-from fieldrig_devices.iec.memory import BY_NUMBER, Memory, limiter
+from fieldrig_devices.iec.memory import Memory, limiter
 from fieldrig_devices.iec.program import Pou, Variable
 from fieldrig_devices.iec.tree import Section
 from fieldrig_devices.iec.types import StringType, Value

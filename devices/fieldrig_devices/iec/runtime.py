@@ -22,7 +22,8 @@ from fieldrig_devices.iec.carrying import Carrier
 from fieldrig_devices.iec.compiler import Compiled
 from fieldrig_devices.iec.exceptions import number_of
 from fieldrig_devices.iec.host import Host
-from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, INSIDE, STACK_SIZE, Images, Layout, storage
+from fieldrig_devices.iec.images import Images
+from fieldrig_devices.iec.layout import AREA_SIZE, AREAS, INSIDE, STACK_SIZE, Layout, storage
 from fieldrig_devices.iec.library.intrinsics import IMPLEMENTATIONS
 from fieldrig_devices.iec.lower.names import rules_of
 from fieldrig_devices.iec.memory import Memory

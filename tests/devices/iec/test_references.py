@@ -9,7 +9,7 @@ from iec_check import messages, program
 from iec_program import IecBench
 from iec_program import program as whole_program
 
-from fieldrig_devices.iec.dialect import CODESYS, EDITION_3
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, Dialect
 
 TYPES = """
 TYPE Point : STRUCT x, y : INT; END_STRUCT END_TYPE
@@ -146,18 +146,68 @@ def test_a_union_has_the_bytes_of_any_number(number: int) -> None:
 UNION_BENCH = bench_of("m : Mixed;", "")
 
 
+def test_a_union_has_only_data() -> None:
+    text = "TYPE u : UNION t : TON; END_UNION END_TYPE"
+    expected = "1:16 the instance t in a UNION; data without function blocks"
+    assert messages(text, dialect=EDITION_3) == [expected]
+
+
+WIDE = """
+TYPE Wide : UNION
+    number : LWORD;
+    single : REAL;
+    text : STRING(3);
+    wide : WSTRING(2);
+    bytes : ARRAY[1..8] OF BYTE;
+    isOn : BOOL;
+END_UNION
+END_TYPE
+TYPE Ready : UNION single : REAL := 1.0; low : INT := 5; wide : Wide; END_UNION END_TYPE
+TYPE Holder : STRUCT head : INT := 9; ready : Ready := (single := 2.0); wide : Wide; END_STRUCT END_TYPE
+FUNCTION Number : LWORD
+Number := 16#0102;
+END_FUNCTION
+"""
+
+
+@pytest.mark.parametrize("dialect", [EDITION_3, CODESYS], ids=lambda dialect: dialect.name)
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("declaration", "first_bytes"),
     [
-        (
-            "TYPE u : UNION a : INT := 3; END_UNION END_TYPE",
-            "1:16 a in a UNION has a start value; a value that the program assigns",
-        ),
-        ("TYPE u : UNION t : TON; END_UNION END_TYPE", "1:16 the instance t in a UNION; data without function blocks"),
+        ("u : Wide", "00 00 00 00 00 00 00 00"),
+        ("u : Wide := (number := 16#0123456789ABCDEF)", "EF CD AB 89 67 45 23 01"),
+        ("u : Wide := (single := -2.5)", "00 00 20 C0 00 00 00 00"),
+        ("u : Wide := (text := 'abc')", "61 62 63 00 00 00 00 00"),
+        ('u : Wide := (wide := "xy")', "78 00 79 00 00 00 00 00"),
+        ("u : Wide := (bytes := [1, 2, 3, 4, 5, 6, 7, 8])", "01 02 03 04 05 06 07 08"),
+        ("u : Wide := (isOn := TRUE)", "01 00 00 00 00 00 00 00"),
+        ("u : Wide := (number := 16#FFFFFFFFFFFFFFFF, single := 0.0)", "00 00 00 00 FF FF FF FF"),
     ],
 )
-def test_a_union_has_only_data_without_start_values(text: str, message: str) -> None:
-    assert messages(text, dialect=EDITION_3) == [message]
+def test_a_start_value_of_one_component_is_in_all_of_a_union(
+    dialect: Dialect, declaration: str, first_bytes: str
+) -> None:
+    bench = IecBench(WIDE + whole_program(f"{declaration};", ";"), dialect)
+    assert bytes(int(bench[f"u.bytes[{place}]"]) for place in range(1, 9)) == bytes.fromhex(first_bytes)
+
+
+def test_start_values_in_the_type_of_a_union_come_before_that_of_a_variable() -> None:
+    bench = IecBench(
+        WIDE
+        + whole_program("a : Ready; b : Ready := (wide := (number := 7)); c : Holder; d : ARRAY[0..1] OF Ready;", ";"),
+        CODESYS,
+    )
+    assert [bench[f"{name}.low"] for name in ("a", "b", "c.ready", "d[1]")] == [5, 7, 0, 5]
+    assert (bench["a.wide.bytes[4]"], bench["c.head"], bench["c.ready.single"]) == (0x3F, 9, 2.0)
+
+
+def test_a_union_of_a_function_and_a_computed_component_have_their_start_values() -> None:
+    lower = "FUNCTION Lower : BYTE VAR u : Wide := (number := 16#0304); END_VAR Lower := u.bytes[2]; END_FUNCTION\n"
+    bench = IecBench(
+        WIDE + lower + whole_program("u : Wide := (number := Number()); low : BYTE;", "low := Lower();"), CODESYS
+    )
+    bench.cycle()
+    assert (bench["u.bytes[2]"], bench["low"]) == (1, 3)
 
 
 def test_the_words_are_names_in_epas() -> None:

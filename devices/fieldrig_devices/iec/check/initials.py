@@ -59,9 +59,6 @@ def value(node: tree.Initial, kind: Type, context: Context) -> InitialValue | No
     if isinstance(kind, ArrayType):
         return _array(node, kind, context)
     if isinstance(kind, StructType | BlockType):
-        if isinstance(kind, StructType) and kind.is_union:
-            context.say(node, f"a start value of the UNION {kind}", "a value that the program assigns")
-            return None
         if isinstance(node, tree.StructInitial):
             return _fields(node, kind, context)
         if context.project.dialect.computes_starts and isinstance(node, tree.Name | tree.Member):

@@ -265,8 +265,6 @@ class TypeSpecs:
                 context.say(part, f"the instance {part.name} in a UNION", "data without function blocks")
             elif block is not None and self._project.is_abstract(block):
                 context.say(part, f"{part.name} is an instance of {block.name}, which is ABSTRACT", "another type")
-            if spec.is_union and part.initial is not None:
-                context.say(part, f"{part.name} in a UNION has a start value", "a value that the program assigns")
             is_bit = isinstance(part.type, tree.NamedType) and self._key(part.type.name) == BIT
             bit = 0 if is_bit and self._project.dialect.has_bits else -1
             kind.fields[self._key(part.name)] = Field(part.name, field_type, comment=comment_of(part), bit=bit)

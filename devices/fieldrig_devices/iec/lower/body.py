@@ -8,7 +8,8 @@ from collections.abc import Callable
 from fieldrig.coverage.marks import HIT, combination
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.costs import Costs
-from fieldrig_devices.iec.layout import CALL_SIZE, Images, storage
+from fieldrig_devices.iec.images import Images
+from fieldrig_devices.iec.layout import CALL_SIZE, storage
 from fieldrig_devices.iec.lower.assembler import Assembler
 from fieldrig_devices.iec.lower.conditions import formula_of, is_decision, texts_of
 from fieldrig_devices.iec.lower.emitter import Emitter
