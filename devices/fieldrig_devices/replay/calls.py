@@ -5,7 +5,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Final
 
-from fieldrig.clock import S
+from fieldrig.clock import MS, S
 from fieldrig.config.rig_file import RigConfig, load
 from fieldrig.errors import ArgumentError, UsageError
 from fieldrig.text.nearest import closest
@@ -96,6 +96,8 @@ def replay(
     file is played in real time, that many times faster than recorded, to the rig that runs at its control endpoint, or
     else to one that is started.  UsageError for a file that is no log, or has nothing of this rig.
     """
+    if timeout_ns < MS:
+        raise UsageError("an answer is awaited for less than 1 ms", "give a longer --timeout, such as 1s")
     if isinstance(rig, Rig | RigConfig):
         config = rig.config if isinstance(rig, Rig) else rig
     else:

@@ -33,6 +33,8 @@ AHEAD_NS: Final = 500 * MS
 """How far before its instant an expected message of the log is read."""
 EARLY_NS: Final = 100 * MS
 """How much earlier than the log a rig may send its first messages."""
+LATEST_NS: Final = 60 * S
+"""Longest wait for what may come late after the end of a log, whatever the tolerance is."""
 SETTLED_NS: Final = S
 """Time between two looks at what can be decided."""
 HEAD_OF_FRAME: Final = 5
@@ -141,7 +143,7 @@ class Player:
     def _advance(self) -> None:
         """Do everything that is due now, and set the timer to what is next."""
         now_ns = self._now_ns()
-        if now_ns >= self._settle_ns:
+        if now_ns >= self._settle_ns and self._next is not None:  # after the end, `_end` decides everything
             self._settle_ns = now_ns + SETTLED_NS
             self._judge.settle(now_ns - AHEAD_NS)
         while (due := self._next) is not None:
@@ -165,7 +167,7 @@ class Player:
             self._next = next(self._dues, None)
         if not self._may_send(now_ns):
             return
-        end_ns = self._last_ns + self._judge.tolerances.time_ns + MS
+        end_ns = self._last_ns + min(self._judge.tolerances.time_ns, LATEST_NS) + MS
         if now_ns < end_ns:
             self._at(end_ns)
         else:

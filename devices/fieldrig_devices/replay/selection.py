@@ -8,6 +8,7 @@ from fieldrig.config.rig_file import RigConfig
 from fieldrig.errors import UsageError
 from fieldrig.text.nearest import closest
 from fieldrig.traces.names import members_of
+from fieldrig_bus.can.frame import EXTENDED_MASK
 from fieldrig_devices.canopen.names import NODES
 
 MASTER: Final = "master"
@@ -54,13 +55,13 @@ class Selection:
         try:
             match key.strip():
                 case "node":
-                    node = _within(int(value, 0), NODES)
+                    node = _within(_whole(value), NODES)
                     return self._naming(word, f"node={node}", nodes=self.nodes | {node})
                 case "id":
-                    identifier = int(value.removesuffix("h"), 16)
+                    identifier = _hexadecimal(value)
                     return self._naming(word, f"id={identifier:X}", identifiers=self.identifiers | {identifier})
                 case "unit":
-                    unit = _within(int(value, 0), range(256))
+                    unit = _within(_whole(value), range(256))
                     return self._naming(word, f"unit={unit}", units=self.units | {unit})
                 case "client" | "sender":
                     return self._naming(word, f"sender={value.strip()}", senders=(*self.senders, value.strip()))
@@ -84,6 +85,20 @@ class Selection:
                 elif ids & self.nodes or served & self.units:
                     devices.add(member.entry.name)
         return replace(self, nodes=frozenset(nodes), units=frozenset(units), devices=frozenset(devices))
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(text, 0)
+    except ValueError:
+        raise ValueError(f"expected a whole number, got {text!r:.40}") from None
+
+
+def _hexadecimal(text: str) -> int:
+    try:
+        return _within(int(text.removesuffix("h"), 16), range(EXTENDED_MASK + 1))
+    except ValueError:
+        raise ValueError(f"expected an identifier in hexadecimal digits, got {text!r:.40}") from None
 
 
 def _within(number: int, numbers: range) -> int:

@@ -17,6 +17,7 @@ from fieldrig.traces.names import Member, Namer, members_of, namer_of
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.acceptance import EXTENDED, REMOTE
 from fieldrig_bus.can.frame import EXTENDED_MASK, STANDARD_MASK, CanFrame
+from fieldrig_bus.can.notices import NOTICE
 from fieldrig_bus.modbus.codec import REQUEST_ON_ASCII, is_response, unit_in
 from fieldrig_devices.canopen.names import ERROR_CONTROL, NMT, SDO_REQUEST, SYNC, TIME, CanopenNames
 from fieldrig_devices.dialogues.modbus_dialogues import is_address
@@ -140,7 +141,7 @@ class Sides:
 
     def _can(self, known: _Bus, entry: TraceEntry) -> Side:
         word = int.from_bytes(entry.data[:4], "little")
-        if len(entry.data) < 5 or word & ~(EXTENDED | REMOTE | 0x1FFF_FFFF):
+        if len(entry.data) < 5 or word & ~EXTENDED_MASK == NOTICE:
             return Side.OUTSIDE  # a notice of a controller
         identifier = word & 0x1FFF_FFFF
         selection = self.selection
