@@ -75,7 +75,9 @@ class AxisDrive:
     @property
     def position_demand(self) -> float:
         """Position demand in increments; the actual position while there is no demand."""
-        return self._context.motion.position if self.is_moving or self.is_ramp else self._motor.position
+        if self.is_moving:
+            return self._context.motion.position + self.mode.behind
+        return self._context.motion.position if self.is_ramp else self._motor.position
 
     @property
     def velocity_demand(self) -> float:
@@ -194,7 +196,7 @@ class AxisDrive:
         if self._limit_switch in (LimitSwitch.QUICK_STOP, LimitSwitch.FAULT) and self._switches.is_new():
             self._meet_switch()
         is_guided = self.is_moving and self.kind is Kind.POSITION
-        self.following_error = motion.position - self._motor.position if is_guided else 0.0
+        self.following_error = motion.position + mode.behind - self._motor.position if is_guided else 0.0
         if self.is_moving and self.shown_mode != NO_MODE:
             mode.step()
             self.kind = kind = mode.gives

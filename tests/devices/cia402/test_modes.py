@@ -401,3 +401,23 @@ def test_ip_a_full_buffer_refuses_and_a_cleared_one_is_empty(bench: Cia402Bench)
     assert bench.try_put(0x60C1, 3, 1) == "08000022"
     bench.put(0x60C4, 1, 6).put(0x60C1, 3, 1)
     assert bench.get(0x60C4, 4) == 1
+
+
+def test_csp_a_jump_of_the_master_is_a_following_error_where_there_is_a_window(bench: Cia402Bench) -> None:
+    """The position demand is the master's, so an axis that may only go at 607Fh is behind it."""
+    bench.put(0x607F, 100_000).put(0x60C2, 4, 1).enabled(CSP).put(0x607A, 300_000).cycles(2)
+    assert bench.motor.position < 2_000
+    assert bench.get(0x6062) == 300_000
+    assert abs(bench.get(0x60F4) - bench.get(0x6062) + bench.get(0x6064)) <= 800  # of the cycle before
+    assert (bench.status(0x0808), bench.get(0x603F)) == (0x0800, 0)  # limited, and no window
+    bench.put(0x6066, 10).put(0x6065, 50_000).cycles(2)
+    assert bench.status(0x0008) == 0
+    bench.cycles(3)
+    assert (bench.status(0x2008), bench.get(0x603F)) == (0x2008, 0x8611)
+
+
+def test_csp_a_limited_axis_that_has_caught_up_has_no_following_error(bench: Cia402Bench) -> None:
+    bench.put(0x607F, 100_000).put(0x60C2, 4, 1).put(0x6065, 5_000).enabled(CSP).put(0x607A, 3_000).cycles(20)
+    assert (bench.motor.position, bench.get(0x6062), bench.get(0x60F4), bench.status(0x2008)) == (3_000, 3_000, 0, 0)
+    bench.put(0x607A, 200_000).put(0x6040, 0x10F).cycles(1)
+    assert bench.get(0x60F4) < 10_000  # halted: the demand is that of the ramp

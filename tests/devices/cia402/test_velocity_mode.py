@@ -65,6 +65,11 @@ def test_factors_and_limits_apply_to_the_target(bench: Cia402Bench) -> None:
     assert bench.get(0x6044) == 300
     bench.put(0x6046, 200, 1)
     assert speed(bench, 300) == 200
+    bench.put(0x6042, -10)
+    assert speed(bench, 900) == -200
+    bench.put(0x6042, 0)
+    assert speed(bench, 300) == 0  # our choice: a master stops it
+    bench.put(0x6042, 300)
     bench.put(0x6046, 0, 1).put(0x6046, 100, 2)
     assert speed(bench, 300) == 100
     assert bench.status(0x0800) == 0x0800

@@ -3,7 +3,7 @@
 Source: CiA 402-2, chapters 'cyclic synchronous position mode' and 'cyclic synchronous velocity mode'.  A set-point
 takes effect on arrival (a synchronous RPDO brings it with the SYNC), and is reached after the time of 60C2h.
 Our choices: until the first set-point arrives, an axis stands still or keeps its speed; when set-points stop arriving,
-it keeps the last one; it approaches a position too far for 607Fh at the maximum speed.
+it keeps the last one; it approaches a position too far for 607Fh at the maximum speed, with a following error.
 """
 
 from collections.abc import Callable

@@ -1,6 +1,7 @@
 """The straight line between set positions in the cyclic CiA 402 modes, which lasts as long as 60C2h says.
 
-Until the first set position arrives, the axis is brought to rest.
+Until the first set position arrives, the axis is brought to rest.  The position demand (6062h) is that of the line, so
+an axis that is limited to 607Fh has a following error from what it has not done yet.
 """
 
 from typing import ClassVar
@@ -20,6 +21,7 @@ class LinePosition(Mode):
         super().__init__(context)
         self._line = Interpolator()
         self._is_begun = self._is_led = False
+        self._behind = 0.0
 
     def begin(self) -> None:
         self._is_begun, self._is_led = True, False
@@ -44,14 +46,20 @@ class LinePosition(Mode):
         wanted = context.absolute(position, Direction.SHORTEST) + offset
         return context.travel.within(wanted, context.motion.position)
 
+    @property
+    def behind(self) -> float:
+        return self._behind if self._is_begun and self._is_led and not self.is_halted else 0.0
+
     def _follow(self, place: float) -> None:
         """Move to `place` in this cycle, as far as 607Fh and the limit switches allow."""
         context, motion = self.context, self.context.motion
         most = context.largest_speed * context.cycle_s
         way = place - motion.position
+        self._behind = 0.0
         if abs(way) > most:
             context.travel.is_limited = True
-            way = min(max(way, -most), most)
+            limited = min(max(way, -most), most)
+            self._behind, way = way - limited, limited
         if context.travel.bars(way):
             way = context.held_back(motion.speed, way / context.cycle_s) * context.cycle_s
         motion.follow(motion.position + way, context.cycle_s)

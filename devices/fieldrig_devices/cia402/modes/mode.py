@@ -78,6 +78,11 @@ class Mode:
         self.context.motion.step(self.context.cycle_s)
 
     @property
+    def behind(self) -> float:
+        """How far the motion is behind the set positions of a master, in increments; 0 in a mode with a generator."""
+        return 0.0
+
+    @property
     def band(self) -> tuple[float, float]:
         """Open interval of actual velocities at which `step` does no more than `Mode.step`.
 

@@ -2,7 +2,8 @@
 
 Source: CiA 402-2, chapter 'velocity mode'.  6042h times the set-point factor (604Bh) and the dimension factor (604Ch)
 is the speed of the motor in min-1; 6043h and 6044h are in the unit of 6042h.  Our choices: with bit 4 at 0 the axis
-comes to rest by the quick stop ramp (604Ah), and bit 10 of the status word shows that the ramp has reached its input.
+comes to rest by the quick stop ramp (604Ah), and bit 10 of the status word shows that the ramp has reached its input; a
+target of 0 is a standstill, whatever the minimum of 6046h is, since a master that writes 0 wants the axis to stop.
 Left out: 6047h (limits by direction), 604Dh to 604Fh and the ramp times, percentages and references from 6050h on.
 """
 
