@@ -285,3 +285,73 @@ def test_persistent_data_are_written_in_one_call(tmp_path: Path) -> None:
     body = """VAR w : WritePersistentData; END_VAR
 w(START := TRUE); ASSERT_TRUE(w.BUSY); w(START := TRUE); ASSERT_FALSE(w.BUSY OR w.ERR);"""
     assert one(tmp_path, body, dialect="codesys").verdict is Verdict.PASSED
+
+
+PID = program(
+    "pid : FB_BasicPID; w, y, cycle : LREAL := 0.1; kp : LREAL := 2; tn, tv, td : LREAL; reset : BOOL; fault : UINT;",
+    "pid(fSetpointValue := w, fActualValue := 0, bReset := reset, fCtrlCycleTime := cycle, fKp := kp, fTn := tn,"
+    " fTv := tv, fTd := td, fCtrlOutput => y, nErrorStatus => fault);",
+)
+
+
+def pid(steps: int = 1, **inputs: float | bool) -> IecBench:
+    bench = IecBench(PID, CODESYS)
+    for name, value in {"w": 1.0, **inputs}.items():
+        bench[name] = value
+    for _ in range(steps):
+        bench.cycle()
+    return bench
+
+
+@pytest.mark.parametrize(
+    ("inputs", "steps", "expected"),
+    [
+        ({}, 5, 2.0),  # only P
+        ({"tn": 4.0}, 100, 2.0 + 2.0 * 100 * 0.1 / 4.0),  # a ramp of Kp * t / Tn
+        ({"tv": 0.5}, 1, 2.0 + 2.0 * 0.5 / 0.1),  # the whole step within one cycle
+        ({"tv": 0.5}, 2, 2.0),
+        ({"tv": 0.5, "td": 0.1}, 1, 2.0 + 2.0 * 0.5 / 0.2),
+        ({"tv": 0.5, "td": 0.1}, 200, 2.0),
+        ({"kp": 0.0, "tn": 1.0, "tv": 1.0}, 9, 0.0),
+    ],
+)
+def test_the_controller_answers_a_step_as_its_transfer_function(
+    inputs: dict[str, float], steps: int, expected: float
+) -> None:
+    bench = pid(steps, **inputs)
+    assert float(bench["y"]) == pytest.approx(expected)
+    assert bench["fault"] == 0
+
+
+@pytest.mark.parametrize(
+    ("inputs", "fault"),
+    [
+        ({"tn": -1.0}, 1),
+        ({"tv": -0.1}, 1),
+        ({"td": -0.1}, 1),
+        ({"cycle": 0.0}, 2),
+        ({"cycle": -1.0}, 2),
+    ],
+)
+def test_the_controller_names_a_wrong_setting_and_begins_again(inputs: dict[str, float], fault: int) -> None:
+    bench = pid(3, tn=1.0)
+    assert float(bench["y"]) > 2.0
+    for name, value in inputs.items():
+        bench[name] = value
+    bench.cycle()
+    assert (bench["y"], bench["fault"]) == (0.0, fault)
+    for name in inputs:
+        bench[name] = {"cycle": 0.1, "tn": 1.0}.get(name, 0.0)
+    bench.cycle()
+    assert float(bench["y"]) == pytest.approx(2.2)
+    assert bench["fault"] == 0
+
+
+def test_the_controller_begins_again_at_a_reset() -> None:
+    bench = pid(50, tn=1.0)
+    bench["reset"] = True
+    bench.cycle()
+    assert bench["y"] == 0.0
+    bench["reset"] = False
+    bench.cycle()
+    assert float(bench["y"]) == pytest.approx(2.2)

@@ -28,6 +28,7 @@ _OF_CODESYS: Final = (
     "system.st",
     "twincat.st",
     "twincat_ads.st",
+    "twincat_control.st",
     "twincat_events.st",
     "twincat_mc2.st",
     "twincat_tables.st",
