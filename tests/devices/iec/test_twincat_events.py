@@ -15,7 +15,9 @@ from fieldrig_devices.iec.testing.case import Verdict
 TMC = """<?xml version="1.0"?>
 <TcModuleClass><DataTypes>
 <DataType><Name GUID="{97CF8247-B59C-4E2C-B4B0-7350D0471457}">Oven</Name>
-<EventId><Name Id="3">TooHot</Name><DisplayName TxtId="">Too hot</DisplayName><Severity>Warning</Severity></EventId>
+<DisplayName TxtId=""><![CDATA[The oven]]></DisplayName><DisplayName TxtId="" LcId="1031">Der Ofen</DisplayName>
+<EventId><Name Id="3">TooHot</Name><DisplayName TxtId=""><![CDATA[It's {1} degrees {0}, {x} {2}]]></DisplayName>
+<DisplayName TxtId="" LcId="1031">Zone {0} ist zu heiß: {1}$</DisplayName><Severity>Warning</Severity></EventId>
 <EventId><Name Id="4">Burnt</Name><Severity>Critical</Severity></EventId>
 </DataType>
 <DataType><Name GUID="{B57D3F4A-0836-49B0-81C3-BED5F4817EC9}">TcEventSeverity</Name>
@@ -37,7 +39,8 @@ END_FUNCTION_BLOCK
 """
 VARIABLES = """VAR
     m : FB_TcMessage; a : FB_TcAlarm; l : FB_TcEventLogger; s : FB_TcSourceInfo; given : FB_TcArguments;
-    h : Heard; c : ITcEventFilterConfig; i : I_TcMessage; text : STRING(80); n : INT;
+    r : FB_RequestEventText;
+    h : Heard; c : ITcEventFilterConfig; i : I_TcMessage; text : STRING(80); n : INT; isWrong : BOOL;
 END_VAR
 """
 HOLDS = [
@@ -46,8 +49,23 @@ HOLDS = [
         "ASSERT_EQ(m.Send(0), 0); m.Release(); ASSERT_TRUE(FAILED(m.Send(0)));"
     ),
     (
-        "m.CreateEx(TC_EVENTS.Oven.TooHot, 0); m.ipArguments.Clear().AddString('at').AddInt(5);"
-        "ASSERT_TRUE(m.RequestEventText(1033, text, SIZEOF(text))); ASSERT_EQ(text, 'at 5');"
+        "m.CreateEx(TC_EVENTS.Oven.Burnt, 0); m.ipArguments.Clear().AddString('at').AddInt(5);"
+        "ASSERT_TRUE(m.RequestEventText(1033, text, SIZEOF(text))); ASSERT_EQ(text, 'at 5', 'it has no text');"
+        "m.ipArguments.Clear(); m.RequestEventText(1033, text, SIZEOF(text)); ASSERT_EQ(text, '');"
+    ),
+    (
+        "m.CreateEx(TC_EVENTS.Oven.TooHot, 0); m.ipArguments.Clear().AddString('below').AddInt(250);"
+        "m.RequestEventText(1033, text, SIZEOF(text)); ASSERT_EQ(text, 'It$'s 250 degrees below, {x} ');"
+        "m.RequestEventText(1031, text, SIZEOF(text)); ASSERT_EQ(text, 'Zone below ist zu hei$DF: 250$$');"
+        "m.RequestEventText(1036, text, SIZEOF(text)); ASSERT_EQ(text, 'It$'s 250 degrees below, {x} ');"
+        "m.RequestEventText(1033, text, 5); ASSERT_EQ(text, 'It$'s');"
+        "m.RequestEventClassName(1031, text, SIZEOF(text)); ASSERT_EQ(text, 'Der Ofen');"
+        "m.RequestEventClassName(1033, text, SIZEOF(text)); ASSERT_EQ(text, 'The oven');"
+        "m.RequestEventClassName(1033, text, 8, bError => isWrong); ASSERT_TRUE(isWrong);"
+    ),
+    (
+        "r.Request(TC_EVENT_CLASSES.Oven, 3, 1031, given.AddInt(7).AddReal(1.5));"
+        "ASSERT_TRUE(r.GetString(text, SIZEOF(text))); ASSERT_EQ(text, 'Zone 7 ist zu hei$DF: 1.5$$');"
     ),
     (
         "m.CreateEx(TC_EVENTS.Oven.TooHot, 0); i := m; ASSERT_TRUE(i.EqualsToEventEntryEx(TC_EVENTS.Oven.TooHot));"
@@ -103,10 +121,12 @@ def test_what_is_no_class_of_events_is_left_out(text: str) -> None:
 
 
 SUITE = """FUNCTION_BLOCK OvenTest EXTENDS TcUnit.FB_TestSuite
-VAR message : FB_TcMessage; END_VAR
+VAR message : FB_TcMessage; text : STRING(80); END_VAR
 TEST('numbers');
 message.CreateEx(TC_EVENTS.Oven.Burnt, 0);
 AssertEquals_UDINT(4, message.nEventId, '');
+message.RequestEventClassName(1031, text, SIZEOF(text));
+AssertEquals_STRING('Der Ofen', text, '');
 AssertTrue(message.eSeverity = TcEventSeverity.Critical, 'critical');
 TEST_FINISHED();
 END_FUNCTION_BLOCK

@@ -13,6 +13,7 @@ from fieldrig.text.nearest import closest
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import CODESYS
 from fieldrig_devices.iec.imports import read_source
+from fieldrig_devices.iec.imports.event_classes import TAKES_TEXTS
 from fieldrig_devices.iec.library.selection import words as words_of
 from fieldrig_devices.languages.mistakes import Mistake
 from fieldrig_devices.languages.source_file import SourceFile
@@ -139,6 +140,10 @@ def _values(declaration: tree.Declaration) -> frozenset[str]:
     return frozenset()
 
 
+_COMPANIONS: Final = dict.fromkeys(("tc_events", "tc_event_classes"), frozenset({TAKES_TEXTS.casefold()}))
+"""Variables that those of these names need, though they do not name them."""
+
+
 def closure(
     units: Units, roots: Iterable[Item], without: Iterable[Item] = (), changed: Mapping[Item, Item] | None = None
 ) -> list[Item]:
@@ -156,7 +161,7 @@ def closure(
         if item in found:
             continue
         found[item] = None
-        for word in sorted(item.words):
+        for word in sorted(item.words | _COMPANIONS.get(item.name, frozenset())):
             waiting += [other for other in units.named(word) if other not in found]
     return list(found)
 
