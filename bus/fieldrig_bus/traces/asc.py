@@ -86,6 +86,7 @@ def write(entries: Iterable[TraceEntry], file: BinaryIO, start_unix_ns: int, odd
         if begin_ns is None or now_ns < begin_ns:
             file.write((_head(now_ns) if begin_ns is None else "End TriggerBlock\n").encode())
             begin_ns = now_ns - now_ns % MS
+            _report_twice(begin_ns, odd)
             second, second_ns = "   0.", begin_ns
             file.write(f"Begin Triggerblock {_date(begin_ns)}\n   0.000000 Start of measurement\n".encode())
         channel = channels.get(bus)
@@ -168,6 +169,13 @@ def _date(time_ns: int) -> str:
     day = _local(seconds)
     clock = f"{day.tm_hour:02}:{day.tm_min:02}:{day.tm_sec:02}.{rest_ns // MS:03}"
     return f"{_DAYS[day.tm_wday]} {_MONTHS[day.tm_mon - 1]} {day.tm_mday:02} {clock} {day.tm_year}"
+
+
+def _report_twice(begin_ns: int, odd: Oddities) -> None:
+    """Report a local time that is read as another instant: that of the hour which comes twice when summer ends."""
+    with suppress(ValueError, OverflowError, OSError):
+        if unix_ns(_date(begin_ns).partition(" ")[2]) != begin_ns:
+            odd.report("the local time comes twice on this day, and is read as the first one", f": {_date(begin_ns)}")
 
 
 def _local(seconds: int) -> time.struct_time:

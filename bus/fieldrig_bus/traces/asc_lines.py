@@ -194,7 +194,8 @@ def _error(line: re.Match[str], base: int) -> bytes:
 def _status(line: re.Match[str], base: int) -> bytes:
     word = line["state"].lower().replace("busoff", "bus off")
     state = next(state for state, words in STATES.items() if words == word)
-    return encode(BusState(state, int(line["tec"] or (256 if state is CanState.BUS_OFF else 0)), int(line["rec"] or 0)))
+    least = 256 if state is CanState.BUS_OFF else 0  # the counter of the log has a byte
+    return encode(BusState(state, max(int(line["tec"] or 0), least), int(line["rec"] or 0)))
 
 
 _FORMS: Final[tuple[tuple[re.Pattern[str], Callable[[re.Match[str], int], bytes | None]], ...]] = (

@@ -11,7 +11,7 @@ from fieldrig.clock import MS, US, S
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.bits import Place
-from fieldrig_bus.can.codec import decode
+from fieldrig_bus.can.codec import decode, encode
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BusState, CanError, CanState, ErrorKind, Notice
 from fieldrig_bus.traces import asc
@@ -72,6 +72,21 @@ def test_a_line_of_canoe_is_read(line: str, frame: CanFrame) -> None:
 )
 def test_an_error_of_canoe_is_read(line: str, notice: Notice) -> None:
     assert [decode(found.data) for found in asc_of(f"{ASC_HEAD}{line}\n")] == [notice]
+
+
+def test_a_controller_that_is_bus_off_has_counted_beyond_a_byte() -> None:
+    line = "0.015991 CAN 1 Status:chip status bus off - TxErr: 255 RxErr: 3"
+    assert [decode(found.data) for found in asc_of(f"{ASC_HEAD}{line}\n")] == [BusState(CanState.BUS_OFF, 256, 3)]
+
+
+def test_a_local_time_that_comes_twice_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TZ", "Europe/Berlin")
+    time.tzset()
+    for hours, said in ((0, 0), (1, 1), (2, 0)):
+        odd = Oddities()
+        sent = [TraceEntry(0, "can0", "can", "", encode(CanFrame(1)))]
+        assert asc.write(sent, io.BytesIO(), 1_729_989_000 * S + hours * 3600 * S, odd) == 1
+        assert len(odd) == said
 
 
 def test_relative_times_and_decimal_numbers_are_read() -> None:
