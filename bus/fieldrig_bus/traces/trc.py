@@ -25,14 +25,27 @@ from fieldrig_bus.traces.can_fields import fields_of
 from fieldrig_bus.traces.channels import BusNames, Channels
 from fieldrig_bus.traces.plain_ends import PlainEnds
 from fieldrig_bus.traces.plain_heads import HEAD_BYTES, HeadsOfTexts, PlainHeads
-from fieldrig_bus.traces.trc_lines import DAY_NS, EPOCH_DAY, PLAIN_COLUMNS, VERSIONS, columns_of, parse, plain, start_ns
+from fieldrig_bus.traces.trc_lines import (
+    DAY_NS,
+    EPOCH_DAY,
+    PLAIN_COLUMNS,
+    VERSIONS,
+    columns_of,
+    parse,
+    plain,
+    start_ns,
+    version_of,
+)
 
 SUFFIXES = (".trc",)
 FAMILIES = frozenset({"can"})
 REMEDY: Final = "expected a log of PCAN-View, PCAN-Explorer, python-can or `fieldrig trace`"
 _SHORT_HEAD: Final = 256
 """Bytes that show whether a log is one of CANHacker."""
-_BEGINS: Final = re.compile(rb"^(;\$FILEVERSION|;#{20}|\s*\d+\)\s+\d+(\.\d+)?\s+([0-9A-F]{4,8}|Rx|Tx)\s)", re.MULTILINE)
+_BEGINS: Final = re.compile(
+    rb"^(;\$FILEVERSION|;#{20}|\s*\d+\)\s+\d+([.,]\d+)?\s+([0-9A-F]{4,8}|(\d{1,2}\s+)?(Rx|Tx|Warng|Error))\s)",
+    re.MULTILINE,
+)
 _SETTING: Final = re.compile(r";\s*\$(FILEVERSION|STARTTIME|COLUMNS)\s*=(.*)")
 _OLD_START: Final = re.compile(r";\s*Start time:\s*(\d\d)\.(\d\d)\.(\d{4}) (\d\d):(\d\d):(\d\d)\.(\d{3})")
 _HEAD: Final = """\
@@ -117,6 +130,7 @@ def read(file: BinaryIO, odd: Oddities | None = None) -> Iterator[TraceEntry]:
             continue
         if not line.strip():
             continue
+        header.guess(line)
         try:
             offset_ns, channel, message = parse(line, header.columns)
         except (ValueError, LookupError) as cause:
@@ -137,10 +151,17 @@ class _Header:
     def __init__(self, odd: Oddities) -> None:
         self._odd = odd
         self._version = "1.0"
+        self._is_said = False
+        """True if the version is known: from the head, or from the first line of a log without one."""
         self.start_ns = 0
         self.columns = columns_of("1.0")
         self.is_plain = False
         """True if a line has the columns that nearly all logs of version 2.1 have."""
+
+    def guess(self, line: str) -> None:
+        """Take the first line of a log that does not say its version."""
+        if not self._is_said:
+            self._set("FILEVERSION", version_of(line))
 
     def take(self, line: str) -> None:
         """Take a comment.  UsageError for a version that is not known, or columns without those of a frame."""
@@ -165,7 +186,7 @@ class _Header:
         elif value not in VERSIONS:
             raise ValueError(f"version {value!r:.20} of the format is not known: expected {', '.join(VERSIONS)}")
         else:
-            self._version = value
+            self._version, self._is_said = value, True
             self.columns = columns_of(value) if value < "2" else {}
 
 

@@ -33,9 +33,11 @@ MOST_COLUMNS: Final = 20
 DAY_NS: Final = 86_400_000_000_000
 EPOCH_DAY: Final = 25_569
 """1 January 1970, counted from 30 December 1899."""
-_MS: Final = re.compile(r"(-?)(\d{1,15})(?:\.(\d{1,6}))?", re.ASCII)
+_MS: Final = re.compile(r"(-?)(\d{1,15})(?:[.,](\d{1,6}))?", re.ASCII)
+_WAY: Final = re.compile(r"Rx|Tx|Warng|Error", re.IGNORECASE)
 _NUMBER: Final = re.compile(r"\d+\)?", re.ASCII)
 """Traces of other tools end in .trc too, and their words must not pass for columns."""
+_IDENTIFIER: Final = re.compile(r"[0-9A-Fa-f]{1,8}")
 _BYTE: Final = re.compile(r"[0-9A-Fa-f]{2}")
 _STATES: Final = {0x00: CanState.ACTIVE, 0x04: CanState.WARNING, 0x08: CanState.PASSIVE, 0x10: CanState.BUS_OFF}
 """OK, BUSLIGHT, BUSHEAVY and BUSOFF."""
@@ -65,10 +67,20 @@ def columns_of(version: str, listed: str = "") -> dict[str, int]:
     return places
 
 
+def version_of(line: str) -> str:
+    """Return the version of a log without a head by its first line, such as one that was cut out of a longer log."""
+    words = line.split()
+    if len(words) > 2 and _WAY.fullmatch(words[2]):
+        return "1.1"
+    if len(words) > 3 and _WAY.fullmatch(words[3]):
+        return "1.3" if len(words) > 5 and words[5] == "-" else "1.2"
+    return "1.0"
+
+
 def start_ns(days: str) -> int:
     """Return the start of a log, which is in days since 30 December 1899, to the microsecond.  ValueError if none."""
     try:
-        since = Decimal(days.strip()) - EPOCH_DAY
+        since = Decimal(days.strip().replace(",", ".")) - EPOCH_DAY  # some have been written in German, say
         return round(since * (DAY_NS // US)) * US if abs(since) < 3 * 10**6 else _refuse(days)
     except DecimalException:  # no number, or one beyond the range of decimals
         return _refuse(days)
@@ -94,6 +106,8 @@ def plain(line: str, heads: HeadsOfTexts) -> tuple[int, int, bytes] | None:
 
 def parse(line: str, columns: Mapping[str, int]) -> Line:
     """Return what a line says.  ValueError, in words, for one that is no line of such a log."""
+    if not columns:
+        raise ValueError("no line before it says the columns, such as ;$COLUMNS=N,O,T,I,d,l,D")
     words = line.split(maxsplit=len(columns) - 1)
     if len(words) < 4:
         raise ValueError("it has less than four columns")
@@ -122,6 +136,8 @@ def _offset_ns(text: str) -> int:
 
 def _frame(kind: str, words: list[str], columns: Mapping[str, int]) -> bytes | None:
     digits = words[columns["I"]]
+    if not _IDENTIFIER.fullmatch(digits):
+        raise ValueError(f"{digits!r:.20} is not an identifier in hexadecimal digits")
     word = int(digits, 16) | (EXTENDED if len(digits) > 4 else 0)
     by_code = "l" not in columns
     number = int(words[columns["L" if by_code else "l"]])

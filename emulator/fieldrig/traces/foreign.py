@@ -28,6 +28,11 @@ PROGRAMS: Final[tuple[tuple[bytes, str, str], ...]] = (
     (rb"(?:.*\n){0,9}Line,Abs Time\(Sec\)", "Vehicle Spy", BY_SAVVYCAN),
     (rb"[^\n]*CANopen Magic", "CANopen Magic", BY_SAVVYCAN),
     (rb";\s*CAN Logger trace file", "CAN Logger", BY_SAVVYCAN),
+    (
+        rb"(?:timestamp;arbitration_id|Time Stamp;ID);",
+        "python-can or SavvyCAN that a spreadsheet has saved with semicolons",
+        "save it with commas, and with points in its numbers",
+    ),
     (rb"time,addr,bus,data", "Cabana", BY_SAVVYCAN),
     (rb"# Logger type:", "CSS Electronics CLX000", BY_SAVVYCAN),
     (rb"CANSERVER_v\d_CANSERVER", "CANServer", BY_SAVVYCAN),
@@ -65,6 +70,8 @@ def refuse_foreign(suffix: str, head: bytes) -> None:
     packed = next((name for magic, name in PACKED.items() if head.startswith(magic)), None)
     if packed is not None:
         raise UsageError(f"it is packed ({packed})", "unpack it first")
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise UsageError("it is a text in UTF-16", "save it as UTF-8 or ASCII")
     start = head[:LOOKED_AT].removeprefix(b"\xef\xbb\xbf")
     for words, name, remedy in _PROGRAMS:
         if words.match(start):

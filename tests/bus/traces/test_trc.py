@@ -85,3 +85,30 @@ def test_a_start_that_is_none_is_odd(days: str) -> None:
     [found] = trc.read(io.BytesIO(text.encode()), odd)
     assert "the start is none, and times count from 0" in " ".join(map(str, odd))
     assert found.time_ns == 1_000_000
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "     1)     17535  0300  2  01 02\n",
+        "     1)     17535.4  Rx         0300  2  01 02\n",
+        "     1)     17535.400 1  Tx         0300  2  01 02\n",
+        "     1)     17535.400 1  Rx         0300 -  2    01 02\n",
+        "     1)     17535,4  Rx         0300  2  01 02\n",
+    ],
+)
+def test_a_part_of_a_log_without_its_head_is_read_by_its_columns(line: str, tmp_path: Path) -> None:
+    (tmp_path / "part.txt").write_text(line + line)
+    first, _ = read(tmp_path / "part.txt")
+    assert (decode(first.data), first.time_ns // MS) == (CanFrame(0x300, b"\x01\x02"), 17_535)
+
+
+def test_a_start_with_a_decimal_comma_is_a_time() -> None:
+    text = ";$FILEVERSION=1.1\n;$STARTTIME=44548,6028595139\n     1)     0.0  Rx         0300  0\n"
+    [found] = trc.read(io.BytesIO(text.encode()))
+    assert found.time_ns // MS == 1_639_837_687_062
+
+
+def test_columns_that_are_not_said_are_asked_for() -> None:
+    with pytest.raises(UsageError, match=r"line 2 is not a frame of a TRC log: no line before it says the columns"):
+        list(trc.read(io.BytesIO(b";$FILEVERSION=2.0\n 1 1059.900 DT 0300 Rx 2 00 00\n")))

@@ -191,6 +191,15 @@ def test_a_log_of_another_program_is_refused_by_its_name(text: str, name: str, e
         list(read(path))
 
 
+def test_a_log_in_utf_16_and_one_with_semicolons_say_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "x.asc").write_text(" 0.1 1 123 Rx d 1 AA\n", encoding="utf-16")
+    with pytest.raises(UsageError, match="it is a text in UTF-16"):
+        list(read(tmp_path / "x.asc"))
+    (tmp_path / "x.csv").write_text("timestamp;arbitration_id;extended;remote;error;dlc;data\n", encoding="utf-8")
+    with pytest.raises(UsageError, match="saved with semicolons"):
+        list(read(tmp_path / "x.csv"))
+
+
 def test_a_log_whose_format_no_document_explains_is_refused_by_its_ending(tmp_path: Path) -> None:
     (tmp_path / "LOG00000.KMF").write_bytes(bytes(range(1, 200)))
     with pytest.raises(UsageError, match=r"LOG00000.KMF: it is a log of Kvaser Memorator, which is not read"):
