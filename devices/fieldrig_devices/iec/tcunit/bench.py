@@ -56,7 +56,7 @@ class Bench:
         # Only one thread runs at a time, so that it may have the stacks of all.
         self.runtime = Runtime(compiled, self.host, MOST_STACKS * STACK_SIZE)
         natives.memory = self.files.disk.memory = self.runtime.contents
-        documents.use(self.runtime.contents)
+        documents.use(self.runtime.contents, compiled.program)
         wanted = paths.told((*given.files, *given.library_files))
         for address, path in paths.texts(compiled.program, lists, wanted, paths.head(given.name)):
             self.runtime.contents.cells[address] = path

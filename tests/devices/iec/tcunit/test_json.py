@@ -297,3 +297,108 @@ KINDS = (*natives.RANGES, *natives.KINDS, "Double")
 def test_a_value_has_the_types_that_can_hold_it(text: str, types: str) -> None:
     asked = "\n".join(f"AssertEquals_BOOL({kind in types.split()}, d.Is{kind}(v), '{kind}');" for kind in KINDS)
     _passes("d : FB_JsonDomParser; v : SJsonValue;", f"v := d.ParseDocument('{text}');\n{asked}")
+
+
+# ---- variables of a type
+
+TYPED = """
+    r : Recipe; p : Point; j : FB_JsonReadWriteDatatype; w : FB_JsonSaxWriter; s : STRING(999);
+    n : INT := 5; e : HRESULT;
+"""
+RECIPE_TYPES = """
+TYPE Color : (red, green, blue := 7); END_TYPE
+TYPE Point : STRUCT x, y : REAL; END_STRUCT; END_TYPE
+TYPE Recipe : STRUCT
+    Name : STRING(5) := 'a"b'; Wide : WSTRING(9) := "\u65e5\u00ef"; On : BOOL; Count : INT := -5; Ratio : LREAL := 0.1;
+    Big : ULINT := 16#FFFF_FFFF_FFFF_FFFF; Hue : Color := Color.blue; Baked : DT := DT#2026-01-31-08:30:00;
+    b0, b1 : BIT; Points : ARRAY[1..2] OF Point; Grid : ARRAY[0..1, 0..1] OF BYTE := [1, 2, 3, 4];
+END_STRUCT; END_TYPE
+"""
+WHOLE = {
+    "Name": 'a"b', "Wide": "\u65e5\u00ef", "On": False, "Count": -5, "Ratio": 0.1, "Big": 2**64 - 1, "Hue": 7,
+    "Baked": "2026-01-31T08:30:00", "b0": False, "b1": False, "Points": [{"x": 0.0, "y": 0.0}] * 2,
+    "Grid": [[1, 2], [3, 4]],
+}  # fmt: skip
+CHANGES = {
+    "name": "longer text", "Wide": "\u8a9e", "b1": True, "Points": [{"x": 3}, {"y": -4.5}], "Grid": [[9], [8, 7, 6]],
+    "Baked": "2027-01-01T00:00:00", "Hue": 1, "Other": None,
+}  # fmt: skip
+CHANGED = WHOLE | {
+    "Name": "longe", "Wide": "\u8a9e", "b1": True, "Points": [{"x": 3.0, "y": 0.0}, {"x": 0.0, "y": -4.5}],
+    "Grid": [[9, 2], [8, 7]], "Baked": "2027-01-01T00:00:00", "Hue": 1,
+}  # fmt: skip
+
+
+def _typed(body: str) -> str:
+    """Run a body with variables of the types, and return what it has written into `s`."""
+    text = RECIPE_TYPES + suite(f"TEST('t');\n{body}\nTEST_FINISHED();", TYPED)
+    bench = SuiteBench.ran(text, longest_ns=10**9)
+    test = bench.test("t")
+    assert test.is_finished, bench.suites[0].fault
+    assert not test.failures, bench.lines
+    return str(bench.runtime.read(bench.runtime.find("PRG_TEST.s.s")))
+
+
+def _of(text: str) -> object:
+    return json.loads(text.encode("latin-1"))
+
+
+SYMBOL = "'Recipe', SIZEOF(r), ADR(r)"
+
+
+def test_a_variable_is_written_by_its_type() -> None:
+    assert _of(_typed(f"AssertTrue(j.CopyJsonStringFromSymbol({SYMBOL}, s, SIZEOF(s)) > 0, '');")) == WHOLE
+
+
+def test_variables_are_parts_of_what_a_writer_writes() -> None:
+    body = f"""w.StartObject(); AssertTrue(j.AddJsonKeyValueFromSymbol(w, 'recipe', {SYMBOL}), 'recipe');
+    w.AddKey('n'); AssertTrue(j.AddJsonValueFromSymbol(w, 'INT', SIZEOF(n), ADR(n)), 'n'); w.EndObject();
+    w.CopyDocument(s, SIZEOF(s));"""
+    assert _of(_typed(body)) == {"recipe": WHOLE, "n": 5}
+
+
+def test_what_is_read_changes_the_components_that_the_text_names() -> None:
+    given = json.dumps(CHANGES)
+    body = f"""s := '{given.replace("$", "$$")}'; AssertTrue(j.SetSymbolFromJson(s, {SYMBOL}), 'it is read');
+    j.CopyJsonStringFromSymbol({SYMBOL}, s, SIZEOF(s));"""
+    assert _of(_typed(body)) == CHANGED
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"On":true,"Count":40000}',
+        '{"On":true,"Count":1.5}',
+        '{"On":true,"Count":"1"}',
+        '{"On":1}',
+        '{"On":true,"b0":1}',
+        '{"On":true,"Name":5}',
+        '{"On":true,"Points":{}}',
+        '{"On":true,"Points":[1]}',
+        '{"On":true,"Baked":"yesterday"}',
+        "[]",
+        "5",
+        "{",
+        "",
+    ],
+)
+def test_a_text_that_the_type_does_not_have_changes_nothing(text: str) -> None:
+    body = f"""AssertFalse(j.SetSymbolFromJson('{text}', {SYMBOL}, hrErrorCode => e), 'refused');
+    AssertTrue(FAILED(e), 'error'); j.CopyJsonStringFromSymbol({SYMBOL}, s, SIZEOF(s));"""
+    assert _of(_typed(body)) == WHOLE
+
+
+@pytest.mark.parametrize("symbol", ["'Nothing', SIZEOF(r), ADR(r)", "'Recipe', SIZEOF(r) - 1, ADR(r)", "'', 0, 0"])
+def test_an_unknown_type_or_another_size_is_an_error(symbol: str) -> None:
+    body = f"""AssertEquals_STRING('', j.GetJsonStringFromSymbol({symbol}), '');
+    AssertFalse(j.AddJsonValueFromSymbol(w, {symbol}, hrErrorCode => e), 'added'); AssertTrue(FAILED(e), 'error');
+    AssertEquals_UDINT(0, j.GetSizeJsonStringFromSymbol({symbol}), '');"""
+    _typed(body)
+
+
+def test_variables_have_the_names_of_their_addresses() -> None:
+    body = """AssertEquals_STRING('Recipe', j.GetDatatypeNameByAddress(SIZEOF(r), ADR(r)), '');
+    AssertEquals_STRING('PRG_TEST.s.r.Points[2].y', j.GetSymbolNameByAddress(4, ADR(r.Points[2].y)), '');
+    AssertEquals_STRING('REAL', j.GetDatatypeNameByAddress(4, ADR(r.Points[2].y)), '');
+    AssertEquals_STRING('', j.GetSymbolNameByAddress(3, ADR(r)), '');"""
+    _typed(body)

@@ -160,6 +160,17 @@ GetMaxDecimalPlaces : DINT
 SetMaxDecimalPlaces (dp : DINT)
 """
 
+_DATATYPE: Final = """
+AddJsonValueFromSymbol : BOOL (fbWriter : WRITER, sDatatype : TEXT, nData : UDINT, pData : PVOID)
+AddJsonKeyValueFromSymbol : BOOL (fbWriter : WRITER, sKey : TEXT, sDatatype : TEXT, nData : UDINT, pData : PVOID)
+GetJsonStringFromSymbol : STRING(255) (sDatatype : TEXT, nData : UDINT, pData : PVOID)
+GetSizeJsonStringFromSymbol : UDINT (sDatatype : TEXT, nData : UDINT, pData : PVOID)
+CopyJsonStringFromSymbol : UDINT (sDatatype : TEXT, nData : UDINT, pData : PVOID, pDoc : TEXT, nDoc : UDINT)
+SetSymbolFromJson : BOOL (sJson : TEXT, sDatatype : TEXT, nData : UDINT, pData : PVOID)
+GetDatatypeNameByAddress : STRING(255) (nData : UDINT, pData : PVOID)
+GetSymbolNameByAddress : STRING(255) (nData : UDINT, pData : PVOID)
+"""
+
 _TYPES: Final = """
 TYPE SJsonValue : PVOID; END_TYPE
 TYPE SJsonIterator : PVOID; END_TYPE
@@ -177,7 +188,7 @@ _BLOCK: Final = """
 FUNCTION_BLOCK {name}
 VAR_OUTPUT initStatus : HRESULT; END_VAR
 VAR fieldrigHandle : DWORD; END_VAR
-METHOD PROTECTED FieldrigJson : DWORD
+METHOD FieldrigJson : DWORD
 IF fieldrigHandle = 0 THEN
     fieldrigHandle := {prefix}NEW();
 END_IF;
@@ -188,9 +199,12 @@ END_METHOD
 _DERIVED: Final = "FUNCTION_BLOCK {name} EXTENDS {base}\nEND_FUNCTION_BLOCK\n"
 _LINE: Final = re.compile(r"(\w+)(?: : ([\w()]+))?(?: \((.*)\))?")
 _TEXT: Final = "TEXT"
+_WRITER: Final = "WRITER"
 WRITER: Final = "FB_JsonSaxWriter"
 PARSER: Final = "FB_JsonDomParser"
-BLOCKS: Final = {PARSER: ("DOM", _DOM), WRITER: ("SAX", _SAX)}
+DATATYPE: Final = "FB_JsonReadWriteDatatype"
+BLOCKS: Final = {PARSER: ("DOM", _DOM), WRITER: ("SAX", _SAX), DATATYPE: ("TYPE", _DATATYPE)}
+_SUCCEEDS: Final = "IF NOT {name} THEN hrErrorCode := E_INVALIDARG; END_IF\n"
 _NEW: Final = f"FUNCTION {PREFIX}NEW : DWORD {{native}} END_FUNCTION\n"
 
 
@@ -200,7 +214,7 @@ def native_name(kind: str, method: str) -> str:
 
 
 def methods(kind: str) -> list[str]:
-    """Return the names of the methods of DOM or SAX, for which there are native functions."""
+    """Return the names of the methods of DOM, SAX or TYPE, for which there are native functions."""
     lines = next(lines for known, lines in BLOCKS.values() if known == kind)
     return [line.split()[0] for line in lines.strip().splitlines()]
 
@@ -209,11 +223,14 @@ def _inputs(declared: str) -> list[tuple[str, str]]:
     return [(name, kind) for name, _, kind in (one.partition(" : ") for one in declared.split(", ") if one)]
 
 
+_SECTIONS: Final = {_TEXT: ("VAR_IN_OUT CONSTANT", "STRING"), _WRITER: ("VAR_IN_OUT", WRITER)}
+"""The sections and types of inputs that are handed over by reference."""
+
+
 def _blocks(inputs: list[tuple[str, str]]) -> str:
     made = []
     for name, kind in inputs:
-        is_text = kind == _TEXT
-        section, spec = ("VAR_IN_OUT CONSTANT", "STRING") if is_text else ("VAR_INPUT", kind)
+        section, spec = _SECTIONS.get(kind, ("VAR_INPUT", kind))
         made.append(f"{section} {name} : {spec}; END_VAR\n")
     return "".join(made)
 
@@ -226,10 +243,13 @@ def _method(kind: str, line: str) -> tuple[str, str]:
     inputs = _inputs(declared)
     returned, native = f" : {result}" if result else "", native_name(kind, name).upper()
     begin = f"{name} := " if result else ""
-    given = ", ".join(("FieldrigJson()", *(one for one, _ in inputs)))
-    outputs = "VAR_OUTPUT hrErrorCode : HRESULT; END_VAR\n" if kind == "SAX" else ""
-    method = f"METHOD {name}{returned}\n{_blocks(inputs)}{outputs}{begin}{native}({given});\nEND_METHOD\n"
-    blocks = _blocks([("document", "DWORD"), *inputs])
+    handles = (f"{one}.FieldrigJson()" if sort == _WRITER else one for one, sort in inputs)
+    given = ", ".join(("FieldrigJson()", *handles))
+    outputs = "VAR_OUTPUT hrErrorCode : HRESULT; END_VAR\n" if kind != "DOM" else ""
+    end = _SUCCEEDS.format(name=name) if kind == "TYPE" and result == "BOOL" else ""
+    method = f"METHOD {name}{returned}\n{_blocks(inputs)}{outputs}{begin}{native}({given});\n{end}END_METHOD\n"
+    natives = [(one, "DWORD" if sort == _WRITER else sort) for one, sort in inputs]
+    blocks = _blocks([("document", "DWORD"), *natives])
     return method, f"FUNCTION {native}{returned}\n{blocks}{{native}} END_FUNCTION\n"
 
 

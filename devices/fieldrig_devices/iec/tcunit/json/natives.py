@@ -8,11 +8,13 @@ from typing import Final
 
 from fieldrig_devices.iec.host import Library, NativeFunction, Results
 from fieldrig_devices.iec.memory import Memory
+from fieldrig_devices.iec.program import Program
 from fieldrig_devices.iec.tcunit.json import declared, iso, parsers
 from fieldrig_devices.iec.tcunit.json.nodes import INT32, INT64, UINT32, UINT64, Kind, Node, parsed, written
 from fieldrig_devices.iec.tcunit.json.parsers import Handles, Parser
 from fieldrig_devices.iec.tcunit.json.sax import Writers
 from fieldrig_devices.iec.tcunit.json.texts import COST_NS, Given, limit, short, size_of
+from fieldrig_devices.iec.tcunit.json.typed import Typed
 from fieldrig_devices.iec.types import Value
 
 RANGES: Final = {"Int": INT32, "Uint": UINT32, "Int64": INT64, "Uint64": UINT64}
@@ -36,15 +38,18 @@ class Documents:
         self._handles = Handles()
         self._parsers: dict[int, Parser] = {}
         self._writers = Writers(self._given)
+        self._typed = Typed(self._given, self._writers)
 
-    def use(self, memory: Memory) -> None:
+    def use(self, memory: Memory, program: Program) -> None:
         """Work in the memory of a program that is loaded."""
         self._given.memory = memory
+        self._typed.use(program)
 
     def library(self) -> Library:
         """Return the library with its text and its functions."""
         functions = {f"{declared.PREFIX}new".lower(): NativeFunction(lambda: (self._handles.new(),), COST_NS)}
-        for kind, known in (("DOM", self._of_parsers()), ("SAX", self._writers.functions())):
+        sorts = {"DOM": self._of_parsers(), "SAX": self._writers.functions(), "TYPE": self._typed.functions()}
+        for kind, known in sorts.items():
             for name in declared.methods(kind):
                 functions[declared.native_name(kind, name)] = NativeFunction(known[name], COST_NS)
         return Library(declared.FILE, declared.text(), functions, {})
