@@ -38,7 +38,19 @@ class Deed(NamedTuple):
 DEEDS = st.lists(
     st.builds(
         Deed,
-        st.sampled_from(["velocity", "relative", "stop", "release", "not ready", "ready", "reset"]),
+        st.sampled_from(
+            [
+                "velocity",
+                "relative",
+                "stop",
+                "start frequency",
+                "stop frequency",
+                "release",
+                "not ready",
+                "ready",
+                "reset",
+            ]
+        ),
         st.sampled_from([1, 20, 50, 100, 333, 2_000]),
         st.sampled_from([0, 1, 5, 10, 20, 37, 200]),
     ),
@@ -73,8 +85,12 @@ def carry_out(bench: DeviceBench, deed: Deed) -> None:
         case "stop":
             bench.set("Stop.Deceleration", 50)
             bench.set("Stop.Execute", True)
+        case "start frequency" | "stop frequency":
+            bench.set("SetParam.Param", int(deed.what == "stop frequency"))
+            bench.set("SetParam.Param_Value", deed.frequency)
+            bench.set("SetParam.Execute", True)
         case "release":
-            for block in ("MoveVelocity", "MoveRelative", "Stop"):
+            for block in ("MoveVelocity", "MoveRelative", "Stop", "SetParam"):
                 bench.set(f"{block}.Execute", False)
         case "reset":
             bench.set("PTO00.ResetError", True)
