@@ -27,6 +27,8 @@ class Images:
     def __init__(self) -> None:
         self._cells: dict[Type, list[Value]] = {}
         self._kinds: dict[Type, bytes] = {}
+        self._starting: dict[Type, bool] = {}
+        """The structures, and whether there are start values in them."""
 
     def cells(self, kind: Type, initial: InitialValue | None = None) -> list[Value]:
         if initial is None:
@@ -58,7 +60,10 @@ class Images:
     def _union(self, kind: StructType, own: Mapping[str, InitialValue]) -> list[Value]:
         """Return the cells of a UNION, whose components get their start values in turn, at the same address."""
         cells = [cell for part in kind.stored_fields for cell in self.cells(part.type)]
-        declared = {name: part.initial for name, part in kind.fields.items() if part.initial is not None}
+        parts = kind.fields.items()
+        declared = {
+            name: part.initial for name, part in parts if part.initial is not None or self._has_starts(part.type)
+        }
         if not declared and not own:
             return cells
         whole = bytes_of(cells, self.kinds(kind))
@@ -70,6 +75,17 @@ class Images:
                 data = bytes_of(self.cells(part.type, start), self.kinds(part.type))
                 whole[: len(data)] = data
         return cells_of(bytes(whole), self.kinds(kind))
+
+    def _has_starts(self, kind: Type) -> bool:
+        """True for a structure with a declared start value in it, at any level."""
+        while isinstance(kind, ArrayType):
+            kind = kind.element
+        if not isinstance(kind, StructType):
+            return False
+        if kind not in self._starting:
+            parts = kind.fields.values()
+            self._starting[kind] = any(part.initial is not None or self._has_starts(part.type) for part in parts)
+        return self._starting[kind]
 
     def variable(self, variable: Variable, initial: InitialValue | None = None) -> list[Value]:
         """Return the cells of a variable; `initial` is from the declaration of its instance."""

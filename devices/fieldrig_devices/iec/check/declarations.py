@@ -24,7 +24,7 @@ from fieldrig_devices.iec.check.variables import Variables
 from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, OF_EDITION_3, Elementary
 from fieldrig_devices.iec.program import Constant, Pou, Space, Variable
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import ArrayType, BlockType, StringType, StructType, Type
+from fieldrig_devices.iec.types import BlockType, StringType, Type
 
 
 class Declarations:
@@ -367,17 +367,6 @@ class Declarations:
             expected = expected.format(parts=self._project.limits.parts)
             self._project.reports.say(file, position, f"{kind or 'the structure'} {why.value}", expected, hint)
         sizes.cut()
-        self._note_starts_in_unions()
-
-    def _note_starts_in_unions(self) -> None:
-        """The components of a union share their memory, which begins with zeros."""
-        known: dict[Type, bool] = {}
-        for union, spec, context in self.specs.structures:
-            for part in spec.fields if union.is_union else ():
-                field = union.fields.get(self._project.key(part.name))
-                if field is not None and _has_starts(field.type, known):
-                    hint = "the program assigns what is to be there"
-                    context.note(part, f"the start values in {part.name} are left out in a UNION", hint)
 
     @property
     def config_blocks(self) -> list[tuple[tree.Variables, str]]:
@@ -398,15 +387,3 @@ def _writer(node: tree.Method) -> tuple[tree.Method, tuple[tree.Variables, ...]]
     value = tree.Variable(node.name, node.result or tree.NamedType("BOOL"), position=node.position)
     inputs = tree.Variables(tree.Section.INPUT, (value,), position=node.position)
     return replace(node, name=properties.name_to_write(node.name), result=None), (inputs, *node.blocks)
-
-
-def _has_starts(kind: Type, known: dict[Type, bool]) -> bool:
-    """True for a structure with a start value in it, at any level; `known` is what was found before."""
-    while isinstance(kind, ArrayType):
-        kind = kind.element
-    if not isinstance(kind, StructType) or kind.is_union:
-        return False
-    if kind not in known:
-        parts = kind.fields.values()
-        known[kind] = any(part.initial is not None or _has_starts(part.type, known) for part in parts)
-    return known[kind]
