@@ -35,7 +35,7 @@ from fieldrig.loop.threaded_loop import ThreadedLoop
 from fieldrig.outside.untrusted import field
 from fieldrig.real.placement import ProcessPlan, linked_buses
 from fieldrig.real.process import DeviceProcess
-from fieldrig.real.progress import finish, step
+from fieldrig.real.progress import READY, finish, step
 from fieldrig.real.recorded import ProcessSource
 from fieldrig.recording.record_set import RecordSet
 from fieldrig.recording.recorders import Recorders
@@ -158,7 +158,7 @@ class Host:
         self._watch_lateness(process)
         self._keep_coverage()
         self._state = "ready"
-        step("ready")
+        step(READY)
         finish()
         control.publish(f"ready/{name}", {"pid": os.getpid()})
         log.info("ready: %s", ", ".join((*self._plan.buses, *self._plan.devices)))

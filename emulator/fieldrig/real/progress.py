@@ -15,6 +15,8 @@ from typing import Final
 
 LONGEST_STEP: Final = 200
 """Longest step in bytes, so that it is written to the pipe in one piece."""
+READY: Final = "ready"
+"""The last step."""
 
 _pipes: list[int] = []
 

@@ -245,6 +245,10 @@ class Roster:
             return
         # It may have joined a rig that was here before this one; or be here again, as on a busy host the end of its
         # former connection can be heard after the begin of this one.
+        self.greet(member)
+
+    def greet(self, member: Member) -> None:
+        """Ask a process for its state, as it may have become ready without a word that was heard here."""
         greeting = asyncio.get_running_loop().create_task(self._greet(member))
         self._greetings.add(greeting)
         greeting.add_done_callback(self._greetings.discard)

@@ -22,11 +22,14 @@ from fieldrig.real.child import how_it_ended, why_it_ended
 from fieldrig.real.children import Children
 from fieldrig.real.patience import Patience
 from fieldrig.real.placement import ProcessPlan
+from fieldrig.real.progress import READY
 from fieldrig.real.roster import OPEN, Member, ProcessState, Report, Roster
 from fieldrig.system.exits import KILL, Exit
 
 GRACE_S = 3.0
 """Time between SIGTERM and SIGKILL."""
+HEARD_S = 2.0
+"""Time from the last step of a process within which its word that it is ready is heard."""
 
 
 class Supervisor:
@@ -176,6 +179,13 @@ class Supervisor:
         """Note the progress of a starting process."""
         member.step = step
         self._be_patient(member)
+        if step == READY:
+            asyncio.get_running_loop().call_later(HEARD_S, self._ask_if_ready, member)
+
+    def _ask_if_ready(self, member: Member) -> None:
+        """Ask a process for its state whose last word was not heard: on a busy host a message may be lost."""
+        if member.state is ProcessState.RELEASED and not self._ended.done():
+            self.roster.greet(member)
 
     def _on_change(self, member: Member) -> None:
         if member.state is ProcessState.READY:

@@ -134,6 +134,8 @@ class Bench:
         self.asked: list[tuple[str, Any]] = []
         """The questions to the processes."""
         self.hangs = False
+        self.answers: dict[str, Any] = {}
+        """Their answers, by the path of the question."""
         plans = placement(config)
         self.by_name = {name: PlayedProcess(self, name, lives.get(name, [live_for_ever])) for name in plans}
         self.supervisor = Supervisor(config, plans, cast(Control, self), cast(Children, self), self.events.append)
@@ -157,7 +159,7 @@ class Bench:
         self.asked.append((path, message))
         if self.hangs:
             raise NoAnswerError("lamp does not answer")
-        return {}
+        return self.answers.get(path, {})
 
     @property
     def lamp(self) -> PlayedProcess:
@@ -200,6 +202,22 @@ def test_at_the_start_a_process_without_progress_ends_the_rig_and_the_message_sa
     (text,) = bench.texts("failed")
     assert text.startswith("made no progress while it started: for 10 s (its last step: step 0)")
     assert "start_timeout_s: 20" in text
+
+
+@pytest.mark.parametrize(("state", "expected"), [("ready", Exit.OK), ("starting", Exit.DEVICE_FAILED)])
+def test_a_process_whose_word_that_it_is_ready_was_lost_is_asked(state: str, expected: Exit) -> None:
+    """On a busy host a message may be lost, and the process that had sent it was killed as one that hangs."""
+
+    async def unheard(process: PlayedProcess) -> int:
+        process.bench.answers["process/lamp/status"] = {"state": state, "pid": process.pid}
+        await process.bench.answer("join", {"process": process.name, "pid": process.pid})
+        process.on_step("ready")
+        return await hang(process)
+
+    bench, code = run(5 * LIMIT_S, lamp=[unheard])
+    assert code == expected
+    assert [path for path, _ in bench.asked] == ["process/lamp/status"]
+    assert ("lamp" in [event.process for event in bench.events if event.what == "ready"]) is (expected is Exit.OK)
 
 
 async def die(process: PlayedProcess) -> int:
