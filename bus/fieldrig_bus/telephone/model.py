@@ -115,7 +115,8 @@ class TelephoneModel(BusModel[TelephoneMessage]):
         while (next_ns := self.next_ns()) is not None and next_ns <= now_ns:
             self._agenda.passed_ns = max(self._agenda.passed_ns, next_ns)
             for line in self._lines.values():
-                self._send_until(next_ns, line)
+                for done_ns, chunk in line.transmitter.take(next_ns):
+                    self._send(done_ns, line, chunk)
             arrived += self._agenda.take(next_ns)
         return arrived
 
@@ -160,8 +161,6 @@ class TelephoneModel(BusModel[TelephoneMessage]):
             return
         other = call.other(line)
         call.over_ns = now_ns + (self._delay_ns(now_ns, call) if call.is_answered else 0)
-        for end in (line, other):
-            self._send_until(now_ns, end)
         for end in (line, other):
             end.call = None
             end.carrier = Carrier(0)
@@ -209,7 +208,6 @@ class TelephoneModel(BusModel[TelephoneMessage]):
 
     def _begin_carrier(self, now_ns: int, line: Line, carrier: Carrier) -> None:
         if line.call is not None and line.call.is_answered:
-            self._send_until(now_ns, line)
             line.carrier = carrier
             line.transmitter.start(now_ns, carrier)
             if not line.call.is_silent:
@@ -229,11 +227,6 @@ class TelephoneModel(BusModel[TelephoneMessage]):
 
         line.heard_ns = max(line.heard_ns, now_ns + self._delay_ns(now_ns, call))
         self._agenda.at(line.heard_ns, arrive)
-
-    def _send_until(self, now_ns: int, line: Line) -> None:
-        """Send what has left a transmitter by now, also if the host was too late to look when it left."""
-        for done_ns, chunk in line.transmitter.take(now_ns):
-            self._send(done_ns, line, chunk)
 
     def _send(self, now_ns: int, line: Line, chunk: bytes) -> None:
         """Send what has left a transmitter.  Modems that correct errors repeat what a drop-out or noise has hit."""

@@ -71,16 +71,6 @@ def test_what_is_under_way_when_a_call_ends_arrives() -> None:
                             (pytest.approx(140.42, abs=0.01), b"89"), (141, BUSY)]  # fmt: skip
 
 
-@given(st.integers(0, 60), st.sampled_from([Hook(False), Carrier(0)]), st.sampled_from([A, B]))
-def test_a_host_that_looks_late_loses_nothing_that_had_left(after_ms: int, end: Hook | Carrier, ender: str) -> None:
-    in_time, late = (Exchange(delay_ms=5).connected().say(A, bytes(range(40))) for _ in range(2))
-    in_time.run_to(100 + after_ms)
-    late.now_ns = in_time.now_ns
-    for net in (in_time, late):
-        net.say(ender, end).run_to(400)
-    assert late.heard == in_time.heard
-
-
 @pytest.mark.parametrize(("bps", "is_corrected", "bits"), [(300, False, 10), (9600, False, 10), (33_600, True, 8)])
 def test_data_take_the_time_of_the_carrier_to_the_bit(bps: int, is_corrected: bool, bits: int) -> None:
     net = Exchange(delay_ms=10).connected(bps, is_corrected).say(A, bytes(1000)).run_to(60_000)
