@@ -21,6 +21,7 @@ from typing import IO, Final, Generic, NamedTuple, Protocol, TypeVar
 from fieldrig.errors import RigError
 from fieldrig.storage import store_format
 from fieldrig.system.own_files import open_file, open_own, own_folder
+from fieldrig.system.whole_file import sync_folder
 
 T = TypeVar("T")
 
@@ -177,7 +178,7 @@ class FileStore:
             self._keep_the_old()
             aside.replace(self._path)
             self._is_whole = True
-        _sync_folder(self._path.parent)
+        sync_folder(self._path.parent)
 
     def buffered_ram(self, size: int) -> memoryview:
         path = self._beside(RAM)
@@ -258,20 +259,6 @@ class _Refusal(NamedTuple):
     why: str
     size: int
     """Number of bytes for which there was no room."""
-
-
-def _sync_folder(folder: Path) -> None:
-    """Make renames in `folder` survive power-off; they survive everything else without it."""
-    if not hasattr(os, "O_DIRECTORY"):  # Windows
-        return
-    try:
-        fd = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(fd)
-        finally:
-            os.close(fd)
-    except OSError as cause:
-        log.warning("%s: its entries may not survive power-off: %s", folder, cause)
 
 
 def _put_through(file: IO[bytes], data: bytes) -> None:

@@ -1,5 +1,6 @@
 """A file that is written as a whole or not at all."""
 
+import logging
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -8,6 +9,8 @@ from shutil import copymode
 from typing import BinaryIO, cast
 
 from fieldrig.system.own_files import open_file
+
+log = logging.getLogger(__name__)
 
 
 @contextmanager
@@ -53,3 +56,18 @@ def _aside(target: Path, opened: Callable[[Path], BinaryIO]) -> Iterator[BinaryI
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+    sync_folder(target.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Make renames in `folder` survive power-off; they survive everything else without it."""
+    if not hasattr(os, "O_DIRECTORY"):  # Windows
+        return
+    try:
+        fd = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(fd)
+        finally:
+            os.close(fd)
+    except OSError as cause:
+        log.warning("%s: its entries may not survive power-off: %s", folder, cause)

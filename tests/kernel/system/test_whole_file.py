@@ -1,6 +1,7 @@
 """Files that a command writes: whole or not at all, in the place that the user has named."""
 
 import os
+import stat
 from collections.abc import Callable
 from pathlib import Path
 
@@ -71,6 +72,23 @@ def test_a_file_of_a_rig_is_for_its_user_and_takes_the_place_of_a_link(tmp_path:
     assert (tmp_path / "foreign").read_bytes() == b"foreign"
     assert (tmp_path / "setup.json").read_bytes() == b"new"
     assert (tmp_path / "setup.json").lstat().st_mode & 0o777 == 0o600
+
+
+@pytest.mark.skipif(not hasattr(os, "O_DIRECTORY"), reason="the system cannot write a folder through")
+@pytest.mark.parametrize("replace", [replace_file, replace_own_file])
+def test_the_new_name_is_written_through_as_the_data_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, replace: Callable[[Path, bytes], None]
+) -> None:
+    written: list[bool] = []
+    real = os.fsync
+
+    def fsync(number: int) -> None:
+        written.append(stat.S_ISDIR(os.fstat(number).st_mode))
+        real(number)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    replace(tmp_path / "plate.yaml", b"new")
+    assert written == [False, True]
 
 
 def _write_half(path: Path) -> None:
