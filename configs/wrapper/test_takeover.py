@@ -18,16 +18,21 @@ def write(can: Any, index: int, value: int, size: int) -> None:
     can.send(CanFrame(0x600 + INFEED, data))
 
 
+def start(rig: Any, wires: Any, after_ns: int) -> None:
+    """Give the machine what it waits for, and let it run some time after that."""
+    rig.set("panel/6200:01", 1)
+    wires.send(Signal("nip.reference", 0.553))
+    wires.send(Signal("tower.green", 1))
+    rig.run_for(after_ns)
+    rig.set("max4/g_bAutomatic", True)
+
+
 def test_an_axis_that_another_master_takes_over_stops_the_others(fieldrig_rig: Any) -> None:
     rig = fieldrig_rig("configs/wrapper/wrapper.yaml")
     master = rig.attach("other master")
     wires, can = master.link("wires"), master.link("can0")
     rig.run_until(4 * S)
-    rig.set("panel/6200:01", 1)
-    wires.send(Signal("nip.reference", 0.553))
-    wires.send(Signal("tower.green", 1))
-    rig.run_for(1 * S)
-    rig.set("max4/g_bAutomatic", True)
+    start(rig, wires, 1 * S)
     rig.until(lambda: rig.get("max4/g_iState") == RUNNING, within=3 * S)
     rig.run_for(1 * S)
     write(can, 0x6060, 3, 1)  # profile velocity
@@ -46,11 +51,7 @@ def test_a_pack_that_the_ring_ends_after_the_stop_is_not_counted(fieldrig_rig: A
     rig = fieldrig_rig("configs/wrapper/wrapper.yaml")
     wires = rig.attach("cell").link("wires")
     rig.run_until(5 * S)
-    rig.set("panel/6200:01", 1)
-    wires.send(Signal("nip.reference", 0.553))
-    wires.send(Signal("tower.green", 1))
-    rig.run_for(500 * MS)
-    rig.set("max4/g_bAutomatic", True)
+    start(rig, wires, 500 * MS)
     rig.run_for(200 * MS)
     wires.send(Signal("tower.green", 0))
     rig.run_for(100 * MS)

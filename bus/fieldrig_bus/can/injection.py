@@ -4,7 +4,7 @@
 the model looks at them.
 """
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final
@@ -120,11 +120,9 @@ class Injector:
         """
         medium = self._medium
         rates = {member.name: member.skew for member in medium.everybody() if member.skew is not None}
-        for fault in medium.faults.of(WrongBitRate):
-            settings = fault.settings
-            if isinstance(settings, WrongBitRate) and fault.is_on(start // medium.per_ns):
-                assert medium.bitrate is not None
-                rates[settings.node] = Fraction(medium.bitrate, settings.bitrate)
+        for _, settings in self._wrong_bit_rates(start):
+            assert medium.bitrate is not None
+            rates[settings.node] = Fraction(medium.bitrate, settings.bitrate)
         return {name: rate for name, rate in rates.items() if rate != 1}
 
     def count_wrong_rates(self, start: int, senders: Collection[str]) -> None:
@@ -134,15 +132,15 @@ class Injector:
         """
         medium = self._medium
         present = {member.name for member in medium.everybody() if not member.is_gone} | {*senders}
-        for fault in medium.faults.of(WrongBitRate):
-            settings = fault.settings
-            if (
-                isinstance(settings, WrongBitRate)
-                and fault.is_on(start // medium.per_ns)
-                and settings.node in present
-                and settings.bitrate != medium.bitrate
-            ):
+        for fault, settings in self._wrong_bit_rates(start):
+            if settings.node in present and settings.bitrate != medium.bitrate:
                 fault.applied += 1
+
+    def _wrong_bit_rates(self, start: int) -> Iterator[tuple[Fault, WrongBitRate]]:
+        """The faults of a bit rate that are there at tick `start`."""
+        for fault in self._medium.faults.of(WrongBitRate):
+            if isinstance(fault.settings, WrongBitRate) and fault.is_on(start // self._medium.per_ns):
+                yield fault, fault.settings
 
     def applied(self, injection: Injection, *, is_sent: bool) -> Iterable[tuple[Fault, str]]:
         """The faults that have taken effect, counted; what each one did."""

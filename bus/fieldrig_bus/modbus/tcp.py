@@ -159,18 +159,20 @@ class TcpMaster(Master):
             return
         self._is_going_on = True
         waiting, turns = self._waiting, self.server.turns
-        while waiting and self._has_place() and turns.begin(unit := waiting[0].unit, self):
+        self._give_up()
+        while waiting and len(self._asked) < MOST_TRANSACTIONS and turns.begin(unit := waiting[0].unit, self):
             self._asked.append((self.hub.clock.now_ns(), unit))
             self._send(waiting.popleft())
         self._is_going_on = False
         if self._asked and not self._timer.is_set:
-            self._timer.at(self._asked[0][0] + PATIENCE_NS, self._give_up)
+            self._timer.at(self._asked[0][0] + PATIENCE_NS, self.go_on)
         self._stop_or_read()
 
     def _give_up(self) -> None:
-        """Leave the places of unanswered requests to others: a silent unit has a few of them for all clients."""
-        self._has_place()
-        self.go_on()
+        """Leave the places of requests without an answer to others: a silent unit has a few of them for all clients."""
+        asked, now_ns = self._asked, self.hub.clock.now_ns()
+        while asked and asked[0][0] + PATIENCE_NS <= now_ns:
+            self.server.turns.end(asked.popleft()[1])
 
     def _stop_or_read(self) -> None:
         """Read nothing while requests wait, or while the client does not read its answers."""
@@ -181,13 +183,6 @@ class TcpMaster(Master):
             )
         self._is_stopped = is_stopped
         self.read_on(not (is_stopped or self.is_full))
-
-    def _has_place(self) -> bool:
-        """Give up what had no answer for too long; return whether one more request may be without an answer."""
-        asked, now_ns = self._asked, self.hub.clock.now_ns()
-        while asked and asked[0][0] + PATIENCE_NS <= now_ns:
-            self.server.turns.end(asked.popleft()[1])
-        return len(asked) < MOST_TRANSACTIONS
 
     def _on_response(self, response: ModbusResponse | DamagedAnswer) -> None:
         pdu, exchange = response.pdu, response.exchange

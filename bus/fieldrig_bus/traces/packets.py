@@ -68,7 +68,8 @@ class PacketReader:
         self._odd = odd
         self._streams: dict[str, TcpStreams] = {}
         self._last_ns: dict[str, int] = {}
-        self._indices: list[int] = []
+        self._cooked: dict[int, str] = {}
+        """The buses of cooked captures by the numbers of their interfaces."""
 
     def take(self, link: Link, time_ns: int, packet: bytes) -> Iterator[TraceEntry]:
         """Yield the messages that are complete with a packet."""
@@ -102,14 +103,14 @@ class PacketReader:
     def _cooked_bus(self, link_type: int, packet: bytes) -> str:
         """Return the bus of a cooked capture, which is of many interfaces and has, in version 2, their numbers."""
         index = int.from_bytes(packet[4:8], "big") if link_type == SLL2 else 0
-        if index not in self._indices:
-            if len(self._indices) >= MOST_BUSES:
-                return f"can{MOST_BUSES}"
-            self._indices.append(index)
-            if index:
-                number = len(self._indices) - 1
-                self._odd.report("interfaces of a cooked capture have only numbers", f": can{number} is {index}")
-        return f"can{self._indices.index(index)}"
+        bus = self._cooked.get(index)
+        if bus is None:
+            bus = f"can{len(self._cooked)}"
+            if len(self._cooked) < MOST_BUSES:
+                self._cooked[index] = bus
+                if index:
+                    self._odd.report("interfaces of a cooked capture have only numbers", f": {bus} is {index}")
+        return bus
 
     def _ip(self, link: Link, time_ns: int, packet: bytes) -> Iterator[TraceEntry]:
         ip = ip_packets.IP_OF[link.link_type](packet)

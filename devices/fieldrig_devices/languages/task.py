@@ -250,8 +250,7 @@ class Task:
         return self.is_watched and bool(self._code.stops[self.routine][self.pc])
 
     def _is_stop(self) -> bool:
-        is_watched = self.is_watched and (self.routine, self.pc) != self._passed
-        return is_watched and bool(self._code.stops[self.routine][self.pc])
+        return self.is_at_breakpoint and (self.routine, self.pc) != self._passed
 
     def _step(self) -> tuple[int, int]:
         """Run one instruction; return why it returned, and its cost."""
