@@ -44,8 +44,10 @@ class SerialModel(BusModel[SerialMessage]):
     def __init__(self, form: Format, chunk_ns: int = 2 * MS, is_paced: bool = True, is_garbling: bool = False) -> None:
         self._form, self._chunk_ns, self._is_paced, self._is_garbling = form, chunk_ns, is_paced, is_garbling
         self._ends: dict[str, _End] = {}
-        # instant, order of asking, sender, the message, the only receiver ("": all)
-        self._under_way: list[tuple[int, int, str, SerialMessage, str]] = []
+        # instant, order of asking, sender, the message, the only receiver ("": all), the format in which it was sent
+        self._under_way: list[tuple[int, int, str, SerialMessage, str, Format]] = []
+        self._arrived: list[Delivery[SerialMessage]] = []
+        """What a late host has not collected before an end changed its format."""
         self._asked = 0
         self._collected_ns = 0
         self._receivers: dict[tuple[str, str], tuple[str, ...]] = {}  # by sender and kind of message
@@ -103,24 +105,31 @@ class SerialModel(BusModel[SerialMessage]):
             self._add(end.free_ns, member, message)
         else:
             if type(message) is Format:
+                self._go_on_to(now_ns - 1)
                 end.form = message
             end.said[KINDS[type(message)]] = message
             self._add(now_ns, member, message)
 
     def next_ns(self) -> int | None:
+        if self._arrived:
+            return self._arrived[0].time_ns
         return self._under_way[0][0] if self._under_way else None
 
     def collect(self, now_ns: int) -> list[Delivery[SerialMessage]]:
-        under_way, arrived = self._under_way, []
+        self._go_on_to(now_ns)
+        arrived, self._arrived = self._arrived, []
+        return arrived
+
+    def _go_on_to(self, now_ns: int) -> None:
+        under_way, arrived = self._under_way, self._arrived
         while under_way and under_way[0][0] <= now_ns:
-            time_ns, _, sender, message, only = heapq.heappop(under_way)
+            time_ns, _, sender, message, only, form = heapq.heappop(under_way)
             receivers = (only,) if only else self.receivers_of(sender, KINDS[type(message)])
             if self._is_garbling and type(message) is bytes:
-                arrived += self._garbled(time_ns, sender, message, receivers)
+                arrived += self._garbled(time_ns, sender, message, form, receivers)
             else:
                 arrived.append(Delivery(time_ns, sender, message, receivers))
             self._collected_ns = time_ns
-        return arrived
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         return {"characters": float(self._characters), "breaks": float(self._breaks)}
@@ -141,7 +150,8 @@ class SerialModel(BusModel[SerialMessage]):
     def _add(self, when_ns: int, sender: str, message: SerialMessage, only: str = "") -> None:
         self._asked += 1
         when_ns = max(when_ns, self._collected_ns)
-        heapq.heappush(self._under_way, (when_ns, self._asked, sender, message, only))
+        form = self._ends[sender].form
+        heapq.heappush(self._under_way, (when_ns, self._asked, sender, message, only, form))
 
     def receivers_of(self, sender: str, kind: str) -> tuple[str, ...]:
         """Return the ends that hear messages of this kind from the sender."""
@@ -152,10 +162,9 @@ class SerialModel(BusModel[SerialMessage]):
         return receivers
 
     def _garbled(
-        self, time_ns: int, sender: str, data: bytes, receivers: tuple[str, ...]
+        self, time_ns: int, sender: str, data: bytes, sent_as: Format, receivers: tuple[str, ...]
     ) -> list[Delivery[SerialMessage]]:
         """The characters that each receiver reads in its own format; one delivery for receivers that read the same."""
-        sent_as = self._ends[sender].form
         heard: dict[bytes, list[str]] = {} if receivers else {data: []}
         for receiver in receivers:
             form = self._ends[receiver].form

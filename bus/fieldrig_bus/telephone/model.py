@@ -58,6 +58,8 @@ class TelephoneModel(BusModel[TelephoneMessage]):
         self._agenda = Agenda()
         self._faults = LineFaults()
         self._planned: set[int] = set()
+        self._arrived: list[Delivery[TelephoneMessage]] = []
+        """What a late host has not collected before the next message came."""
         self._calls_made = self._characters = 0
 
     def begin(self, now_ns: int, random: Random) -> None:
@@ -80,6 +82,7 @@ class TelephoneModel(BusModel[TelephoneMessage]):
 
     def submit(self, now_ns: int, member: str, message: TelephoneMessage) -> None:
         line, now_ns = self._lines[member], max(now_ns, self._agenda.passed_ns)
+        self._go_on_to(now_ns - 1)
         if type(message) is bytes:
             self._characters += len(message)
             if not line.transmitter.put(now_ns, message):
@@ -103,6 +106,14 @@ class TelephoneModel(BusModel[TelephoneMessage]):
                 self._pass_on(now_ns, line, message)
 
     def next_ns(self) -> int | None:
+        return self._arrived[0].time_ns if self._arrived else self._next_event_ns()
+
+    def collect(self, now_ns: int) -> list[Delivery[TelephoneMessage]]:
+        self._go_on_to(now_ns)
+        arrived, self._arrived = self._arrived, []
+        return arrived
+
+    def _next_event_ns(self) -> int | None:
         next_ns = self._agenda.next_ns()
         for line in self._lines.values():
             line_ns = line.transmitter.next_ns()
@@ -110,15 +121,14 @@ class TelephoneModel(BusModel[TelephoneMessage]):
                 next_ns = line_ns
         return next_ns
 
-    def collect(self, now_ns: int) -> list[Delivery[TelephoneMessage]]:
-        arrived: list[Delivery[TelephoneMessage]] = []
-        while (next_ns := self.next_ns()) is not None and next_ns <= now_ns:
+    def _go_on_to(self, now_ns: int) -> None:
+        """Let happen what is due by now, so that a message finds the network as it is then, even on a late host."""
+        while (next_ns := self._next_event_ns()) is not None and next_ns <= now_ns:
             self._agenda.passed_ns = max(self._agenda.passed_ns, next_ns)
             for line in self._lines.values():
                 for done_ns, chunk in line.transmitter.take(next_ns):
                     self._send(done_ns, line, chunk)
-            arrived += self._agenda.take(next_ns)
-        return arrived
+            self._arrived += self._agenda.take(next_ns)
 
     def statistics(self, now_ns: int) -> dict[str, float]:
         calls = {id(line.call) for line in self._lines.values() if line.call is not None}

@@ -205,3 +205,21 @@ def test_garbling_line_gives_garbage_to_an_end_in_another_format() -> None:
     receivers = {to: message for _, _, message, to in heard(model) if isinstance(message, bytes)}
     assert receivers[("c",)] == b"\x55"
     assert receivers[("b",)] != b"\x55"
+
+
+def test_what_an_end_had_sent_is_heard_in_the_format_of_then() -> None:
+    model = line("a", "b", is_garbling=True)
+    model.submit(0, "a", b"\x55")
+    model.submit(0, "a", Format(2000))  # as the byte waits to be sent
+    assert heard(model)[-1] == (10 * MS, "a", b"\x55", ("b",))
+
+
+def test_what_an_end_has_received_is_not_garbled_by_its_later_format_on_a_late_host() -> None:
+    in_time, late = (line("a", "b", is_garbling=True) for _ in range(2))
+    for model in (in_time, late):
+        model.submit(0, "a", b"\x55\x55")
+    before = heard(in_time, 10 * MS)
+    for model in (in_time, late):
+        model.submit(15 * MS, "b", Format(2000))
+    assert late.next_ns() == 10 * MS
+    assert heard(late) == before + heard(in_time)

@@ -11,7 +11,7 @@ from fieldrig.bus import Delivery
 from fieldrig.clock import MS
 from fieldrig.faults.note import FaultNote
 from fieldrig_bus.telephone.faults import MODELS
-from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, Ring, Tone
+from fieldrig_bus.telephone.message import Carrier, Dial, Heard, Hook, Offer, Ready, Ring, TelephoneMessage, Tone
 from fieldrig_bus.telephone.modulation import everything
 
 DIAL, RINGING, BUSY = Heard(Tone.DIAL), Heard(Tone.RINGING), Heard(Tone.BUSY)
@@ -69,6 +69,26 @@ def test_what_is_under_way_when_a_call_ends_arrives() -> None:
     net.say(A, Hook(False)).run_to(300)
     assert net.heard[B] == [(pytest.approx(134.17, abs=0.01), b"0123"), (pytest.approx(138.33, abs=0.01), b"4567"),
                             (pytest.approx(140.42, abs=0.01), b"89"), (141, BUSY)]  # fmt: skip
+
+
+@given(
+    st.sampled_from([{"bps": 300}, {"bps": 9600, "is_corrected": True}]),
+    st.lists(st.tuples(st.sampled_from([A, B]), st.binary(max_size=40), st.integers(0, 90)), max_size=6),
+    st.sampled_from([Hook(False), Hook(True), Carrier(0), Carrier(1200), Ready(False), b"more"]),
+    st.sampled_from([A, B]),
+)
+def test_a_host_that_looks_late_hears_the_same(
+    carrier: dict[str, Any], said: list[tuple[str, bytes, int]], last: TelephoneMessage, sender: str
+) -> None:
+    in_time, late = (Exchange(delay_ms=5).connected(**carrier) for _ in range(2))
+    for member, data, pause_ms in said:
+        for net in (in_time, late):
+            net.say(member, data)
+            net.now_ns += pause_ms * MS + 7  # nothing happens at the very instant of a message
+        in_time.run_to(in_time.now_ns / MS)
+    for net in (in_time, late):
+        net.say(sender, last).run_to(5000)
+    assert late.heard == in_time.heard
 
 
 @pytest.mark.parametrize(("bps", "is_corrected", "bits"), [(300, False, 10), (9600, False, 10), (33_600, True, 8)])
