@@ -47,7 +47,7 @@ class SerialModel(BusModel[SerialMessage]):
         # instant, order of asking, sender, the message, the only receiver ("": all), the format in which it was sent
         self._under_way: list[tuple[int, int, str, SerialMessage, str, Format]] = []
         self._arrived: list[Delivery[SerialMessage]] = []
-        """What a late host has not collected before an end changed its format."""
+        """Deliveries that a late host has not collected before an end changed its format."""
         self._asked = 0
         self._collected_ns = 0
         self._receivers: dict[tuple[str, str], tuple[str, ...]] = {}  # by sender and kind of message

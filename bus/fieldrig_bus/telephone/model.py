@@ -59,7 +59,7 @@ class TelephoneModel(BusModel[TelephoneMessage]):
         self._faults = LineFaults()
         self._planned: set[int] = set()
         self._arrived: list[Delivery[TelephoneMessage]] = []
-        """What a late host has not collected before the next message came."""
+        """Deliveries that a late host has not collected before the next message came."""
         self._calls_made = self._characters = 0
 
     def begin(self, now_ns: int, random: Random) -> None:
