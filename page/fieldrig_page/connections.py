@@ -40,6 +40,11 @@ class Connection(H11Protocol):
         self.door.leave(self)
         super().connection_lost(exc)
 
+    @property
+    def is_pending(self) -> bool:
+        """False: what a browser sends is read as it arrives."""
+        return False
+
     def shut(self) -> None:
         """Close the connection at once."""
         self.transport.abort()

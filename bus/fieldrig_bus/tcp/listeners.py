@@ -233,6 +233,11 @@ class _Client(Connection):
         if not self.number:
             self.transport.abort()
 
+    @property
+    def is_pending(self) -> bool:
+        """True while bytes of the client wait for their turn, or for the device."""
+        return super().is_pending or self._unhandled > 0
+
     def end_of_first(self, data: bytes) -> int:
         end = ENDS.get(self._service)
         end_at = -1 if end is None else data.find(end)

@@ -152,6 +152,11 @@ class MemberStream(asyncio.Protocol):
         self._is_crowded = False
         self._hub.crowd(self, False)
 
+    @property
+    def is_pending(self) -> bool:
+        """False: what a member sends is handled as it arrives."""
+        return False
+
     def shut(self) -> None:
         self._disconnect("too many connections without a hello")
 

@@ -6,7 +6,8 @@ service: how many there are, how many of one peer, and how long each may stay be
 is limited where it is read (`portions`, and the ports of the buses).
 
 Connections that have not sent a complete message yet give way to new ones, the oldest first.  So a peer that opens
-connections and leaves them silent keeps no client out for longer than it needs for its first message.
+connections and leaves them silent keeps no client out for longer than it needs for its first message.  A connection
+whose bytes wait for their turn here is not silent: if it gave way, none would have its turn on a busy service.
 """
 
 import logging
@@ -50,6 +51,10 @@ class Limits:
 
 class Guest(Protocol):
     """A connection, as its door sees it."""
+
+    @property
+    def is_pending(self) -> bool:
+        """True while bytes of it wait to be handled, which may be its first message."""
 
     def shut(self) -> None:
         """Close the connection at once.  It leaves the door when it is closed."""
@@ -131,9 +136,9 @@ class Door:
 
     def _make_room(self, candidates: list[Guest], limit: str, why: str) -> bool:
         """Close the connection that is the first to go among these.  Return whether there was one."""
-        leaver = next((guest for guest in candidates if guest in self._silent), None)
+        leaver = next((guest for guest in candidates if guest in self._silent and not guest.is_pending), None)
         if leaver is None and self._limits.replaces_idle:
-            leaver = next(iter(candidates), None)
+            leaver = next((guest for guest in candidates if not guest.is_pending), next(iter(candidates), None))
         if leaver is None:
             self.reached.note(limit, f"{why}; another one is refused")
             return False

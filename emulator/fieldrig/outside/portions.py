@@ -47,6 +47,11 @@ class Portions(asyncio.BufferedProtocol):
         self.pace: Pace | None = None
         """How this process shares its time; None where it has nothing else to do."""
 
+    @property
+    def is_pending(self) -> bool:
+        """True while bytes that were read wait for their turn."""
+        return bool(self._unseen)
+
     def data_received(self, data: bytes) -> None:
         raise NotImplementedError
 

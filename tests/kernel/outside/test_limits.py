@@ -20,6 +20,7 @@ class Time:
 class Visitor:
     def __init__(self) -> None:
         self.was_shut = False
+        self.is_pending = False
 
     def shut(self) -> None:
         self.was_shut = True
@@ -62,6 +63,27 @@ def test_a_silent_connection_gives_way_to_a_new_one() -> None:
     assert first.was_shut
     assert not any(other is None or other.was_shut for other in others)
     assert len(door) == 4
+    assert door.reached.figures() == {"connections over the limit": 1.0}
+
+
+def test_a_connection_whose_first_message_waits_for_its_turn_stays() -> None:
+    door = Door("http", Limits(connections=4))
+    there = [come(door, f"10.0.0.{number}") for number in range(4)]
+    for visitor in (there[0], there[1]):
+        assert visitor is not None
+        visitor.is_pending = True
+    assert come(door, "10.0.0.9") is not None
+    assert [visitor is not None and visitor.was_shut for visitor in there] == [False, False, True, False]
+
+
+def test_a_new_connection_is_refused_where_the_first_messages_of_all_others_wait_for_their_turn() -> None:
+    door = Door("http", Limits(connections=4))
+    there = [come(door, f"10.0.0.{number}") for number in range(4)]
+    for visitor in there:
+        assert visitor is not None
+        visitor.is_pending = True
+    assert come(door, "10.0.0.9") is None
+    assert not any(visitor is None or visitor.was_shut for visitor in there)
     assert door.reached.figures() == {"connections over the limit": 1.0}
 
 
