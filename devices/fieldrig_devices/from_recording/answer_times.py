@@ -1,63 +1,61 @@
-"""How long a unit of a recording takes to answer: its usual time, and the groups of registers that take longer.
+"""How long a unit of a recording takes to answer: its usual time, and the single times of requests that differ from it.
 
-A gateway asks its devices for some registers and has others itself, so one time is not enough.
+A gateway asks its devices for some registers and has others itself, and any device is late at times, so one time is not
+enough.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Sequence
 from statistics import median
-from typing import Any, Final
+from typing import Final
 
 from fieldrig.clock import MS
+from fieldrig_devices.from_recording.answer_log import AnswerLog
 from fieldrig_devices.from_recording.modbus_log import UnitLog
-from fieldrig_devices.from_recording.register_log import Group
+from fieldrig_devices.modbus.answer_times import ADDRESS, FUNCTION, QUANTITY, TIME, Kind
 
 FEWEST: Final = 3
-"""Answers that tell the time of a group."""
-LEAST_NS: Final = 5 * MS
-LEAST_SHARE: Final = 0.25
-"""A group that takes longer by no more than this takes the usual time."""
-MOST: Final = 50
-"""Groups whose times are repeated."""
+"""Answers that tell the usual time of a kind of requests."""
+LEAST_NS: Final = 1 * MS
+"""Times that differ by no more than this are one."""
+MOST_ROWS: Final = 50_000
+"""Rows of the file of a unit."""
 
 
 class AnswerTimes:
-    """The usual time in ns, and the time by which each slow group takes longer."""
+    """The usual time in ns, and the times of each kind of requests that takes another one, or not always the same."""
 
     def __init__(self, log: UnitLog, on_line_ns: Callable[[int], int]) -> None:
-        """`on_line_ns` returns the time that an answer with a PDO of this size itself takes."""
-        groups = {
-            group: max(round(median(of_group.answer_ns)) - on_line_ns(len(of_group.sample[1])), 0)
-            for group, of_group in log.groups.items()
-            if of_group.sample is not None and len(of_group.answer_ns) >= FEWEST
-        }
-        every = [time_ns - on_line_ns(size) for time_ns, size in zip(log.answer_ns, log.answer_sizes, strict=True)]
-        self.usual_ns = max(min(groups.values(), default=round(median(every)) if every else 0), 0)
-        least_ns = max(LEAST_NS, round(LEAST_SHARE * self.usual_ns))
-        slow = {group: time_ns - self.usual_ns for group, time_ns in groups.items()}
-        self._slow = {group: later_ns for group, later_ns in slow.items() if later_ns > least_ns}
-        self._groups = log.groups.keys()
+        """`on_line_ns` returns the time that an answer with a PDU of this size itself takes."""
+        times = {kind: _without_line(of_kind, on_line_ns) for kind, of_kind in log.answers_of.items()}
+        usual = [round(median(of_kind)) for of_kind in times.values() if len(of_kind) >= FEWEST]
+        every = [time_ns for of_kind in times.values() for time_ns in of_kind]
+        self.usual_ns = min(usual, default=round(median(every)) if every else 0)
+        self.single_ns = {kind: _steady(of_kind) for kind, of_kind in times.items() if self._differs(of_kind)}
+
+    def _differs(self, times_ns: Sequence[int]) -> bool:
+        return any(abs(time_ns - self.usual_ns) > LEAST_NS for time_ns in times_ns)
 
     @property
-    def faults(self) -> list[dict[str, Any]]:
-        """The faults of the emulated device that answers slow groups later."""
-        return [
-            {"what": "slow", "function": group.function, "address": address, "delay_ms": round(later_ns / MS, 1)}
-            for group, address, later_ns in _placed(self._slow, self._groups)
-        ][:MOST]
+    def file(self) -> bytes:
+        """The file of the emulated device that takes these times in turn."""
+        rows = sum(map(len, self.single_ns.values()))
+        every = -(-rows // MOST_ROWS)
+        lines = [",".join((FUNCTION, ADDRESS, QUANTITY, TIME))]
+        for kind in sorted(self.single_ns, key=_by_number):
+            head = ",".join("" if number is None else str(number) for number in kind[1:])
+            lines += (f"{head},{round(time_ns / MS, 3):g}" for time_ns in self.single_ns[kind][::every])
+        return ("\n".join(lines) + "\n").encode()
 
 
-def _placed(slow: Mapping[Group, int], groups: Iterable[Group]) -> Iterator[tuple[Group, int, int]]:
-    """Yield the slow groups, each with an address that no other group has which is not yielded before.
+def _without_line(log: AnswerLog, on_line_ns: Callable[[int], int]) -> list[int]:
+    line_ns = on_line_ns(log.size)
+    return [max(time_ns - line_ns, 0) for time_ns in log.times_ns]
 
-    The first fault that names an address of a request counts, so large groups come before their parts.  A group without
-    such an address is left out.
-    """
-    others = set(groups)
-    for group, later_ns in sorted(slow.items(), key=lambda item: (-item[0].quantity, item[0])):
-        taken = {
-            address for other in others - {group} if other.function == group.function for address in other.addresses
-        }
-        free = next((address for address in group.addresses if address not in taken), None)
-        if free is not None:
-            others.discard(group)
-            yield group, free, later_ns
+
+def _steady(times_ns: Sequence[int]) -> Sequence[int]:
+    """Return one time for those that are always the same."""
+    return times_ns if max(times_ns) - min(times_ns) > LEAST_NS else [round(median(times_ns))]
+
+
+def _by_number(kind: Kind) -> tuple[int, ...]:
+    return tuple(-1 if number is None else number for number in kind)

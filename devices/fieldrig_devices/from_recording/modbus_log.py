@@ -4,7 +4,6 @@ Source: Modbus application protocol V1.1b3, chapter 6.
 """
 
 import struct
-from array import array
 from collections import Counter
 from collections.abc import Sequence
 from typing import Final
@@ -13,6 +12,7 @@ from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.codec import REQUEST_ON_ASCII, REQUEST_ON_RTU
 from fieldrig_bus.modbus.identification import INDIVIDUAL_TOO
 from fieldrig_devices.dialogues import Dialogue, ModbusDialogues, ModbusExchange
+from fieldrig_devices.from_recording.answer_log import AnswerLog
 from fieldrig_devices.from_recording.register_log import (
     HOLDING_REGISTERS,
     MASK_WRITE,
@@ -30,6 +30,7 @@ from fieldrig_devices.from_recording.register_log import (
 )
 from fieldrig_devices.from_recording.series import Room
 from fieldrig_devices.from_recording.silences import Silences
+from fieldrig_devices.modbus.answer_times import Kind, kind_of
 from fieldrig_devices.registers.table import SPACES
 
 STATUS, SERVER_ID, INTERFACE, READ_DEVICE_ID = 7, 17, 43, 14
@@ -38,8 +39,6 @@ ON_ASCII: Final = bytes((REQUEST_ON_ASCII,))
 ON_LINE: Final = (bytes((REQUEST_ON_RTU,)), ON_ASCII)
 """The first byte of the requests of a serial line."""
 MOST_INSTANTS: Final = 4_096
-MOST_ANSWERS: Final = 256
-"""Answers of a group that are enough for their usual time."""
 MOST_SERVERS: Final = 64
 MOST_GROUPS: Final = 2_000
 
@@ -56,9 +55,9 @@ class UnitLog:
         """The level of the identification: 1 basic, 2 regular, 3 extended; 0 if it was not read."""
         self.server_id: bytes | None = None
         self.status: int | None = None
-        self.answer_ns = array("q")
-        self.answer_sizes = array("H")
-        """Bytes of the PDUs of the answers."""
+        self.answers_of: dict[Kind, AnswerLog] = {}
+        """The times of the answers to each kind of requests."""
+        self.longest_answer_ns = 0
         self.functions: Counter[int] = Counter()
         """Functions of which nothing is taken."""
         self.refused_functions: dict[bytes, int] = {}
@@ -75,9 +74,7 @@ class UnitLog:
             self.unanswered += 1
             return
         self.answers += 1
-        if len(self.answer_ns) < MOST_INSTANTS:
-            self.answer_ns.append(max(exchange.end_ns - exchange.begin_ns, 0))  # the time of a log may jump back
-            self.answer_sizes.append(len(response))
+        self._time(request, exchange.begin_ns, exchange.end_ns, len(response))
         group = group_of(request)
         log = None if group is None else self._group(group)
         if log is not None:
@@ -96,9 +93,17 @@ class UnitLog:
             self.done_functions.add(request[0])
         else:
             log.sample = log.sample or (request, response)
-            if len(log.answer_ns) < MOST_ANSWERS:
-                log.answer_ns.append(max(exchange.end_ns - exchange.begin_ns, 0))
         self._carry_out(exchange.begin_ns, request, response)
+
+    def _time(self, request: bytes, begin_ns: int, end_ns: int, size: int) -> None:
+        time_ns = max(end_ns - begin_ns, 0)  # the time of a log may jump back
+        self.longest_answer_ns = max(self.longest_answer_ns, time_ns)
+        kind = kind_of(None, request)
+        log = self.answers_of.get(kind)
+        if log is None and len(self.answers_of) < MOST_GROUPS:
+            log = self.answers_of[kind] = AnswerLog(size)
+        if log is not None:
+            log.take(begin_ns, time_ns)
 
     def _group(self, group: Group) -> GroupLog | None:
         log = self.groups.get(group)

@@ -54,12 +54,13 @@ class UnitModel:
         self.remarks: list[str] = []
         self.columns: dict[str, Column] = {}
         self.recorded = PurePosixPath("recorded", f"{name}.csv")
+        self.answer_times = PurePosixPath("recorded", f"{name}-answers.csv")
         self.entries = {space: self._entries(space, log.spaces[space], begin_ns) for space in SPACES}
         self.more = self._more()
         refusals = ModbusRefusals(log, self.entries, self.more)
-        silences = log.silences.faults(begin_ns, end_ns, max(log.answer_ns, default=0))
+        silences = log.silences.faults(begin_ns, end_ns, log.longest_answer_ns)
         self.times = AnswerTimes(log, self._on_line_ns)
-        self.faults = [*silences, *refusals.faults, *self.times.faults]
+        self.faults = [*silences, *refusals.faults]
         self.silences = len(silences)
         self.remarks += refusals.remarks
 
@@ -150,8 +151,8 @@ class UnitModel:
     def words_seen(self) -> Iterator[str]:
         """Yield what the recording says of the unit."""
         yield from seen(self.log, self.asked_as, self.unit_id, self.turnaround_ms, self.silences)
-        if slow := len(self.times.faults):
-            yield f"{counted(slow, 'group')} of registers answered later, as its faults `slow` do"
+        if own := len(self.times.single_ns):
+            yield f"{counted(own, 'kind')} of requests had other times, which are in {self.answer_times} one by one"
 
     def words_unknown(self) -> Iterator[str]:
         """Yield what is not known, or not repeated."""

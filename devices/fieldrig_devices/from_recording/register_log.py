@@ -72,8 +72,6 @@ class GroupLog:
     """How a master uses a group."""
 
     def __init__(self) -> None:
-        self.answer_ns = array("q")
-        """Times from the first requests that were carried out to their answers."""
         self.instants = array("q")
         self.count = 0
         self.refused: Counter[int] = Counter()

@@ -20,8 +20,8 @@ def seen(log: UnitLog, asked_as: int, unit_id: int, turnaround_ms: float, silenc
     """Yield what the recording says of a unit that it calls `asked_as`, and the rig `unit_id`."""
     counts = [counted(len(log.spaces[space]), NAMES[space]) for space in SPACES if log.spaces[space]]
     words = f"unit {asked_as}: {', '.join(counts) or 'no register'}"
-    if log.answer_ns:
-        words += f"; it answers after {span(round(turnaround_ms * MS))}, at most {span(max(log.answer_ns))}"
+    if log.answers_of:
+        words += f"; it answers after {span(round(turnaround_ms * MS))}, at most {span(log.longest_answer_ns)}"
     yield words
     if silences:
         yield f"{counted(log.unanswered, 'request')} had no answer: its faults `silent` are silent in the same times"

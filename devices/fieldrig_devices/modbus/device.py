@@ -1,9 +1,10 @@
 """`modbus.device`: a device made of register tables, reachable on any number of Modbus buses at once.
 
 Source: Modbus application protocol V1.1b3; the answers are those of fieldrig_bus.modbus.server.  A request takes effect
-when it arrives; its response leaves `turnaround_ms` later.  Each bus has its own communication counters and its own
-listen-only mode, as each port of a real device has.  A value that is marked `retained` in a table is stored before its
-write takes effect; a write that cannot be stored is answered with exception 04 and changes nothing.
+when it arrives; its response leaves `turnaround_ms` later, or after the next time of the file `answer_times`.  Each bus
+has its own communication counters and its own listen-only mode, as each port of a real device has.  A value that is
+marked `retained` in a table is stored before its write takes effect; a write that cannot be stored is answered with
+exception 04 and changes nothing.
 """
 
 import json
@@ -12,9 +13,10 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from fieldrig.bus import Bus
 from fieldrig.clock import MS, Clock
@@ -31,6 +33,7 @@ from fieldrig_bus.modbus.identification import Identification, ServerId
 from fieldrig_bus.modbus.message import ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.server import ModbusServer
 from fieldrig_bus.wires import Signal
+from fieldrig_devices.modbus.answer_times import AnswerTimes, read_answer_times
 from fieldrig_devices.modbus.faults import MODELS, ModbusDeviceFaults, Refusing, Slow
 from fieldrig_devices.modbus.front import front_of
 from fieldrig_devices.modbus.port import ModbusPort, TurnaroundSettings, UnitId
@@ -69,6 +72,10 @@ class UnitSettings(Settings):
 
 
 class ModbusDeviceSettings(TurnaroundSettings):
+    answer_times: ConfigFile | None = Field(
+        default=None,
+        description="CSV file with the times of single answers, which the device takes in turn; default: turnaround_ms",
+    )
     unit_id: UnitId | UnitRange = 1
     table: ConfigFile | None = None
     units: dict[UnitId | UnitRange, UnitSettings] | None = Field(
@@ -87,6 +94,17 @@ class ModbusDeviceSettings(TurnaroundSettings):
     serial_functions_on_tcp: bool = Field(
         default=True, description="whether functions 7, 8 and 17, which belong to serial lines, are answered on TCP too"
     )
+
+    @field_validator("answer_times")
+    @classmethod
+    def _can_be_read(cls, file: Path | None) -> Path | None:
+        if file is None:
+            return None
+        try:
+            read_answer_times(file)
+        except ValueError as cause:
+            raise ValueError(f"{file.name}: {cause}") from cause
+        return file
 
     @model_validator(mode="after")
     def _check_one_form(self) -> Self:
@@ -115,6 +133,16 @@ class ModbusDeviceSettings(TurnaroundSettings):
             unit = UnitSettings.model_construct(table=self.table)
             return dict.fromkeys(ids_in(self.unit_id), unit)
         return {unit_id: unit for key, unit in self.units.items() for unit_id in ids_in(key)}
+
+
+def _answer_times(settings: ModbusDeviceSettings) -> int | Callable[[ModbusRequest], int]:
+    """Return the time of all answers, or what returns that of the answer to a request."""
+    usual_ns = settings.turnaround_ns
+    return (
+        usual_ns
+        if settings.answer_times is None
+        else AnswerTimes(read_answer_times(settings.answer_times), usual_ns).next_ns
+    )
 
 
 def ids_in(key: UnitId | UnitRange) -> Iterable[int]:
@@ -177,6 +205,7 @@ class ModbusDevice(Device):
         self._rescaled = [unit for unit in self._units.values() if unit.is_rescaled]
         """The units with living values whose scale is the value of another register: most have none."""
         self._restore()
+        takes = _answer_times(settings)
         for link in modbus:
             servers = {
                 unit_id: ModbusServer(
@@ -188,8 +217,8 @@ class ModbusDevice(Device):
                 )
                 for unit_id, unit in by_unit.items()
             }
-            port = ModbusPort(clock, link, servers, settings.turnaround_ns)
-            link.on_receive(partial(self._on_request, port, link), list(servers))
+            port = ModbusPort(clock, link, servers, takes)
+            link.on_receive(partial(self._on_request, port), list(servers))
         self._listen_to_wires()
 
     def start(self) -> None:
@@ -263,18 +292,18 @@ class ModbusDevice(Device):
 
         return replace(point, read=read)
 
-    def _on_request(
-        self, port: ModbusPort, link: Link[ModbusRequest | ModbusResponse], message: ModbusRequest | ModbusResponse
-    ) -> None:
-        fault = self.faults_of_requests.of(message) if isinstance(message, ModbusRequest) and self._is_faulty else None
-        match fault:
+    def _on_request(self, port: ModbusPort, message: ModbusRequest | ModbusResponse) -> None:
+        if not isinstance(message, ModbusRequest) or not self._is_faulty:
+            self._do(port, message)
+            return
+        match self.faults_of_requests.of(message):
             case None:
                 self._do(port, message)
             case Slow(delay_ms=delay_ms):
                 self._clock.call_at(self._clock.now_ns() + round(delay_ms * MS), partial(self._do, port, message))
             case Refusing(code=code):
                 pdu = bytes((message.pdu[0] | 0x80, code))
-                link.send(ModbusResponse(message.unit, pdu, message.exchange))
+                port.respond(message, pdu)
 
     @property
     def _is_faulty(self) -> bool:

@@ -41,10 +41,13 @@ class ModbusPort:
         clock: Clock,
         link: Link[Any],
         servers: Mapping[int, ModbusServer],
-        turnaround_ns: int,
+        turnaround_ns: int | Callable[[ModbusRequest], int],
         on_done: Callable[[], None] = lambda: None,
     ) -> None:
-        """`on_done` is called after a request has taken effect and before its response leaves."""
+        """`on_done` is called after a request has taken effect and before its response leaves.
+
+        `turnaround_ns` is the time of all responses, or returns that of the response to a request.
+        """
         self._clock, self.servers, self._on_done = clock, servers, on_done
         self._send, self._turnaround_ns = link.send, turnaround_ns
 
@@ -60,10 +63,15 @@ class ModbusPort:
             return
         pdu = server.answer(request)
         self._on_done()
-        if pdu is None:
-            return
+        if pdu is not None:
+            self.respond(request, pdu)
+
+    def respond(self, request: ModbusRequest, pdu: bytes) -> None:
+        """Send a response after the time that it takes."""
         response = ModbusResponse(request.unit, pdu, request.exchange)
-        if self._turnaround_ns == 0:
+        takes = self._turnaround_ns
+        takes_ns = takes if isinstance(takes, int) else takes(request)
+        if takes_ns == 0:
             self._send(response)
         else:
-            self._clock.call_at(self._clock.now_ns() + self._turnaround_ns, lambda: self._send(response))
+            self._clock.call_at(self._clock.now_ns() + takes_ns, lambda: self._send(response))
