@@ -19,11 +19,11 @@ _HIGHEST: Final = {FUNCTION: 127, ADDRESS: 0xFFFF, QUANTITY: 0xFFFF, UNIT: 255}
 ADDRESSED: Final = frozenset({1, 2, 3, 4, 5, 6, 15, 16, 22, 23, 24})
 """Functions that name an address."""
 SINGLE: Final = frozenset({5, 6, 22, 24})
-"""Those of them that name one register, bit or queue, and no quantity."""
+"""Functions of these that name one register, bit or queue, and no quantity."""
 
 
 class Kind(NamedTuple):
-    """The requests that take the same times: those of a unit, a function, a first address and a quantity; None: any."""
+    """The requests that take the same times: of a unit, a function, a first address and a quantity, or None for any."""
 
     unit: int | None
     function: int | None
