@@ -27,16 +27,15 @@ from fieldrig_devices.iec.tokens import KEYWORDS, tokens
 from fieldrig_devices.iec.types import EnumType, StringType, Type
 from fieldrig_devices.iec.watch import evaluate, expression_of, path_of
 from fieldrig_devices.languages.debugging import spans
+from fieldrig_devices.languages.debugging.base import DebuggeeBase
 from fieldrig_devices.languages.debugging.debuggee import (
     At,
     Frame,
     Looks,
     ProgramState,
-    Reset,
     Step,
     ThreadView,
     Variable,
-    evaluated,
 )
 from fieldrig_devices.languages.resumable import Code
 
@@ -46,43 +45,22 @@ _ENDS = frozenset({";", ":", "THEN", "DO", "OF", "ELSE", "REPEAT"} | {word for w
 _BETWEEN = "the task is between two cycles: expected a breakpoint first"
 
 
-class IecDebuggee:
+class IecDebuggee(DebuggeeBase):
     """The part of a debuggee that is alike on every controller.  The controller adds its commands."""
 
     language = LANGUAGE
 
     def __init__(self, background: Background | None = None) -> None:
         """Prepare breakpoints in the `background`; without one, the device does it itself."""
+        super().__init__()
         self._background = background
         self._prepared: Code | None = None
         """The code whose breakpoints are prepared, or being prepared."""
-        self.on_stop: Callable[[], None] = lambda: None
-        self.on_load: Callable[[], None] = lambda: None
 
     @property
     @abstractmethod
     def program(self) -> LoadedProgram | None:
         """The program that is loaded."""
-
-    @property
-    def progress(self) -> str:
-        return ""
-
-    @property
-    def problem(self) -> str:
-        return ""
-
-    @abstractmethod
-    def start(self) -> None: ...
-
-    @abstractmethod
-    def stop(self) -> None: ...
-
-    @abstractmethod
-    def reset(self, kind: Reset) -> None: ...
-
-    @abstractmethod
-    def download(self, files: Mapping[str, str], *, is_online: bool) -> None: ...
 
     # ---- the program
 
@@ -253,7 +231,7 @@ class IecDebuggee:
     def reader(self, text: str) -> Callable[[], Value | None]:
         runtime = self._loaded().runtime
         compiled, symbol = runtime.compiled, runtime.symbols.find(text)
-        slow = evaluated(self, text)
+        slow = super().reader(text)
         if symbol is None or storage(symbol.type) is None:
             return slow
 

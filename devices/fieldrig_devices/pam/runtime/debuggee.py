@@ -5,21 +5,20 @@ and the ring go on.
 """
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 from fieldrig.device import Value
 from fieldrig_devices.languages.debugging import spans
+from fieldrig_devices.languages.debugging.base import DebuggeeBase
 from fieldrig_devices.languages.debugging.debuggee import (
     At,
     Frame,
     Looks,
     ProgramState,
-    Reset,
     Step,
     ThreadView,
     Variable,
-    evaluated,
 )
 from fieldrig_devices.languages.debugging.stepping import Goal
 from fieldrig_devices.languages.task import TaskState
@@ -34,14 +33,13 @@ _ENDS = frozenset({";", "THEN", "ELSE", "LOOP", "OF", "BEGIN", "END_IF", "END_CA
 """The ends of statements, of the heads of compound ones, and of blocks."""
 
 
-class PamDebuggee:
+class PamDebuggee(DebuggeeBase):
     """The part of a debuggee that is alike wherever an application runs.  The owner adds its commands."""
 
     language = LANGUAGE
 
     def __init__(self) -> None:
-        self.on_stop: Callable[[], None] = lambda: None
-        self.on_load: Callable[[], None] = lambda: None
+        super().__init__()
         self._breakpoints: dict[str, set[int]] = {}
         self._looks: Looks | None = None
 
@@ -49,26 +47,6 @@ class PamDebuggee:
     @abstractmethod
     def runtime(self) -> Runtime | None:
         """The application that is loaded and has been started."""
-
-    @property
-    def progress(self) -> str:
-        return ""
-
-    @property
-    def problem(self) -> str:
-        return ""
-
-    @abstractmethod
-    def start(self) -> None: ...
-
-    @abstractmethod
-    def stop(self) -> None: ...
-
-    @abstractmethod
-    def reset(self, kind: Reset) -> None: ...
-
-    @abstractmethod
-    def download(self, files: Mapping[str, str], *, is_online: bool) -> None: ...
 
     def attach(self, runtime: Runtime) -> None:
         """Watch another application; call it when the application has been started."""
@@ -225,9 +203,6 @@ class PamDebuggee:
                 if formal.name == text:
                     return formal
         return self._values.evaluate(text, item)
-
-    def reader(self, text: str) -> Callable[[], Value | None]:
-        return evaluated(self, text)
 
     def write(self, path: str, value: Value) -> None:
         self._values.write(path, value)
