@@ -220,6 +220,8 @@ class _Client(Connection):
         self._most_unhandled = WINDOW if origin else 1  # a service has one message of each client at a time
         self._asked_ns = 0
         """The time at which the device received something that it has not answered yet; 0 if there is nothing."""
+        self._told_ns = 0
+        """The time at which the device heard that its data are taken, if it has sent nothing since; else 0."""
         self._untold = 0  # bytes written whose `Taken` waits until the client reads
         self._has_ended = self._has_spoken = self._is_heard = False
         self._linger: asyncio.TimerHandle | None = None
@@ -246,7 +248,7 @@ class _Client(Connection):
     def data_received(self, data: bytes) -> None:
         self._has_spoken = True
         self._unhandled += len(data)
-        self._asked_ns = self._asked_ns or time.monotonic_ns()
+        self._asked_ns, self._told_ns = self._asked_ns or time.monotonic_ns(), 0
         if self._unhandled >= self._most_unhandled:
             self.read_on(False)
         for part in _parts(data):
@@ -310,15 +312,19 @@ class _Client(Connection):
 
     def _tell_now(self) -> None:
         if self._untold and self.number and not self.is_full:
-            self._asked_ns = self._asked_ns or time.monotonic_ns()
+            self._told_ns = time.monotonic_ns()
             count, self._untold = self._untold, 0  # before the message, to which the device may answer with more
             self._port.send(Taken(self.number, count))
 
     def _note_answer(self) -> None:
-        """Count the time since the device received something: it may have worked later, when it was its turn."""
-        if self.pace is not None and self._asked_ns:
-            self.pace.answered(self._asked_ns, has_turnaround=False)
-        self._asked_ns = 0
+        """Count the time since the device received something: it may have worked later, when it was its turn.
+
+        From the news that its data are taken, the time counts only until the client sends again.
+        """
+        since_ns = self._asked_ns or self._told_ns
+        if self.pace is not None and since_ns:
+            self.pace.answered(since_ns, has_turnaround=False)
+        self._asked_ns = self._told_ns = 0
 
 
 async def _after(before: asyncio.Task[None] | None, work: Coroutine[Any, Any, None]) -> None:

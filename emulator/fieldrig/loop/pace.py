@@ -132,9 +132,10 @@ class Pace:
 
         The work was done in the meantime, one piece after the other, so no instant counts twice.  With
         `has_turnaround`, time in which the process did nothing does not count, as a device may only have waited.
+        At most the longest wait counts: no one waits longer for it.
         """
         now_ns, cpu_ns = time.monotonic_ns(), time.process_time_ns()
-        took_ns = now_ns - max(asked_ns, self._answered_ns)
+        took_ns = min(now_ns - max(asked_ns, self._answered_ns), LONGEST_WAIT_NS)
         if has_turnaround:
             took_ns = min(took_ns, cpu_ns - self._answered_cpu_ns)
         self._answered_ns, self._answered_cpu_ns = now_ns, cpu_ns

@@ -3,6 +3,7 @@
 import asyncio
 import socket
 import struct
+import time
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 
@@ -295,6 +296,40 @@ def test_a_device_that_has_more_gets_rid_of_it_while_the_process_makes_its_clien
         assert await reader.readexactly(4_000_004) == b"MUCH" + bytes(4_000_000)
         while not SESSIONS[0].was_drained:
             await asyncio.sleep(0.001)
+        writer.close()
+
+    run(scene, tmp_path)
+
+
+class Noted(Pace):
+    """A pace that notes since when its clients waited for what was answered."""
+
+    def __init__(self, bench: Bench) -> None:
+        super().__init__(bench.hub.clock, slice_ns=1)  # its clients have to wait for their turn
+        self.asked_ns: list[int] = []
+
+    def answered(self, asked_ns: int, *, has_turnaround: bool = True) -> None:
+        self.asked_ns.append(asked_ns)
+        super().answered(asked_ns, has_turnaround=has_turnaround)
+
+
+def test_the_time_between_two_requests_is_no_work_of_the_process(tmp_path: Path) -> None:
+    """It would count as taken by outsiders, who would have to wait for it, and their wait would count in turn."""
+
+    async def scene(bench: Bench) -> None:
+        pace = Noted(bench)
+        for server in bench.port.servers():
+            server.pace = pace
+        reader, writer = await bench.connect()
+        for letter in b"abc":
+            sent_ns = time.monotonic_ns()
+            writer.write(bytes([letter]))
+            await reader.readexactly(1)
+            assert pace.asked_ns
+            assert min(pace.asked_ns) >= sent_ns
+            pace.asked_ns.clear()
+            await asyncio.sleep(0.001)  # the device has heard that its answer is taken
+            pace.asked_ns.clear()
         writer.close()
 
     run(scene, tmp_path)

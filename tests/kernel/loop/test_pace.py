@@ -146,6 +146,21 @@ def test_work_that_a_device_does_later_counts_once(work: Work, monkeypatch: pyte
     assert not pace.is_free(reader)
 
 
+def test_what_took_very_long_is_waited_for_once(work: Work) -> None:
+    """A device that answers after a minute is no reason to give others four turns in 100 ms for minutes."""
+    pace = beside_a_cycle(work.clock)
+    done = list[str]()
+    readers = [Reading(work, pace, done=done) for _ in range(20)]
+    asked_ns = work.clock.now_ns()
+    work.clock.instant_ns += 60_000 * MS
+    pace.answered(asked_ns, has_turnaround=False)
+    for _ in range(1000):
+        for reader in readers:
+            reader.read()
+        work.clock.advance_to(work.clock.now_ns() + MS)
+    assert len(done) > 500
+
+
 def test_beside_a_cycle_readers_wait_while_the_whole_process_is_busy(
     work: Work, monkeypatch: pytest.MonkeyPatch
 ) -> None:
