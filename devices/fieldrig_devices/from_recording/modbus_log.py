@@ -6,8 +6,10 @@ Source: Modbus application protocol V1.1b3, chapter 6.
 import struct
 from collections import Counter
 from collections.abc import Sequence
+from heapq import heappop, heappush
 from typing import Final
 
+from fieldrig.clock import S
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.modbus.codec import REQUEST_ON_ASCII, REQUEST_ON_RTU
 from fieldrig_bus.modbus.identification import INDIVIDUAL_TOO
@@ -40,6 +42,12 @@ ON_LINE: Final = (bytes((REQUEST_ON_RTU,)), ON_ASCII)
 """The first byte of the requests of a serial line."""
 MOST_INSTANTS: Final = 4_096
 MOST_SERVERS: Final = 64
+PATIENCE_NS: Final = 10 * S
+"""How long an exchange waits for those that began before it."""
+MOST_WAITING: Final = 10_000
+MOST_TIMES, LEAST_TIMES, MANY_KINDS = 4_096, 512, 16
+"""Requests of a kind whose times are kept; those of the further kinds of a unit are fewer."""
+MOST_CLIENTS: Final = 10_000
 MOST_GROUPS: Final = 2_000
 
 
@@ -72,9 +80,12 @@ class UnitLog:
         self.silences.take(exchange.begin_ns, request[0], bool(response))
         if response is None or exchange.end_ns is None or not response:
             self.unanswered += 1
+            self._time(request, exchange.begin_ns, None)
             return
         self.answers += 1
-        self._time(request, exchange.begin_ns, exchange.end_ns, len(response))
+        time_ns = max(exchange.end_ns - exchange.begin_ns, 0)  # the time of a log may jump back
+        self.longest_answer_ns = max(self.longest_answer_ns, time_ns)
+        self._time(request, exchange.begin_ns, time_ns, len(response))
         group = group_of(request)
         log = None if group is None else self._group(group)
         if log is not None:
@@ -95,15 +106,13 @@ class UnitLog:
             log.sample = log.sample or (request, response)
         self._carry_out(exchange.begin_ns, request, response)
 
-    def _time(self, request: bytes, begin_ns: int, end_ns: int, size: int) -> None:
-        time_ns = max(end_ns - begin_ns, 0)  # the time of a log may jump back
-        self.longest_answer_ns = max(self.longest_answer_ns, time_ns)
+    def _time(self, request: bytes, begin_ns: int, time_ns: int | None, size: int = 0) -> None:
         kind = kind_of(None, request)
         log = self.answers_of.get(kind)
         if log is None and len(self.answers_of) < MOST_GROUPS:
-            log = self.answers_of[kind] = AnswerLog(size)
+            log = self.answers_of[kind] = AnswerLog(MOST_TIMES if len(self.answers_of) < MANY_KINDS else LEAST_TIMES)
         if log is not None:
-            log.take(begin_ns, time_ns)
+            log.take(begin_ns, time_ns, size)
 
     def _group(self, group: Group) -> GroupLog | None:
         log = self.groups.get(group)
@@ -165,32 +174,53 @@ class ModbusLog:
         self.start_ns = self.end_ns = 0
         self.broadcasts = 0
         self.is_line = self.is_ascii = False
+        self._server_of: dict[str, str] = {}
+        """The servers of clients, which are connections in a capture of a network."""
         self._dialogues = ModbusDialogues()
         self._room = Room()
+        self._waiting: list[tuple[int, int, ModbusExchange]] = []
+        """Exchanges by the instants of their requests."""
+        self._number = 0
 
     def take(self, number: int, entry: TraceEntry) -> None:
         """Take a message; `number` is its place in the recording, from 0."""
         self.is_line |= entry.data[:1] in ON_LINE
         self.is_ascii |= entry.data[:1] == ON_ASCII
-        self._take_all(self._dialogues.take(number, entry))
+        self._order(self._dialogues.take(number, entry))
+        while self._waiting and (
+            self._waiting[0][0] < entry.time_ns - PATIENCE_NS or len(self._waiting) > MOST_WAITING
+        ):
+            self._take_exchange(heappop(self._waiting)[2])
 
     def end(self, start_ns: int, end_ns: int) -> None:
         """Take what the recording, which is from `start_ns` to `end_ns`, has left open."""
         self.start_ns, self.end_ns = start_ns, end_ns
-        self._take_all(self._dialogues.unfinished())
+        self._order(self._dialogues.unfinished())
+        while self._waiting:
+            self._take_exchange(heappop(self._waiting)[2])
         self._settle()
 
-    def _take_all(self, ended: Sequence[Dialogue]) -> None:
+    def _order(self, ended: Sequence[Dialogue]) -> None:
+        """Let exchanges wait for those that began earlier and end later: a value is that of its request."""
         for exchange in ended:
-            if not isinstance(exchange, ModbusExchange):
-                continue
-            if exchange.is_broadcast:
-                self.broadcasts += 1
-            else:
-                log = self._server(exchange.server)
-                if exchange.unit not in log.units:
-                    log.units[exchange.unit] = UnitLog(self._room)
-                log.units[exchange.unit].take(exchange)
+            if isinstance(exchange, ModbusExchange):
+                self._number += 1
+                heappush(self._waiting, (exchange.begin_ns, self._number, exchange))
+
+    def _take_exchange(self, exchange: ModbusExchange) -> None:
+        if exchange.is_broadcast:
+            self.broadcasts += 1
+            return
+        log = self._server(self._sender(exchange))
+        if exchange.unit not in log.units:
+            log.units[exchange.unit] = UnitLog(self._room)
+        log.units[exchange.unit].take(exchange)
+
+    def _sender(self, exchange: ModbusExchange) -> str:
+        """Return the server of an exchange; that of a request without an answer is the last one that its client had."""
+        if exchange.server and (len(self._server_of) < MOST_CLIENTS or exchange.client in self._server_of):
+            self._server_of[exchange.client] = exchange.server
+        return exchange.server or self._server_of.get(exchange.client, "")
 
     def _server(self, sender: str) -> "ModbusLog":
         """Return the log for the messages of a server; one that is no address of a network is the bus."""
@@ -214,4 +244,6 @@ class ModbusLog:
                 if known is not unit:
                     known.unanswered += unit.unanswered
                     known.silences.add(unit.silences)
+                    for kind, answers in unit.answers_of.items():
+                        known.answers_of.setdefault(kind, AnswerLog(MOST_TIMES)).add(answers)
             self.units = only.units

@@ -58,8 +58,9 @@ class UnitModel:
         self.entries = {space: self._entries(space, log.spaces[space], begin_ns) for space in SPACES}
         self.more = self._more()
         refusals = ModbusRefusals(log, self.entries, self.more)
-        silences = log.silences.faults(begin_ns, end_ns, log.longest_answer_ns)
-        self.times = AnswerTimes(log, self._on_line_ns)
+        last_ns = end_ns - log.longest_answer_ns
+        silences = log.silences.faults(begin_ns, last_ns)
+        self.times = AnswerTimes(log, self._on_line_ns, last_ns)
         self.faults = [*silences, *refusals.faults]
         self.silences = len(silences)
         self.remarks += refusals.remarks

@@ -35,6 +35,7 @@ class Silences:
         """Functions of the requests without an answer."""
         self._known: set[int] = set()
         """Functions that were answered."""
+        self._found: tuple[int, Sequence[_Silence]] | None = None
 
     def take(self, begin_ns: int, function: int, is_answered: bool) -> None:
         """Take a request."""
@@ -51,18 +52,30 @@ class Silences:
         for begin_ns, function in zip(other._unanswered, other._functions, strict=True):
             self.take(begin_ns, function, False)
 
-    def faults(self, start_ns: int, end_ns: int, longest_ns: int) -> list[dict[str, Any]]:
+    def faults(self, start_ns: int, end_ns: int) -> list[dict[str, Any]]:
         """Return the faults of a device that is switched on at `start_ns`.
 
-        Requests that began less than `longest_ns`, the longest time of an answer, before the end of the recording say
-        nothing.
+        Requests that began after `end_ns` say nothing: the recording has ended before they could be answered.
         """
         never = sorted(({*self._functions} - self._known) & {*FUNCTION_CODES})
         found: list[dict[str, Any]] = [{"what": "silent", "function": function} for function in never]
-        silences = list(_silences(self._of_known(end_ns - longest_ns)))
-        if len(silences) <= MOST:
-            found += [_fault(silence, start_ns) for silence in silences]
-        return found
+        return found + [_fault(silence, start_ns) for silence in self._spans(end_ns)]
+
+    def single(self, function: int, begin_ns: int, end_ns: int) -> bool:
+        """Return whether a request without an answer at `begin_ns` was lost alone, and is in no fault."""
+        if begin_ns > end_ns or function not in self._known:
+            return False
+        return not any(
+            (silence.begin_ns is None or silence.begin_ns <= begin_ns)
+            and (silence.end_ns is None or begin_ns < silence.end_ns)
+            for silence in self._spans(end_ns)
+        )
+
+    def _spans(self, end_ns: int) -> Sequence[_Silence]:
+        if self._found is None or self._found[0] != end_ns:
+            silences = list(_silences(self._of_known(end_ns)))
+            self._found = end_ns, silences if len(silences) <= MOST else []
+        return self._found[1]
 
     def _of_known(self, last_ns: int) -> list[tuple[int, bool]]:
         """Return the requests with functions that were answered, in order of time."""

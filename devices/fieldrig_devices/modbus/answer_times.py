@@ -1,7 +1,8 @@
 """The times of the answers of a Modbus device, each as a recording has it: a CSV file with a row for each answer.
 
 Requests of one kind take the times of its rows in turn, and begin again after the last one, so that not only the usual
-time of a device is that of the machine, but also its longest one, and how often it comes.
+time of a device is that of the machine, but also its longest one, and how often it comes.  A row without a time is a
+request that is lost.
 """
 
 from collections import defaultdict
@@ -19,11 +20,14 @@ _HIGHEST: Final = {FUNCTION: 127, ADDRESS: 0xFFFF, QUANTITY: 0xFFFF, UNIT: 255}
 ADDRESSED: Final = frozenset({1, 2, 3, 4, 5, 6, 15, 16, 22, 23, 24})
 """Functions that name an address."""
 SINGLE: Final = frozenset({5, 6, 22, 24})
-"""Functions of these that name one register, bit or queue, and no quantity."""
+"""Functions that name one register, bit or queue, and no quantity."""
 
 
 class Kind(NamedTuple):
-    """The requests that take the same times: of a unit, a function, a first address and a quantity, or None for any."""
+    """The requests that take the same times: those of a unit, a function, a first address and a quantity.
+
+    None stands for any.
+    """
 
     unit: int | None
     function: int | None
@@ -41,7 +45,7 @@ class Kind(NamedTuple):
 
 
 def kind_of(unit: int | None, pdu: bytes) -> Kind:
-    """Return the narrowest kind of a request to a unit (None: any), which may be shorter than its function wants."""
+    """Return the narrowest kind of a request, which may be shorter than its function wants, to a unit."""
     function = pdu[0] if pdu else None
     if function not in ADDRESSED or len(pdu) < 3:
         return Kind(unit, function, None, None)
@@ -53,13 +57,13 @@ def kind_of(unit: int | None, pdu: bytes) -> Kind:
 class AnswerTimes:
     """The next time of each kind of request."""
 
-    def __init__(self, times_ns: Mapping[Kind, Sequence[int]], usual_ns: int) -> None:
+    def __init__(self, times_ns: Mapping[Kind, Sequence[int | None]], usual_ns: int) -> None:
         """`usual_ns` is the time of the requests that `times_ns` has no kind for."""
         self._times_ns, self._usual_ns = times_ns, usual_ns
         self._taken: defaultdict[Kind, int] = defaultdict(int)
 
-    def next_ns(self, request: ModbusRequest) -> int:
-        """Return the time that the answer to this request takes, and go on to the next one of its kind."""
+    def next_ns(self, request: ModbusRequest) -> int | None:
+        """Return the time that the answer to this request takes, or None if it is lost, and go on to the next one."""
         for kind in kind_of(request.unit, request.pdu).wider:
             times_ns = self._times_ns.get(kind)
             if times_ns is not None:
@@ -69,20 +73,20 @@ class AnswerTimes:
         return self._usual_ns
 
 
-def read_answer_times(file: Path) -> dict[Kind, list[int]]:
+def read_answer_times(file: Path) -> dict[Kind, list[int | None]]:
     """Read the times in nanoseconds by kind.  ValueError, with the line, for a file that has none."""
     sheet = read_sheet(file)
-    times_ns: defaultdict[Kind, list[int]] = defaultdict(list)
+    times_ns: defaultdict[Kind, list[int | None]] = defaultdict(list)
     kinds = zip(*(_numbers(sheet, column) for column in (UNIT, FUNCTION, ADDRESS, QUANTITY)), strict=True)
     for numbers, (line, cell) in zip(kinds, sheet.cells(TIME), strict=True):
-        time_ms = sheet.number(cell)
-        if time_ms is None or not 0 <= time_ms <= LONGEST_MS:
+        time_ms = sheet.number(cell) if cell else None
+        if cell and (time_ms is None or not 0 <= time_ms <= LONGEST_MS):
             raise ValueError(f"line {line}: expected 0 to {LONGEST_MS} in column {TIME!r}, got {cell!r}")
         kind = Kind(*numbers)
         given = [number is not None for number in numbers[1:]]
         if given != sorted(given, reverse=True):
             raise ValueError(f"line {line}: expected a function where there is an address, and that for a quantity")
-        times_ns[kind].append(round(time_ms * MS))
+        times_ns[kind].append(None if time_ms is None else round(time_ms * MS))
     return dict(times_ns)
 
 

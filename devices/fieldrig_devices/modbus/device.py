@@ -36,7 +36,7 @@ from fieldrig_bus.wires import Signal
 from fieldrig_devices.modbus.answer_times import AnswerTimes, read_answer_times
 from fieldrig_devices.modbus.faults import MODELS, ModbusDeviceFaults, Refusing, Slow
 from fieldrig_devices.modbus.front import front_of
-from fieldrig_devices.modbus.port import ModbusPort, TurnaroundSettings, UnitId
+from fieldrig_devices.modbus.port import ModbusPort, Turnaround, TurnaroundSettings, UnitId
 from fieldrig_devices.modbus.tools import lines_for
 from fieldrig_devices.modbus.unit import ModbusUnit
 from fieldrig_devices.registers.described import DescribedUnit
@@ -135,8 +135,7 @@ class ModbusDeviceSettings(TurnaroundSettings):
         return {unit_id: unit for key, unit in self.units.items() for unit_id in ids_in(key)}
 
 
-def _answer_times(settings: ModbusDeviceSettings) -> int | Callable[[ModbusRequest], int]:
-    """Return the time of all answers, or what returns that of the answer to a request."""
+def _answer_times(settings: ModbusDeviceSettings) -> Turnaround:
     usual_ns = settings.turnaround_ns
     return (
         usual_ns
@@ -303,7 +302,7 @@ class ModbusDevice(Device):
                 self._clock.call_at(self._clock.now_ns() + round(delay_ms * MS), partial(self._do, port, message))
             case Refusing(code=code):
                 pdu = bytes((message.pdu[0] | 0x80, code))
-                port.respond(message, pdu)
+                port.respond(message, lambda request: pdu)
 
     @property
     def _is_faulty(self) -> bool:

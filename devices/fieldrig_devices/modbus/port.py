@@ -11,6 +11,8 @@ from fieldrig.settings import Settings
 from fieldrig_bus.modbus.message import BROADCAST, ModbusMessage, ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.server import ModbusServer
 
+Turnaround = int | Callable[[ModbusRequest], int | None]
+"""The time of all responses in nanoseconds, or what returns that of the response to a request."""
 UnitId = Annotated[int, Field(ge=1, le=247, description="unit id (slave address)")]
 
 
@@ -41,12 +43,12 @@ class ModbusPort:
         clock: Clock,
         link: Link[Any],
         servers: Mapping[int, ModbusServer],
-        turnaround_ns: int | Callable[[ModbusRequest], int],
+        turnaround_ns: Turnaround,
         on_done: Callable[[], None] = lambda: None,
     ) -> None:
         """`on_done` is called after a request has taken effect and before its response leaves.
 
-        `turnaround_ns` is the time of all responses, or returns that of the response to a request.
+        A request for which `turnaround_ns` returns None is lost.
         """
         self._clock, self.servers, self._on_done = clock, servers, on_done
         self._send, self._turnaround_ns = link.send, turnaround_ns
@@ -61,16 +63,19 @@ class ModbusPort:
                     server.answer(request)
                 self._on_done()
             return
-        pdu = server.answer(request)
-        self._on_done()
-        if pdu is not None:
-            self.respond(request, pdu)
+        self.respond(request, server.answer)
 
-    def respond(self, request: ModbusRequest, pdu: bytes) -> None:
-        """Send a response after the time that it takes."""
-        response = ModbusResponse(request.unit, pdu, request.exchange)
+    def respond(self, request: ModbusRequest, answer: Callable[[ModbusRequest], bytes | None]) -> None:
+        """Send what `answer` returns for a request after the time that it takes."""
         takes = self._turnaround_ns
         takes_ns = takes if isinstance(takes, int) else takes(request)
+        if takes_ns is None:
+            return
+        pdu = answer(request)
+        self._on_done()
+        if pdu is None:
+            return
+        response = ModbusResponse(request.unit, pdu, request.exchange)
         if takes_ns == 0:
             self._send(response)
         else:

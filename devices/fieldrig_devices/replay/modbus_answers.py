@@ -1,5 +1,6 @@
 """Modbus answers of the rig compared with those of a log, exchange by exchange."""
 
+from collections import defaultdict
 from dataclasses import dataclass
 from typing import Final
 
@@ -39,6 +40,8 @@ class ModbusAnswers:
     def __init__(self, grounds: Grounds) -> None:
         self._grounds = grounds
         self._open: dict[int, _Open] = {}
+        self._longest_ns: defaultdict[tuple[str, int], int] = defaultdict(int)
+        """The longest time of an answer of the log, by bus and unit."""
 
     def asked(self, exchange: int, bus: str, unit: int, request: bytes, log_ns: int, rig_ns: int) -> None:
         """Take a request that was sent to the rig."""
@@ -57,6 +60,8 @@ class ModbusAnswers:
         open_ = self._open.get(exchange)
         if open_ is not None:
             open_.expected, open_.answered_ns = (response, at_ns), log_ns
+            unit = open_.bus, open_.unit
+            self._longest_ns[unit] = max(self._longest_ns[unit], log_ns - open_.log_ns)
             self._compare(exchange, open_)
 
     def heard(self, exchange: int, response: bytes, rig_ns: int) -> None:
@@ -72,10 +77,14 @@ class ModbusAnswers:
         return open_ is None or open_.actual is not None
 
     def finish(self, end_ns: int) -> None:
-        """Compare everything that is left; an answer about `end_ns` may be one that the log ends before."""
+        """Compare everything that is left; an answer about `end_ns` may be one that the log ends before.
+
+        So may any answer to a request that is not as far from the end as an answer took in the log.
+        """
         sure_ns = end_ns - self._grounds.tolerances.time_ns
         for exchange, open_ in list(self._open.items()):
-            if open_.expected is None and open_.actual is not None and open_.actual[1] > sure_ns:
+            ends_ns = open_.rig_ns + self._longest_ns[open_.bus, open_.unit]
+            if open_.expected is None and open_.actual is not None and max(ends_ns, open_.actual[1]) > sure_ns:
                 del self._open[exchange]
             else:
                 self._end(exchange)

@@ -203,11 +203,64 @@ def test_answers_take_the_times_of_the_recording_in_turn(tmp_path: Path) -> None
             assert (turn, *ask(rig, 7, request)) == (turn, bytes.fromhex(answer).hex(), round(ms))
 
 
+def test_a_request_that_is_lost_alone_is_lost_again(tmp_path: Path) -> None:
+    answers = [VALUES, None, VALUES, VALUES, None, VALUES]
+    path = made(tmp_path, *((float(turn), 7, READ, answer) for turn, answer in enumerate(answers)))
+    with virtual(path) as rig:
+        for turn, answer in enumerate([*answers, *answers]):
+            assert (turn, answered(rig, 2 * turn)) == (turn, answer is not None)
+
+
+def test_values_are_those_of_the_instants_of_the_requests(tmp_path: Path) -> None:
+    """A gateway with several requests at once: the one that was asked first is answered last."""
+    asked = [
+        (0.0, 5, 9),
+        (0.1, 2.9, 9),
+        (3.0, 9, 1),
+        (3.2, 1, 2),
+        (3.4, 1, 3),
+        (12.0, 2, 3),
+    ]  # instant, s to answer, value
+    entries = []
+    for number, (at_s, takes_s, value) in enumerate(asked):
+        request = ModbusRequest(7, bytes.fromhex("04 0000 0001"), number)
+        response = ModbusResponse(7, b"\x04\x02" + value.to_bytes(2, "big"), number)
+        entries.append(TraceEntry(round(at_s * S), "mb", "modbus", "client", codec.encode(request)))
+        entries.append(TraceEntry(round((at_s + takes_s) * S), "mb", "modbus", "server", codec.encode(response)))
+    path = rig_file(save(sorted(entries, key=lambda entry: entry.time_ns), tmp_path / "meter.jsonl"))
+    heard: list[tuple[int, int]] = []
+    with virtual(path) as rig:
+        master = rig.attach("master").link("mb")
+        master.on_receive(lambda answer: heard.append((rig.now_ns, answer.pdu[-1])))
+        for number, (at_s, _, _) in enumerate(asked):
+            rig.run_until(round(at_s * S))
+            master.send(ModbusRequest(7, bytes.fromhex("04 0000 0001"), number))
+        rig.run_until(20 * S)
+    assert heard == sorted((round((at_s + takes_s) * S), value) for at_s, takes_s, value in asked)
+
+
+def test_the_server_of_a_lost_request_is_that_of_its_connection(tmp_path: Path) -> None:
+    entries = []
+    rows = [(turn, server, turn != 2 or server == 8) for turn in range(5) for server in (8, 9)]
+    for number, (turn, server, is_answered) in enumerate(rows):
+        at_ns, client = turn * S + server * MS, f"10.0.0.1:500{server}"
+        entries.append(
+            TraceEntry(at_ns, "mb", "modbus", client, codec.encode(ModbusRequest(1, bytes.fromhex(READ), number)))
+        )
+        if is_answered:
+            response = codec.encode(ModbusResponse(1, bytes.fromhex(VALUES), number))
+            entries.append(TraceEntry(at_ns + 5 * MS, "mb", "modbus", f"10.0.0.{server}:502", response))
+    path = rig_file(save(entries, tmp_path / "two.jsonl"))
+    files = {file.name: file.read_text() for file in path.parent.glob("recorded/*-answers.csv")}
+    ((name, text),) = files.items()
+    assert text.splitlines()[1:] == ["3,107,3,5", "3,107,3,5", "3,107,3,", "3,107,3,5", "3,107,3,5"], name
+
+
 def test_the_times_of_long_recordings_are_from_all_of_it(tmp_path: Path) -> None:
-    log = AnswerLog(8)
+    log = AnswerLog(1024)
     for number in range(10_000):
         log.take(number * S, number * MS)
-    times_ns = log.times_ns
+    times_ns = [time_ns or 0 for _, time_ns in log.rows()]
     assert (log.count, times_ns[0], times_ns[-1] > 9_900 * MS) == (10_000, 0, True)
     assert 512 <= len(times_ns) <= 1024
     assert len({later - before for before, later in pairwise(times_ns)}) == 1

@@ -19,8 +19,10 @@ def times_of(folder: Path, text: str) -> AnswerTimes:
     return AnswerTimes(read_answer_times(folder / "times.csv"), USUAL_NS)
 
 
-def asked(times: AnswerTimes, *requests: str, unit: int = 1) -> list[float]:
-    return [times.next_ns(ModbusRequest(unit, bytes.fromhex(pdu))) / MS for pdu in requests]
+def asked(times: AnswerTimes, *requests: str, unit: int = 1) -> list[float | None]:
+    """Return the times in ms."""
+    found = [times.next_ns(ModbusRequest(unit, bytes.fromhex(pdu))) for pdu in requests]
+    return [None if time_ns is None else time_ns / MS for time_ns in found]
 
 
 def test_each_kind_has_its_rows_in_turn(tmp_path: Path) -> None:
@@ -38,10 +40,15 @@ def test_a_row_may_be_of_one_unit_or_of_all_requests(tmp_path: Path) -> None:
     assert asked(times, read, unit=2) + asked(times, read, "07", unit=3) == [1.5, 2, 3]
 
 
+def test_a_row_without_a_time_is_a_request_that_is_lost(tmp_path: Path) -> None:
+    text = "function,answer_ms\n3,10\n3,\n3,20\n"
+    assert asked(times_of(tmp_path, text), "03 0000 0001", "03 0000 0001", "03 0000 0001") == [10, None, 20]
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("function,answer_ms\n3,\n", "line 2: expected 0 to 60000 in column 'answer_ms', got ''"),
+        ("function,answer_ms\n3,late\n", "line 2: expected 0 to 60000 in column 'answer_ms', got 'late'"),
         ("function,answer_ms\n3,1\n3,-1\n", "line 3: expected 0 to 60000"),
         ("function,answer_ms\n3,nan\n", "line 2: expected 0 to 60000"),
         ("function,answer_ms\n128,1\n", "line 2: expected 0 to 127 in column 'function', got '128'"),

@@ -402,6 +402,21 @@ def test_an_answer_that_the_log_ends_before_is_no_difference() -> None:
     assert (result.played, result.differences) == (2, [])
 
 
+def test_a_slow_answer_that_the_log_ends_before_is_no_difference() -> None:
+    """The unit takes up to 900 ms in the log, and the last request of its own comes 500 ms before the end."""
+    rows = [(100, 1000), (1100, None), (1500, 1600)]  # instants of request and answer, in ms
+    log = []
+    for number, (asked_ms, answered_ms) in enumerate(rows):
+        asked = ModbusRequest(1, bytes.fromhex("04 0000 0001"), number)
+        log.append(TraceEntry(asked_ms * MS, "mb_tcp", "modbus", "plc", modbus(asked)))
+        if answered_ms is not None:
+            answer = modbus(ModbusResponse(1, b"\x04\x02\x01\xf4", number))
+            log.append(TraceEntry(answered_ms * MS, "mb_tcp", "modbus", "drive", answer))
+    assert "the log has no answer" not in words_of(replay(log, LAB, leave_out=["level"]))
+    longer = [*log, frame(4000, 0x205, "55 00 00 00")]
+    assert "the log has no answer" in words_of(replay(longer, LAB, leave_out=["level"]))
+
+
 def test_an_emcy_that_the_rig_does_not_send_is_missed(drive: list[TraceEntry]) -> None:
     log = [*drive, frame(700, 0x083, "10 20 81 00 00 00 00 00", "axis")]
     [only] = replay(sorted(log, key=lambda entry: entry.time_ns), DRIVE).differences
