@@ -1,4 +1,4 @@
-"""What debuggees have in common, whose devices load a program and command it, whatever its language is."""
+"""The common part of debuggees whose devices load a program and command it, whatever its language is."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
