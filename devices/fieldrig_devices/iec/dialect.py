@@ -49,6 +49,8 @@ class Dialect:
     """CONFIGURATION, RESOURCE and the words of charts are keywords; in a file of TwinCAT they may be names."""
     leaves_comments_open: bool = _rule(Origin.TOOLS)
     """A file whose comments do not nest up to its end is one of CoDeSys V2.3, where the first *) ends a comment."""
+    has_conditional_code: bool = _rule(Origin.TOOLS)
+    """`{IF defined (NAME)} ... {ELSE} ... {END_IF}` of CODESYS V3 and TwinCAT, and `{error 'text'}`."""
     has_signed_long_times: bool = _rule(Origin.STANDARD)
     """LTIME#-5s; the LTIME of CODESYS and TwinCAT has no sign, and reaches twice as far."""
     has_jumps_in_st: bool = _rule(Origin.TODAY)

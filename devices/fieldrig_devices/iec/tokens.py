@@ -6,9 +6,10 @@ such as ENDIF or ==, becomes the token that was meant, with its mistake, so that
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
+from fieldrig_devices.iec import conditional
 from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.limits import MOST_MESSAGES
 from fieldrig_devices.iec.tree import Position
@@ -96,6 +97,8 @@ _OF_OTHER_LANGUAGES: Final = re.compile(
 )
 """Numbers as other languages write them."""
 _BASES: Final = {"hex": 16, "bin": 2, "oct": 8, "dollar": 16, "suffix": 16}
+_SAID: Final = re.compile(r"\{\s*(error|warning|info|text)\s+'((?:\$.|[^'$])*)'\s*\}", re.IGNORECASE | re.DOTALL)
+"""A message of the compiler that a program has."""
 _QUOTED: Final = re.compile(r"'[^']*'|\"[^\"]*\"")
 _BLANKS: Final = " \t\r\f\v"
 # Python tries the alternatives in their order, so the frequent ones come first: in our libraries and examples, 93 of
@@ -186,7 +189,14 @@ class Tokens:
 
 def tokens(text: str, file: str, dialect: Dialect, first_line: int = 1) -> Tokens:
     """Split a text.  All of it becomes tokens, whatever it is."""
-    return _Scanner(text, file, dialect, first_line).run()
+    if not dialect.has_conditional_code or conditional.IS_USED.search(text) is None:
+        return _Scanner(text, file, dialect, first_line).run()
+    compiled = conditional.resolved(text, nests_comments=dialect.nests_comments)
+    made = _Scanner(compiled.text, file, dialect, first_line).run()
+    for offset, mistake in compiled.mistakes[:MOST_MESSAGES]:
+        line, column = text.count("\n", 0, offset) + first_line, offset - text.rfind("\n", 0, offset)
+        made.mistakes.append(replace(mistake, line=line, column=column, file=file))
+    return made
 
 
 def keywords(dialect: Dialect) -> frozenset[str]:
@@ -301,7 +311,9 @@ class _Scanner:
             if text[1:-1].strip().lower() == "native":
                 self._add(NATIVE, text, offset)
             else:
-                if ";" in _QUOTED.sub("", text):
+                if self._dialect.has_conditional_code and (said := _SAID.fullmatch(text)) is not None:
+                    self._say_pragma(said[1].casefold(), said[2], offset)
+                elif ";" in _QUOTED.sub("", text):
                     hint = "Statements have no braces: IF ... THEN ... END_IF;"
                     self._note(offset, "the text in braces is a pragma, and its statements do not run", hint)
                 self._keep(text)
@@ -316,6 +328,13 @@ class _Scanner:
         else:
             return self._junk(text, offset)
         return None
+
+    def _say_pragma(self, kind: str, text: str, offset: int) -> None:
+        """Say what a program wants the compiler to say."""
+        if kind == "error":
+            self._say(offset, text)
+        else:
+            self._note(offset, text, "")
 
     # ---- words
 

@@ -10,9 +10,9 @@ from fieldrig_devices.iec.check import (
     enable,
     heap,
     inheritance,
+    library_names,
     methods,
     open_arrays,
-    places,
     special,
 )
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
@@ -66,7 +66,7 @@ def _resolve(checker: Checker, node: tree.Call) -> Resolved | None:
     method = methods.find(checker, node.called)
     if method is not None:
         return method
-    called = places.without_library(context, node.called)
+    called = library_names.without_library(context, node.called)
     if methods.is_super(context, called):
         body = inheritance.body_above(context)
         if body is None and not context.project.lacks_base(context.block):

@@ -9,9 +9,9 @@ from fieldrig_devices.iec.check import (
     constants,
     enable,
     heap,
+    library_names,
     methods,
     open_arrays,
-    places,
     references,
     special,
     standard,
@@ -50,7 +50,7 @@ def value(checker: Checker, node: tree.Call, wanted: Type | None) -> Expression 
     method = methods.find(checker, node.called)
     if method is not None:
         return _method_value(checker, node, *method)
-    called = places.without_library(context, node.called)
+    called = library_names.without_library(context, node.called)
     if not isinstance(called, tree.Name):
         if checker.meaning(node.called) is None:
             return None

@@ -1,7 +1,7 @@
 """Methods: which one a call means, and the instance that it works with."""
 
 from fieldrig_devices.iec import tree
-from fieldrig_devices.iec.check import dispatch, inheritance
+from fieldrig_devices.iec.check import dispatch, inheritance, library_names
 from fieldrig_devices.iec.check.checker import Checker
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.program import AddressOf, Cell, Place, Pou, This
@@ -60,7 +60,8 @@ def find(checker: Checker, called: tree.Expression) -> Called | None:
     if is_this(context, called.of):
         method = _own(context, called.name)
         return None if method is None else (None, method)
-    if isinstance(called.of, tree.Name) and context.find(called.of.text) is None and not _own(context, called.of.text):
+    front = library_names.without_library(context, called.of)  # a type in front, `Library.Colour.red`, has no method
+    if isinstance(front, tree.Name) and context.find(front.text) is None and not _own(context, front.text):
         return None
     owner = checker.meaning(called.of)
     if isinstance(owner, Pou) and owner.instance is not None:

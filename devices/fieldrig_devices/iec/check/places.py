@@ -11,16 +11,16 @@ from fieldrig_devices.iec.check import (
     dispatch,
     elements,
     enable,
+    library_names,
     methods,
     properties,
 )
 from fieldrig_devices.iec.check.checker import Checker, Meaning
-from fieldrig_devices.iec.check.context import OUTSIDE, Context
+from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.located import located
-from fieldrig_devices.iec.check.project import UNKNOWN, Entity
+from fieldrig_devices.iec.check.project import UNKNOWN
 from fieldrig_devices.iec.check.texts import a, text
 from fieldrig_devices.iec.elementary import Elementary
-from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.program import (
     AddressOf,
     Bit,
@@ -73,45 +73,12 @@ def itself(checker: Checker, node: tree.Expression) -> Meaning | None:
     reading = properties.reading(checker, node) if checker.context.project.properties else None
     if reading is not None:
         return _result(checker, reading[0]) if reading else None
-    node = without_library(checker.context, node)
+    node = library_names.without_library(checker.context, node)
     find = _MEANINGS.get(type(node))
     if find is not None:
         return find(checker, node)
     checker.context.say(node, f"{text(node)} is a value", "a variable")
     return None
-
-
-def without_library(context: Context, node: tree.Expression) -> tree.Expression:
-    """Return a name without that of a library in front, `Tc2_Standard.LEN`, or that of a namespace, `A.B.Name`."""
-    if not isinstance(node, tree.Member):
-        return node
-    first: tree.Expression = node.of
-    while isinstance(first, tree.Member) and _may_be_outside(context, first.name):
-        if context.find(first.name) is not None:
-            return node  # a component of something that has a library in front, `Library.Instance.Output`
-        first = first.of
-    if not isinstance(first, tree.Name):
-        return node
-    project, library, name = context.project, context.key(first.text), context.key(node.name)
-    known = (project.types, project.lists, project.facades, {"this": None, "super": None})
-    if _is_value(context.find(first.text)) or any(library in names for names in known):
-        return node
-    is_listed = name in project.types or name in project.lists
-    is_ours = project.find(name) is not None or is_listed or intrinsics.is_standard(node.name)
-    if not is_ours:
-        return node
-    is_hidden = name in context.names and (project.find(name) is not None or intrinsics.is_standard(node.name))
-    return tree.Name(f"{OUTSIDE}{node.name}" if is_hidden else node.name, position=node.position)
-
-
-def _may_be_outside(context: Context, name: str) -> bool:
-    """True for what may have a library in front of it: a namespace, and the list of a library's global variables."""
-    return context.project.dialect.has_namespace_blocks or context.key(name) == context.key("Global_Variables")
-
-
-def _is_value(entity: Entity | None) -> bool:
-    """False for a function block, whose name may be that of its library, as components are those of instances."""
-    return entity is not None and not (isinstance(entity, Pou) and entity.kind.has_instances)
 
 
 def _name(checker: Checker, node: tree.Name) -> Meaning | None:
@@ -234,7 +201,7 @@ def _of_list(context: Context, node: tree.Member) -> Variable | None:
     """The variable that `list.variable` means; None if the name in front is no list of global variables."""
     if not context.project.lists:
         return None
-    front = without_library(context, node.of)
+    front = library_names.without_library(context, node.of)
     if not isinstance(front, tree.Name) or context.find(front.text) is not None:
         return None
     name = context.key(node.name)
@@ -248,7 +215,7 @@ def _owner(checker: Checker, node: tree.Member) -> Meaning | None:
 
     A variable without components may have the name of the type.
     """
-    named = without_library(checker.context, node.of)
+    named = library_names.without_library(checker.context, node.of)
     if isinstance(named, tree.Name):
         kind, known = (
             checker.context.project.types.get(checker.context.key(named.text)),

@@ -7,8 +7,8 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
     constants,
     heap,
+    library_names,
     open_arrays,
-    places,
     references,
     writing,
 )
@@ -73,7 +73,7 @@ def _sizeof(checker: Checker, node: tree.Call) -> Expression | None:
     written = _written_type(checker, given)
     if written is not None:
         return _size(checker, given, written) if written is not UNKNOWN else None
-    named = places.without_library(checker.context, given)
+    named = library_names.without_library(checker.context, given)
     if isinstance(named, tree.Name) and _may_be_type(checker.context.find(named.text)):
         kind = checker.context.project.named_type(named.text)
         if kind is not None:

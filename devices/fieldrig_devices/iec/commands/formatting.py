@@ -37,10 +37,12 @@ def _texts(files: "Sequence[Path]") -> "Iterator[SourceFile]":
 
 def _printed(text: str, name: str, rules: "Dialect") -> str | None:
     """Return a text in one layout, or None if it has mistakes, which are listed."""
+    from dataclasses import replace
+
     from fieldrig_devices.iec.parser import parse
     from fieldrig_devices.iec.printer import print_unit
 
-    unit, mistakes = parse(text, name, rules)
+    unit, mistakes = parse(text, name, replace(rules, has_conditional_code=False))  # a layout keeps all branches
     for mistake in mistakes:
         typer.echo(str(mistake), err=True)
     return None if any(not mistake.is_note for mistake in mistakes) else print_unit(unit)

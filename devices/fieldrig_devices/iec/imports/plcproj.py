@@ -3,6 +3,7 @@
 Source: files of builds 4020 to 4026 by their public form, which is that of MSBuild.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PureWindowsPath
@@ -39,6 +40,8 @@ class PlcProject:
     """The names of files that are not there, as the project writes them."""
     references: Mapping[str, Reference]
     """The libraries by their names in small letters."""
+    defines: Sequence[str] = ()
+    """The names that are defined for conditions of the compiler."""
 
     @property
     def names(self) -> frozenset[str]:
@@ -67,7 +70,8 @@ def read_plcproj(path: Path, text: str, report: Report) -> PlcProject | None:
             elif name_of(item) == "PlaceholderResolution":
                 _add_parameters(item, references.get(attribute(item, "Include").casefold()))
     name = heads.get("Name", "") or path.stem
-    return PlcProject(path, name, heads.get("Title", ""), files, missing, references)
+    defines = re.findall(r"[A-Za-z_]\w*", heads.get("CompilerDefines", ""))
+    return PlcProject(path, name, heads.get("Title", ""), files, missing, references, defines)
 
 
 def _add_file(item: Element, folder: Path, files: list[Path], missing: list[str]) -> None:

@@ -6,18 +6,20 @@ by the names in their own `.plcproj`.
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
 from fieldrig.errors import UsageError
 from fieldrig.text.source_text import decoded
+from fieldrig_devices.iec import conditional
 from fieldrig_devices.iec.dialect import CODESYS
 from fieldrig_devices.iec.imports import event_classes, io_links, tsproj
 from fieldrig_devices.iec.imports.event_classes import EventClass
 from fieldrig_devices.iec.imports.plcproj import SOURCES, SUFFIX, PlcProject, read_plcproj
 from fieldrig_devices.iec.imports.report import Report
 from fieldrig_devices.iec.library.sources import types_of
+from fieldrig_devices.iec.tcunit.namespaces import CODE, Space, separate
 from fieldrig_devices.languages.source_file import SourceFile
 
 LEVELS_UP: Final = 6
@@ -61,7 +63,7 @@ def opened(path: Path) -> Sources:
     project = read_plcproj(path, _read(path).text, report)
     if project is None:
         raise UsageError(f"{path} cannot be read", str(report.mistakes[0]) if report.mistakes else "")
-    made = Sources(path, project.name, [_read(file) for file in project.files])
+    made = Sources(path, project.name)
     made.absent += [f"the file {name}" for name in project.missing]
     made.library_files += _types_around(project)
     made.links = [link for file in _around(project) for link in io_links.links_of(file.text, Report(file.name))]
@@ -96,23 +98,45 @@ def _events_around(project: PlcProject) -> list[EventClass]:
 
 
 def _add_libraries(project: PlcProject, made: Sources) -> list[list[EventClass]]:
-    """Add the sources of the libraries that a project names, and of those that these name; return their events."""
-    waiting, known, events = [project], {*project.names}, list[list[EventClass]]()
-    finder = _Finder(project.path)
+    """Add the sources of a project, and of its libraries and theirs; return the events of the libraries."""
+    spaces, events = {project.path: _space(project)}, list[list[EventClass]]()
+    waiting, finder = [project], _Finder(project.path)
     while waiting:
-        for name, reference in waiting.pop(0).references.items():
-            for key, value in reference.parameters.items():
-                made.parameters.setdefault(key, value)
-            if name in known or name in BUILT_IN:
+        user = waiting.pop(0)
+        for name, reference in user.references.items():
+            found = None if name in BUILT_IN or name in project.names else finder.project(name)
+            if found is None:
+                for key, value in reference.parameters.items():
+                    made.parameters.setdefault(key, value)
                 continue
-            known.add(name)
-            found = finder.project(name)
-            if found is not None:
+            if found.path not in spaces:
+                spaces[found.path] = _space(found)
                 waiting.append(found)
-                known |= found.names
-                made.library_files += [*(_read(file) for file in found.files), *_types_around(found)]
+                made.library_files += _types_around(found)
                 events.append(_events_around(found))
+            space = spaces[found.path]
+            spaces[user.path].named.append((reference.namespace, space))
+            for key, value in reference.parameters.items():
+                space.parameters.setdefault(key, value)
+    separate([*spaces.values()])
+    own, *libraries = spaces.values()
+    made.files += own.files
+    for library in libraries:
+        made.library_files += library.files
+        made.parameters = {**library.parameters, **made.parameters}
     return events
+
+
+def _space(project: PlcProject) -> Space:
+    return Space(project.name, [_compiled(_read(file), project) for file in project.files])
+
+
+def _compiled(file: SourceFile, project: PlcProject) -> SourceFile:
+    """Return a file that begins with the names that the project defines, if it has conditions of the compiler."""
+    if not project.defines or conditional.IS_USED.search(file.text) is None:
+        return file
+    defined = "".join(f"{{define {name}}}" for name in project.defines)
+    return replace(file, text=CODE.sub(lambda code: defined + code[0], file.text, count=1))
 
 
 class _Finder:
