@@ -12,7 +12,9 @@ from typing import Any, ClassVar, Final, Literal, Protocol
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from fieldrig.outside.limits import OVER_LIMIT
 from fieldrig.outside.untrusted import MalformedError, field
+from fieldrig_page.connections import Connection
 from fieldrig_page.wire import packed, taken
 
 log = logging.getLogger(__name__)
@@ -92,8 +94,6 @@ class Live:
     def __init__(self, topics: Sequence[Topic], greeting: dict[str, Any]) -> None:
         """`greeting` is the first message of every socket; the role of the page is added to it."""
         self.pages: dict[Page, WebSocket] = {}
-        self.refused = 0
-        """Sockets beyond `MOST_SOCKETS`."""
         self.left_out = 0
         """Ticks that were left out because a page was behind."""
         self._topics = {topic.name: topic for topic in topics}
@@ -132,7 +132,7 @@ class Live:
     async def serve(self, socket: WebSocket) -> None:
         """Serve one socket to its end."""
         if len(self.pages) >= MOST_SOCKETS:
-            self.refused += 1
+            Connection.door.reached.note(OVER_LIMIT, f"{MOST_SOCKETS} pages are open; another one is refused")
             await socket.close()  # before it is accepted: HTTP status 403
             return
         page = Page(socket.scope["role"])

@@ -82,7 +82,12 @@ async def serve(config: RigConfig, seat: Seat, patience_s: float) -> None:
         on_signals(("SIGTERM", "SIGINT"), lambda: setattr(server, "should_exit", True))
 
         async def status(_verb: str, _message: object) -> dict[str, object]:
-            return {**facts(), "state": "ready", "pages": len(site.live.pages)}
+            return {
+                **facts(),
+                "state": "ready",
+                "pages": len(site.live.pages),
+                "limits": Connection.door.reached.figures(),
+            }
 
         control.serve("ui/status", status)
         working = asyncio.get_running_loop().create_task(site.run())

@@ -73,6 +73,7 @@ def test_a_thousand_silent_connections_keep_no_user_out(rig: RunningRig) -> None
     finally:
         for connection in silent:
             connection.close()
+    assert rig.json("status")["client_limits"]["ui"]["connections over the limit"] >= MANY - LIMITS.connections
 
 
 @in_loop

@@ -43,7 +43,9 @@ def rig_status(
 def joined(rig: dict[str, Any], details: dict[str, Any], page: dict[str, Any]) -> dict[str, Any]:
     """Return what `fieldrig status --json` shows: the answer of the rig with those of its processes and its page."""
     if "ui" in rig:
-        rig["ui"] |= page
+        if reached := page.get("limits"):
+            rig.setdefault("client_limits", {})["ui"] = reached
+        rig["ui"] |= {key: value for key, value in page.items() if key != "limits"}
     for name, detail in details.items():
         process = rig["processes"].setdefault(name, {"state": detail["state"], "pid": detail["pid"], "restarts": 0})
         process.update(
