@@ -3,7 +3,7 @@ import { html } from 'htm/preact';
 import { useState } from 'preact/hooks';
 import { api } from './live.js';
 
-const FIGURES = ['restarts', 'MB', 'CPU s', 'late at most', 'cycles kept'];
+const FIGURES = ['restarts', 'MB with shared', 'CPU s', 'late at most', 'cycles kept'];
 
 export function View({ rig, role, kept = {} }) {
   const [refusal, setRefusal] = useState(null);
