@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Any, Final, Self
 
-from fieldrig_devices.iec.elementary import Elementary
+from fieldrig_devices.iec.elementary import UNSIGNED, Elementary
 
 
 class Origin(Enum):
@@ -232,12 +232,15 @@ class Dialect:
     @property
     def long_time(self) -> Elementary:
         """The LTIME of the programs."""
-        return Elementary.LTIME if self.has_signed_long_times else Elementary.UNSIGNED_LTIME
+        return self._long(Elementary.LTIME)
+
+    def _long(self, kind: Elementary) -> Elementary:
+        return kind if self.has_signed_long_times else UNSIGNED[kind]
 
     @property
     def durations(self) -> Mapping[Elementary, Elementary]:
-        """The forms of TIME and LTIME in the programs."""
-        return {Elementary.TIME: self.time, Elementary.LTIME: self.long_time}
+        """The forms of TIME and of the long types in the programs."""
+        return {Elementary.TIME: self.time, **{kind: self._long(kind) for kind in UNSIGNED}}
 
     def key(self, name: str) -> str:
         """Return what two spellings of the same name have in common."""

@@ -18,7 +18,12 @@ class Family(Enum):
     CHARACTER = "character"
 
 
-_TWINS: Final = {"SIGNED_TIME": "TIME", "UNSIGNED_LTIME": "LTIME"}
+_TWINS: Final = {
+    "SIGNED_TIME": "TIME",
+    "UNSIGNED_LTIME": "LTIME",
+    "UNSIGNED_LDATE": "LDATE",
+    "UNSIGNED_LDT": "LDT",
+}
 """The types that have the name of another one in their dialects."""
 _DAY_NS: Final = 86_400_000_000_000
 _FACTS: Final = {
@@ -49,6 +54,8 @@ _FACTS: Final = {
     "WCHAR": (2, Family.CHARACTER, 0, 2**16 - 1),
     "SIGNED_TIME": (4, Family.TIME, -(2**31), 2**31 - 1),
     "UNSIGNED_LTIME": (8, Family.TIME, 0, 2**64 - 1),
+    "UNSIGNED_LDATE": (8, Family.DATE, 0, 213_503 * _DAY_NS),
+    "UNSIGNED_LDT": (8, Family.DATE, 0, 2**64 - 1),
 }
 """Size in bytes, family, and the smallest and the largest value."""
 
@@ -95,6 +102,9 @@ class Elementary(Enum):
     """The TIME of a dialect in which times may be negative, in milliseconds."""
     UNSIGNED_LTIME = "UNSIGNED_LTIME"
     """The LTIME of CODESYS and TwinCAT, in nanoseconds."""
+    UNSIGNED_LDATE = "UNSIGNED_LDATE"
+    UNSIGNED_LDT = "UNSIGNED_LDT"
+    """The LDATE and LDT of the same tools, up to the year 2554."""
 
     def __init__(self, _: str) -> None:
         self.size, self.family, self.low, self.high = _FACTS[self.value]
@@ -152,13 +162,25 @@ SHORT_TIMES: Final = (Elementary.TIME, Elementary.SIGNED_TIME)
 """The two forms of TIME, of which a dialect has one in its programs; functions of the libraries may have the other."""
 LONG_TIMES: Final = (Elementary.LTIME, Elementary.UNSIGNED_LTIME)
 """The two forms of LTIME."""
-OF_EDITION_3: Final = frozenset({*LONGER.values(), Elementary.UNSIGNED_LTIME, Elementary.CHAR, Elementary.WCHAR})
+UNSIGNED: Final = {
+    Elementary.LTIME: Elementary.UNSIGNED_LTIME,
+    Elementary.LDATE: Elementary.UNSIGNED_LDATE,
+    Elementary.LDT: Elementary.UNSIGNED_LDT,
+}
+"""The types without a sign that the tools of today have in place of those of the standard."""
+_SIGNED: Final = {unsigned: signed for signed, unsigned in UNSIGNED.items()}
+OF_EDITION_3: Final = frozenset({*LONGER.values(), *UNSIGNED.values(), Elementary.CHAR, Elementary.WCHAR})
 """Types whose names are free for others before edition 3."""
+
+
+def are_twins(kind: Elementary, other: Elementary) -> bool:
+    """True for the two forms, with and without a sign, of one long type."""
+    return _SIGNED.get(kind, kind) is _SIGNED.get(other, other)
 
 
 def is_longer(kind: Elementary, other: Elementary) -> bool:
     """True if `other` has the same times or dates as `kind`, in nanoseconds."""
-    return LONGER.get(kind) is (Elementary.LTIME if other in LONG_TIMES else other)
+    return LONGER.get(kind) is _SIGNED.get(other, other)
 
 
 UNITS_NS: Final = {
@@ -168,6 +190,6 @@ UNITS_NS: Final = {
     Elementary.DATE: 1_000_000_000,
     Elementary.DT: 1_000_000_000,
     **dict.fromkeys(LONGER.values(), 1),
-    Elementary.UNSIGNED_LTIME: 1,
+    **dict.fromkeys(UNSIGNED.values(), 1),
 }
 """Duration of one count of each type of times and dates, in nanoseconds."""

@@ -12,6 +12,7 @@ from typing import Final
 
 from fieldrig_devices.iec import characters
 from fieldrig_devices.iec.dialect import Dialect
+from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.literal_texts import EPOCH, MS_NS, S_NS, UNITS_NS, long_time_text, time_text
 
 
@@ -45,8 +46,6 @@ _WIDE_ESCAPES: Final = {**_ESCAPES, '"': '"'}
 _WIDE_ESCAPE: Final = re.compile(r"\$([0-9A-Fa-f]{4}|.?)", re.DOTALL)
 MOST_MILLISECONDS: Final = 2**32 - 1
 """T#49d17h2m47s295ms, the largest TIME."""
-MOST_NANOSECONDS: Final = 2**63 - 1
-"""LTIME#106751d23h47m16s854ms775us807ns, the largest LTIME."""
 
 
 def integer(text: str) -> int:
@@ -223,9 +222,14 @@ def day(text: str) -> int:
     return _days(text, MOST_MILLISECONDS // 86_400) * 86_400
 
 
-def long_day(text: str) -> int:
+def long_day(text: str, dialect: Dialect) -> int:
     """Return the nanoseconds since 1970 at the begin of a day."""
-    return _days(text, MOST_NANOSECONDS // UNITS_NS["d"]) * UNITS_NS["d"]
+    return _days(text, _most(dialect) // UNITS_NS["d"]) * UNITS_NS["d"]
+
+
+def _most(dialect: Dialect) -> int:
+    """Return the last nanosecond of a long date."""
+    return int(dialect.durations[Elementary.LDT].high)
 
 
 def _days(text: str, most: int) -> int:
@@ -251,12 +255,13 @@ def date_and_time(text: str) -> int:
     return seconds
 
 
-def long_date_and_time(text: str) -> int:
+def long_date_and_time(text: str, dialect: Dialect) -> int:
     """Return the nanoseconds since 1970."""
     date_text, clock_text = _date_and_clock(text)
-    nanoseconds = long_day(date_text) + _clock(clock_text)
-    if nanoseconds > MOST_NANOSECONDS:
-        raise LiteralError(f"{text} is out of range", "1970-01-01-00:00:00 to 2262-04-11-23:47:16.854775807")
+    nanoseconds = long_day(date_text, dialect) + _clock(clock_text)
+    if nanoseconds > _most(dialect):
+        last = "2262-04-11-23:47:16.854775807" if dialect.has_signed_long_times else "2554-07-21-23:34:33.709551615"
+        raise LiteralError(f"{text} is out of range", f"1970-01-01-00:00:00 to {last}")
     return nanoseconds
 
 

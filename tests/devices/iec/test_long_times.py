@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from iec_program import IecBench, program, refused
 
 from fieldrig_devices.iec import literal_texts, literals
-from fieldrig_devices.iec.dialect import EDITION_3, EPAS_4
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
 from fieldrig_devices.iec.elementary import LONGER, UNITS_NS, Elementary
 from fieldrig_devices.iec.library.conversions import convert
 
@@ -119,6 +119,9 @@ def test_the_constant_of_a_duration_is_its_value(value: int) -> None:
     assert literals.long_time(text.removeprefix("LTIME#"), EDITION_3) == max(value, -(2**63) + 1)
 
 
-@given(st.integers(0, 2**63 - 1))
-def test_the_constant_of_a_date_with_a_time_is_its_value(value: int) -> None:
-    assert literals.long_date_and_time(literal_texts.date_text("LDT", value, 1).removeprefix("LDT#")) == value
+@given(st.sampled_from([(EDITION_3, 2**63 - 1), (CODESYS, 2**64 - 1)]), st.data())
+def test_the_constant_of_a_date_with_a_time_is_its_value(range_of: tuple[Dialect, int], data: st.DataObject) -> None:
+    dialect, most = range_of
+    value = data.draw(st.integers(0, most))
+    text = literal_texts.date_text("LDT", value, 1).removeprefix("LDT#")
+    assert literals.long_date_and_time(text, dialect) == value

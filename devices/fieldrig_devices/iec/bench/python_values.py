@@ -84,10 +84,10 @@ def single(kind: Type, value: Value) -> Any:
     if not isinstance(stored, Elementary) or not stored.is_time or isinstance(value, str):
         return value
     ns = int(value) * UNITS_NS[stored]
-    if stored.family is Family.TIME or stored in (Elementary.LTOD, Elementary.LDT):
+    if stored.family is Family.TIME or stored in (Elementary.LTOD, Elementary.LDT, Elementary.UNSIGNED_LDT):
         return ns
     instant = _EPOCH + timedelta(microseconds=ns // _US_NS)
-    if stored in (Elementary.DATE, Elementary.LDATE):
+    if stored in (Elementary.DATE, Elementary.LDATE, Elementary.UNSIGNED_LDATE):
         return instant.date()
     return instant.time() if stored is Elementary.TOD else instant
 

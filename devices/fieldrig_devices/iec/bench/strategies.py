@@ -52,7 +52,7 @@ def _elementary(of: Any, kind: Elementary) -> Any:
         return of.integers(0, int(kind.high)).map(chr)
     if kind is Elementary.TOD:
         return of.times().map(lambda one: one.replace(microsecond=one.microsecond // 1000 * 1000))
-    if kind is Elementary.DATE or kind is Elementary.LDATE:
+    if kind in (Elementary.DATE, Elementary.LDATE, Elementary.UNSIGNED_LDATE):
         return of.dates(_FIRST, _LAST)
     if kind is Elementary.DT:
         return of.datetimes(datetime(1970, 1, 1), datetime(2106, 2, 6)).map(lambda one: one.replace(microsecond=0))  # noqa: DTZ001

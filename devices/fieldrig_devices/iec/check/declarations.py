@@ -45,10 +45,10 @@ class Declarations:
         """How many structures have the start values of their components."""
         has_long = project.dialect.has_long_types
         names = {str(kind): kind for kind in Elementary if has_long or kind not in OF_EDITION_3}
-        names["TIME"] = project.dialect.time
-        if has_long:
-            names["LTIME"] = project.dialect.long_time
-        names |= {**ALIASES, **(LONG_ALIASES if has_long else {})}
+        durations = project.dialect.durations
+        names |= {str(kind): form for kind, form in durations.items() if has_long or kind not in OF_EDITION_3}
+        long_aliases = {name: durations.get(kind, kind) for name, kind in LONG_ALIASES.items()}
+        names |= {**ALIASES, **(long_aliases if has_long else {})}
         project.types.update({name.lower(): kind for name, kind in names.items()})
         project.types["string"] = StringType()
         if project.dialect.has_wide_strings:

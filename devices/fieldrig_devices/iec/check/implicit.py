@@ -8,7 +8,7 @@ every value of the one type is a value of the other, and keeps bit strings and n
 from functools import cache
 from typing import Final
 
-from fieldrig_devices.iec.elementary import LONG_TIMES, SHORT_TIMES, Elementary, Family
+from fieldrig_devices.iec.elementary import SHORT_TIMES, Elementary, Family, are_twins
 from fieldrig_devices.iec.library.arguments import common as common_type
 from fieldrig_devices.iec.library.arguments import widens
 
@@ -32,7 +32,7 @@ def is_exact(source: Elementary, target: Elementary) -> bool:
 
 
 def _strictly(source: Elementary, target: Elementary) -> bool:
-    if any(source in twins and target in twins for twins in (SHORT_TIMES, LONG_TIMES)):
+    if (source in SHORT_TIMES and target in SHORT_TIMES) or are_twins(source, target):
         return True  # the same TIME of a program and of a library
     is_bits = Family.BITS in (source.family, target.family)
     return is_exact(source, target) and (not is_bits or source.family is target.family)

@@ -9,12 +9,21 @@ from typing import Final
 
 from fieldrig_devices.iec.check import constants
 from fieldrig_devices.iec.check.context import Context
-from fieldrig_devices.iec.elementary import LONG_TIMES, LONGER, SHORT_TIMES, UNITS_NS, Elementary, is_longer
+from fieldrig_devices.iec.elementary import (
+    LONG_TIMES,
+    LONGER,
+    SHORT_TIMES,
+    UNITS_NS,
+    UNSIGNED,
+    Elementary,
+    are_twins,
+    is_longer,
+)
 from fieldrig_devices.iec.program import COMPARISONS, Constant, Expression, Operator
 
 _DURATIONS: Final = (*SHORT_TIMES, *LONG_TIMES)
 _DAY_MS: Final = 86_400_000
-_MOMENTS: Final = (Elementary.DT, Elementary.TOD, Elementary.LDT, Elementary.LTOD)
+_MOMENTS: Final = (Elementary.DT, Elementary.TOD, Elementary.LDT, Elementary.LTOD, Elementary.UNSIGNED_LDT)
 
 
 def _duration(context: Context, kind: Elementary) -> Elementary:
@@ -25,7 +34,7 @@ def _duration(context: Context, kind: Elementary) -> Elementary:
 
 def _number(kind: Elementary) -> Elementary:
     """Return the type in which the numbers behind times of this type are computed."""
-    if kind is Elementary.UNSIGNED_LTIME:
+    if kind in UNSIGNED.values():
         return Elementary.ULINT
     return Elementary.DWORD if kind in LONGER and not kind.is_signed else Elementary.LINT
 
@@ -34,7 +43,7 @@ def is_negative(context: Context, operator: Operator, left: Expression, right: E
     """True for constants whose difference is below 0, in a dialect without negative times."""
     if operator is not Operator.SUB or context.project.dialect.allows_negative_times or context.is_library:
         return False
-    has_time = left.type in (*LONGER, *LONGER.values(), *LONG_TIMES)
+    has_time = left.type in (*LONGER, *LONGER.values(), *UNSIGNED.values())
     return has_time and isinstance(left, Constant) and isinstance(right, Constant) and left.value < right.value  # type: ignore[operator]
 
 
@@ -72,8 +81,13 @@ def of_two_types(context: Context, operator: Operator, left: Expression, right: 
     first, second = left.type, right.type
     assert isinstance(first, Elementary)
     assert isinstance(second, Elementary)
-    if any(first in twins and second in twins for twins in (SHORT_TIMES, LONG_TIMES)):
-        kind = context.project.dialect.time if first in SHORT_TIMES else context.project.dialect.long_time
+    if (first in SHORT_TIMES and second in SHORT_TIMES) or are_twins(first, second):
+        durations = context.project.dialect.durations
+        kind = (
+            durations[Elementary.TIME]
+            if first in SHORT_TIMES
+            else next(form for form in durations.values() if are_twins(form, first))
+        )
         both = constants.converted(left, kind), constants.converted(right, kind)
         return _of_one_type(context, operator, *both, kind)
     if is_longer(first, second):

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fieldrig_devices.iec.elementary import LONG_TIMES, SHORT_TIMES, Elementary, Family, is_longer
+from fieldrig_devices.iec.elementary import SHORT_TIMES, Elementary, Family, are_twins, is_longer
 from fieldrig_devices.iec.types import EnumType, StringType, SubrangeType, Type
 
 
@@ -63,7 +63,7 @@ def widens(argument: Argument, into: Type) -> bool:
         return is_text or given is (Elementary.WCHAR if target.is_wide else Elementary.CHAR)
     if not isinstance(given, Elementary) or not isinstance(target, Elementary) or given is target:
         return given == target
-    if is_longer(given, target) or any(given in twins and target in twins for twins in (SHORT_TIMES, LONG_TIMES)):
+    if is_longer(given, target) or (given in SHORT_TIMES and target in SHORT_TIMES) or are_twins(given, target):
         return True
     if target.is_real:
         return given.is_integer or given is Elementary.REAL

@@ -23,7 +23,7 @@ from functools import cache, partial
 from typing import Final
 
 from fieldrig_devices.iec import characters, literal_texts
-from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, LONG_TIMES, LONGER, UNITS_NS, Elementary, Family
+from fieldrig_devices.iec.elementary import ALIASES, LONG_ALIASES, LONGER, UNITS_NS, Elementary, Family, are_twins
 from fieldrig_devices.iec.library import reals, texts
 from fieldrig_devices.iec.library.integers import wrapped
 from fieldrig_devices.iec.library.overload import REAL_NS, SIMPLE_NS, TEXT_NS, expand
@@ -213,12 +213,7 @@ def python_of(source: Type, target: Type) -> str:
         return "({0} != 0)"
     if given.is_real:
         return _number_to(wanted, integer_of("{0}", wanted))
-    if (
-        given.is_time
-        and wanted.is_time
-        and not (given in LONGER and wanted in LONGER)
-        and not _are_twins(given, wanted)
-    ):
+    if given.is_time and wanted.is_time and not (given in LONGER and wanted in LONGER) and not are_twins(given, wanted):
         return _to_time(given, wanted)
     if given is Elementary.WCHAR and wanted is Elementary.CHAR:
         return "NARROW_CODE({0})"
@@ -229,10 +224,6 @@ def python_of(source: Type, target: Type) -> str:
     if given.low >= wanted.low and given.high <= wanted.high and wanted not in _DAYS:
         return "{0}"
     return _number_to(wanted, "{0}")
-
-
-def _are_twins(given: Elementary, wanted: Elementary) -> bool:
-    return given in LONG_TIMES and wanted in LONG_TIMES
 
 
 def _to_real(given: Elementary, wanted: Elementary) -> str:
@@ -247,14 +238,15 @@ def _number_to(wanted: Elementary, python: str) -> str:
         return f"(({python} & {_MASK}) % {_day(wanted)})"
     if wanted is Elementary.LTOD:
         return f"({python} % {_day(wanted)})"
-    if wanted is Elementary.LDATE:
+    if wanted in _LONG_DAYS:
         return f"MIDNIGHT({wrapped(python, wanted)})"
     if wanted is Elementary.DATE:
         return f"({wrapped(python, wanted)} // {_day(wanted)} * {_day(wanted)})"
     return wrapped(python, wanted)
 
 
-_DAYS: Final = (Elementary.DATE, Elementary.LDATE)
+_LONG_DAYS: Final = (Elementary.LDATE, Elementary.UNSIGNED_LDATE)
+_DAYS: Final = (Elementary.DATE, *_LONG_DAYS)
 
 
 def _day(kind: Elementary) -> int:

@@ -376,7 +376,7 @@ def _valid_bcd(name: str, arguments: Sequence[Argument], wanted: Type | None) ->
 
 BYTE_ORDERS: Final = frozenset({"TO_BIG_ENDIAN", "FROM_BIG_ENDIAN", "TO_LITTLE_ENDIAN", "FROM_LITTLE_ENDIAN"})
 _OF_ONE_BYTE: Final = frozenset(kind for kind in Elementary if kind.size == 1)
-_NOT_OF_ALL_BITS: Final = frozenset({Elementary.TOD, Elementary.LTOD, Elementary.LDATE})
+_NOT_OF_ALL_BITS: Final = frozenset({Elementary.TOD, Elementary.LTOD, Elementary.LDATE, Elementary.UNSIGNED_LDATE})
 """Types whose values do not use all of their bits, so that bytes in another order are no value."""
 
 

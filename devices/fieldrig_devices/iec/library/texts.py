@@ -92,7 +92,10 @@ _WRITERS: Final[dict[Elementary, Callable[..., str]]] = {
     Elementary.TOD: _tod_text,
     Elementary.DT: _dt_text,
     **dict.fromkeys(LONG_TIMES, literal_texts.long_time_text),
-    **{kind: partial(literal_texts.date_text, kind.name, unit_ns=1) for kind in (_E.LDATE, _E.LTOD, _E.LDT)},
+    **{
+        kind: partial(literal_texts.date_text, str(kind), unit_ns=1)
+        for kind in (_E.LDATE, _E.LTOD, _E.LDT, _E.UNSIGNED_LDATE, _E.UNSIGNED_LDT)
+    },
     Elementary.CHAR: chr,
     Elementary.WCHAR: characters.of_code,
 }
@@ -126,9 +129,14 @@ _TIMES: Final[dict[Elementary, tuple[tuple[str, str], Callable[[str], int]]]] = 
     Elementary.DT: (("DT", "DATE_AND_TIME"), literals.date_and_time),
     Elementary.LTIME: (("LT", "LTIME"), lambda text: literals.long_time(text, EDITION_3)),
     Elementary.UNSIGNED_LTIME: (("LT", "LTIME"), lambda text: literals.long_time(text, CODESYS)),
-    Elementary.LDATE: (("LD", "LDATE"), literals.long_day),
+    Elementary.LDATE: (("LD", "LDATE"), lambda text: literals.long_day(text, EDITION_3)),
+    Elementary.UNSIGNED_LDATE: (("LD", "LDATE"), lambda text: literals.long_day(text, CODESYS)),
     Elementary.LTOD: (("LTOD", "LTIME_OF_DAY"), literals.long_time_of_day),
-    Elementary.LDT: (("LDT", "LDATE_AND_TIME"), literals.long_date_and_time),
+    Elementary.LDT: (("LDT", "LDATE_AND_TIME"), lambda text: literals.long_date_and_time(text, EDITION_3)),
+    Elementary.UNSIGNED_LDT: (
+        ("LDT", "LDATE_AND_TIME"),
+        lambda text: literals.long_date_and_time(text, CODESYS),
+    ),
 }
 """The words in front of # in a literal, and the function that reads the part behind it."""
 _LONGEST_NUMBER: Final = 100

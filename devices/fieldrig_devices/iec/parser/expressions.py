@@ -11,6 +11,7 @@ from typing import Final
 
 from fieldrig_devices.iec import characters, literals, tree
 from fieldrig_devices.iec import tokens as token
+from fieldrig_devices.iec.dialect import Dialect
 from fieldrig_devices.iec.parser.cursor import DEEPEST_EXPRESSION, LONGEST_CHAIN, Cursor
 from fieldrig_devices.iec.tree import LiteralKind
 
@@ -61,11 +62,11 @@ _TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str], int]]]] = {
     "DT": (LiteralKind.DT, literals.date_and_time),
     "DATE_AND_TIME": (LiteralKind.DT, literals.date_and_time),
 }
-_LONG_TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str], int]]]] = {
+_LONG_TIMES: Final[Mapping[str, tuple[LiteralKind, Callable[[str, Dialect], int]]]] = {
     "LD": (LiteralKind.LDATE, literals.long_day),
     "LDATE": (LiteralKind.LDATE, literals.long_day),
-    "LTOD": (LiteralKind.LTOD, literals.long_time_of_day),
-    "LTIME_OF_DAY": (LiteralKind.LTOD, literals.long_time_of_day),
+    "LTOD": (LiteralKind.LTOD, lambda text, _: literals.long_time_of_day(text)),
+    "LTIME_OF_DAY": (LiteralKind.LTOD, lambda text, _: literals.long_time_of_day(text)),
     "LDT": (LiteralKind.LDT, literals.long_date_and_time),
     "LDATE_AND_TIME": (LiteralKind.LDT, literals.long_date_and_time),
 }
@@ -249,8 +250,8 @@ class Expressions(Cursor):
             kind, read = _TIMES[upper]
             return self._literal(kind, at, rest, read)
         if self.dialect.has_long_types and upper in _LONG_TIMES:
-            kind, read = _LONG_TIMES[upper]
-            return self._literal(kind, at, rest, read)
+            kind, read_long = _LONG_TIMES[upper]
+            return self._literal(kind, at, rest, lambda inner: read_long(inner, self.dialect))
         if self.dialect.has_long_types and upper in ("LT", "LTIME"):
             return self._literal(LiteralKind.LTIME, at, rest, lambda inner: literals.long_time(inner, self.dialect))
         if upper in ("T", "TIME", "LTIME"):

@@ -33,6 +33,8 @@ class _Header(NamedTuple):
     extends_with: tuple[tree.Expression, ...] = ()
     """The generic constants behind EXTENDS."""
     implements: tuple[str, ...] = ()
+    in_front: tuple[tree.Variables, ...] = ()
+    """The blocks with generic constants in front of EXTENDS and IMPLEMENTS, where TwinCAT has them."""
 
 
 class Units(Tests):
@@ -218,8 +220,8 @@ class Units(Tests):
         kind = POUS[self.kinds[opening]]
         self.i += 1
         modifiers = self._modifiers(kind)
-        name, result, extends, extends_with, implements = self._pou_header(kind)
-        blocks = self.blocks()
+        name, result, extends, extends_with, implements, in_front = self._pou_header(kind)
+        blocks = in_front + self.blocks()
         self.actions = []
         methods: list[tree.Method] = []
         while self.kinds[self.i] in ("METHOD", "PROPERTY"):
@@ -241,7 +243,7 @@ class Units(Tests):
         parts = tuple(actions), tuple(methods)
         position = self.positions[opening]
         pou = tree.Pou(kind, name, result, blocks, body, *parts, extends, modifiers, implements, end, position=position)
-        pou.extends_with = extends_with
+        pou.extends_with, pou.blocks_in_front = extends_with, len(in_front)
         pou.comments, pou.remark = front, self.remark()
         pou.after = rest
         return pou
@@ -283,6 +285,9 @@ class Units(Tests):
         try:
             name = self.name(f"the name of the {kind.value}")
             self._using()
+            front: tuple[tree.Variables, ...] = ()
+            while self.kinds[self.i] == "VAR_GENERIC" and kind.has_instances:
+                front += (self.block_of_variables(),)
             extends, extends_with = "", tuple[tree.Expression, ...]()
             if self.dialect.has_methods and kind.has_instances and self.accept_word("EXTENDS"):
                 extends = self.qualified_name(
@@ -313,4 +318,5 @@ class Units(Tests):
             while self.positions[self.i].line == line and self.kinds[self.i] != token.END:
                 self.i += 1
             return _Header(self.texts[at] if self.kinds[at] == token.NAME else "")
-        return _Header(name, result if kind is tree.PouKind.FUNCTION else None, extends, extends_with, implements)
+        result = result if kind is tree.PouKind.FUNCTION else None
+        return _Header(name, result, extends, extends_with, implements, front)

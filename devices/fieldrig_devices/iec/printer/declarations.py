@@ -36,11 +36,20 @@ def _remark(lines: Lines, statement: tree.Statement) -> None:
 def _pou(lines: Lines, pou: tree.Pou) -> None:
     extends = ("EXTENDS", f"{pou.extends}{generic_constants(pou.extends_with)}") if pou.extends else ()
     implements = ("IMPLEMENTS", ", ".join(pou.implements)) if pou.implements else ()
-    lines.add(" ".join([pou.kind.value, *pou.modifiers, pou.name, *extends, *implements]))
+    head = [pou.kind.value, *pou.modifiers, pou.name]
+    if pou.blocks_in_front and (extends or implements):
+        lines.add(" ".join(head))
+        head, front = [], pou.blocks[: pou.blocks_in_front]
+        for block in front:
+            lines.front(block)
+            variables(lines, block)
+    else:
+        front = ()
+    lines.add(" ".join([*head, *extends, *implements]))
     if pou.result is not None:
         lines.append(" : ")
         type_spec(lines, pou.result)
-    for block in pou.blocks:
+    for block in pou.blocks[len(front) :]:
         lines.front(block)
         variables(lines, block)
     if pou.blocks and (pou.body != tree.StBody(()) or not (pou.methods or pou.actions)):

@@ -104,6 +104,8 @@ class Pou(Statement):
     end: Position = field(default=NOWHERE, compare=False, repr=False)
     extends_with: tuple[Expression, ...] = field(default=(), kw_only=True)
     """The generic constants behind EXTENDS, `EXTENDS Stack<10>`."""
+    blocks_in_front: int = field(default=0, compare=False, repr=False, kw_only=True)
+    """How many blocks with generic constants are in front of EXTENDS and IMPLEMENTS."""
 
 
 @dataclass(slots=True)

@@ -20,7 +20,11 @@ from fieldrig_devices.iec.imports.networks.results import Results, result_by_nam
 from fieldrig_devices.iec.program import Expression
 from fieldrig_devices.iec.types import EnumType, StringType, StructType, Type
 
-_ELEMENTARY: Final[Mapping[str, Elementary]] = {**{str(kind): kind for kind in Elementary}, **ALIASES, **LONG_ALIASES}
+_ELEMENTARY: Final[Mapping[str, Elementary]] = {
+    **{kind.name: kind for kind in Elementary},
+    **ALIASES,
+    **LONG_ALIASES,
+}
 
 
 class Kinds(Declarations):
@@ -57,7 +61,7 @@ class Kinds(Declarations):
         match resolved:
             case tree.NamedType(name) if name.upper() in _ELEMENTARY:
                 kind = _ELEMENTARY[name.upper()]
-                return self.dialect.time if kind is Elementary.TIME else kind
+                return self.dialect.durations.get(kind, kind)
             case tree.StringSpec(tree.Literal(value=int() as length), is_wide):
                 return StringType(length, is_wide)
             case tree.StringSpec(is_wide=is_wide):
