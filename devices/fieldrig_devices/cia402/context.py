@@ -75,7 +75,9 @@ class Context:
         turn = self.motor.revolution
         self.units = self.si.scaled(units, turn, turn * max(gear[0], 1) / max(gear[1], 1))
         if self.behaviour.velocity_unit is not None:
-            self.units = replace(self.units, per_speed_unit=self.behaviour.velocity_unit * turn)
+            self.units = replace(
+                self.units, per_speed_unit=self.behaviour.velocity_unit * turn / self.si.velocity_factor
+            )
         self.turn = turn_of(*pair(objects.POSITION_RANGE))
         self.threshold = self.speed(numbers[objects.THRESHOLD, 0])
         self.velocity_window = numbers[objects.VELOCITY_WINDOW, 0] * self.units.per_speed_unit

@@ -5,7 +5,9 @@ and denominator.  Positions follow the factors (608Fh, 6091h, 6092h), and 60A8h 
 drive has no feed constant, its user unit is the angle of 60A8h.  A velocity whose numerator is that of 60A8h follows
 from the user unit of positions.  Turns and other angles are those of the shaft behind the gear if positions are angles
 or lengths, otherwise those of the motor.  608Bh to 608Eh are the same of the older edition, as far as their unit is
-min-1.  Left out: the unit of the jerk, which is that of accelerations per second, and 6090h, 6096h and 6097h.
+min-1.  Where no unit is known, a velocity is user units of positions per second times 6096h, and an acceleration is
+them per second squared times 6097h.  Left out: the unit of the jerk, which is that of accelerations per second, and
+6090h.
 """
 
 from collections.abc import Callable
@@ -18,9 +20,11 @@ from fieldrig_devices.cia402.units import Units
 POSITION, VELOCITY, ACCELERATION = 0x60A8, 0x60A9, 0x60AA
 VELOCITY_NOTATION, VELOCITY_DIMENSION = 0x608B, 0x608C
 ACCELERATION_NOTATION, ACCELERATION_DIMENSION = 0x608D, 0x608E
+VELOCITY_FACTOR, ACCELERATION_FACTOR = 0x6096, 0x6097
 OBJECTS: Final = (
-    POSITION, VELOCITY, ACCELERATION, VELOCITY_NOTATION, VELOCITY_DIMENSION, ACCELERATION_NOTATION,
-    ACCELERATION_DIMENSION,
+    (POSITION, 0), (VELOCITY, 0), (ACCELERATION, 0), (VELOCITY_NOTATION, 0), (VELOCITY_DIMENSION, 0),
+    (ACCELERATION_NOTATION, 0), (ACCELERATION_DIMENSION, 0), (VELOCITY_FACTOR, 1), (VELOCITY_FACTOR, 2),
+    (ACCELERATION_FACTOR, 1), (ACCELERATION_FACTOR, 2),
 )  # fmt: skip
 INCREMENT_POSITIONS, INCREMENT_VELOCITIES, INCREMENT_ACCELERATIONS = 0x00B5_0000, 0x00B5_0300, 0x00B5_5700
 RPM: Final = 0x00B4_4700
@@ -61,6 +65,10 @@ class SiUnits:
     velocity: Unit = NONE
     acceleration: Unit | None = None
     """None for the unit of velocities per second."""
+    velocity_factor: float = 1.0
+    """Units of velocities that are one user unit of positions per second, where no unit of them is known."""
+    acceleration_factor: float | None = None
+    """The same of accelerations; None for the unit of velocities per second."""
 
     @property
     def per_turn(self) -> float | None:
@@ -71,13 +79,14 @@ class SiUnits:
     def scaled(self, units: Units, turn: float, shaft_turn: float) -> Units:
         """`units` with those of velocities and accelerations; `turn` and `shaft_turn` are the increments of one."""
         base = shaft_turn if self.position.is_angle_or_length else turn
-        speed = self._speed(self.velocity, units.per_unit, base)
-        rate = speed if self.acceleration is None else self._rate(self.acceleration, units.per_unit, base)
-        return replace(
-            units,
-            per_speed_unit=units.per_unit if speed is None else speed,
-            per_rate_unit=units.per_unit if rate is None else rate,
-        )
+        known = self._speed(self.velocity, units.per_unit, base)
+        speed = units.per_unit / self.velocity_factor if known is None else known
+        rate = None if self.acceleration is None else self._rate(self.acceleration, units.per_unit, base)
+        if rate is None and self.acceleration_factor is not None:
+            rate = (units.per_unit if known is None else known) / self.acceleration_factor
+        elif rate is None:
+            rate = speed if self.acceleration is None else units.per_unit
+        return replace(units, per_speed_unit=speed, per_rate_unit=rate)
 
     def _speed(self, unit: Unit, per_unit: float, turn: float) -> float | None:
         """The increments per second of a unit; None if it says nothing that is known."""
@@ -99,21 +108,29 @@ class SiUnits:
         return float(10.0**unit.exponent) if unit.numerator in INCREMENTS else None
 
 
-def si_units(number: Callable[[int], int | None]) -> SiUnits:
-    """Return the units that objects say; `number` returns the value of one, or None without it."""
-    position, velocity, acceleration = (number(index) for index in (POSITION, VELOCITY, ACCELERATION))
+def si_units(number: Callable[[int, int], int | None]) -> SiUnits:
+    """Return the units that objects say; `number` returns the value of an index and sub-index, or None without it."""
+    position, velocity, acceleration = (number(index, 0) for index in (POSITION, VELOCITY, ACCELERATION))
     return SiUnits(
         NONE if position is None else Unit.read(position),
         _older(number, VELOCITY_NOTATION, 0xB4, 0x47) or NONE if velocity is None else Unit.read(velocity),
         _older(number, ACCELERATION_NOTATION, RPM_NUMERATOR, 0x03) if acceleration is None else Unit.read(acceleration),
+        _factor(number, VELOCITY_FACTOR) or 1.0,
+        _factor(number, ACCELERATION_FACTOR),
     )
 
 
-def _older(number: Callable[[int], int | None], notation: int, numerator: int, denominator: int) -> Unit | None:
+def _factor(number: Callable[[int, int], int | None], index: int) -> float | None:
+    """Return a factor by its numerator and divisor, of which 0 is taken as 1; None where the drive has none."""
+    numerator, divisor = number(index, 1), number(index, 2)
+    return None if numerator is None else max(numerator, 1) / max(divisor or 1, 1)
+
+
+def _older(number: Callable[[int, int], int | None], notation: int, numerator: int, denominator: int) -> Unit | None:
     """The unit of a notation index and of the dimension index behind it; None unless the latter is min-1."""
-    if number(notation + 1) != RPM_DIMENSION:
+    if number(notation + 1, 0) != RPM_DIMENSION:
         return None
-    return Unit(_signed((number(notation) or 0) & 0xFF), numerator, denominator)
+    return Unit(_signed((number(notation, 0) or 0) & 0xFF), numerator, denominator)
 
 
 def is_known(index: int, number: int) -> bool:

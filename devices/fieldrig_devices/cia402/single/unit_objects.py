@@ -1,4 +1,7 @@
-"""The units of a drive as objects, 60A8h to 60AAh and 608Bh to 608Eh: a master that writes one changes the unit."""
+"""The units of a drive as objects: a master that writes one changes the unit.
+
+60A8h to 60AAh are units, 608Bh to 608Eh are those of the older edition, and 6096h and 6097h are factors.
+"""
 
 from collections.abc import Callable
 
@@ -17,8 +20,8 @@ class UnitObjects(Service):
     def __init__(self, dictionary: Dictionary, use: Callable[[SiUnits], None]) -> None:
         self._dictionary, self._use = dictionary, use
         self._used: SiUnits | None = None
-        for index in si_units.OBJECTS:
-            variable = dictionary.get(index, 0)
+        for index, subindex in si_units.OBJECTS:
+            variable = dictionary.get(index, subindex)
             if variable is not None and isinstance(variable.type, Integer):
                 variable.watchers.append(self._look)
                 if index in (si_units.POSITION, si_units.VELOCITY, si_units.ACCELERATION):
@@ -33,8 +36,8 @@ class UnitObjects(Service):
             self._used = units
             self._use(units)
 
-    def _number(self, index: int) -> int | None:
-        variable = self._dictionary.get(index, 0)
+    def _number(self, index: int, subindex: int) -> int | None:
+        variable = self._dictionary.get(index, subindex)
         return variable.number if variable is not None and isinstance(variable.type, Integer) else None
 
 

@@ -1,8 +1,9 @@
-"""Units of velocities and accelerations by 60A8h, 60A9h and 60AAh, and by 608Bh and 608Ch of the older edition.
+"""Units of velocities and accelerations by 60A8h to 60AAh, by 608Bh and 608Ch of the older edition, and by factors.
 
 Source: CiA 303-2 for the codes, CiA 402-2 for the objects.  The shaft turns once for three turns of the motor.
 """
 
+from configparser import ConfigParser
 from math import tau
 from pathlib import Path
 
@@ -116,3 +117,63 @@ def test_without_a_feed_constant_the_user_unit_is_the_angle_of_60a8h(tmp_path: P
     bench.enabled(1).put(0x607A, turn).control(0x1F).after(2_000)
     assert bench.get(0x6064) == turn
     assert bench.read("position") == pytest.approx(tau, rel=1e-3)
+
+
+def with_factors(tmp_path: Path, **starts: int) -> str:
+    """Our EDS with 6096h and 6097h instead of the units 60A9h and 60AAh; `starts` are numerators, such as `x6096`."""
+    path = Path(without(tmp_path, "60A9", "60AA"))
+    file = ConfigParser(interpolation=None)
+    file.optionxform = str  # type: ignore[assignment,method-assign]
+    file.read(path, encoding="utf-8")
+    listed = file["OptionalObjects"]
+    for index in ("6096", "6097"):
+        count = int(listed["SupportedObjects"]) + 1
+        listed["SupportedObjects"], listed[str(count)] = str(count), f"0x{index}"
+        file[index] = {"ParameterName": "Factor", "ObjectType": "0x9", "SubNumber": "3"}
+        for subindex, number in enumerate((2, starts.get(f"x{index}", 1), 1)):
+            access, kind = ("rw", "0x7") if subindex else ("const", "0x5")
+            entry = {"ParameterName": f"Number {subindex}", "DataType": kind, "AccessType": access}
+            file[f"{index}sub{subindex}"] = entry | {"DefaultValue": str(number)}
+    with path.open("w", encoding="utf-8") as text:
+        file.write(text, space_around_delimiters=False)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("factor", "velocity", "rpm"),
+    [((1, 1), 5_000_000, 300), ((60, 1_000_000), 300, 300), ((2, 1), 10_000_000, 300), ((1, 2), 2_500_000, 300)],
+)
+def test_a_velocity_is_the_positions_per_second_times_6096h(
+    tmp_path: Path, factor: tuple[int, int], velocity: int, rpm: int
+) -> None:
+    """A turn has a million increments, so 60 by a million makes min-1 of them."""
+    bench = SingleDriveBench(eds=with_factors(tmp_path)).put(0x6065, NO_WINDOW).put(0x607F, MOST)
+    bench.put(0x6096, factor[0], 1).put(0x6096, factor[1], 2)
+    bench.put(0x6083, 500_000_000).enabled(3).put(0x60FF, velocity).after(1_000)
+    assert bench.get(0x606C) == pytest.approx(velocity, abs=1, rel=1e-4)
+    assert bench.read("speed") == pytest.approx(rpm, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("factor", "acceleration"), [((1, 1), 10_000_000), ((60, 1_000_000), 600), ((3, 1), 30_000_000)]
+)
+def test_an_acceleration_is_the_positions_per_second_squared_times_6097h(
+    tmp_path: Path, factor: tuple[int, int], acceleration: int
+) -> None:
+    """It does not follow 6096h."""
+    bench = SingleDriveBench(eds=with_factors(tmp_path)).put(0x6096, 60, 1).put(0x6096, 1_000_000, 2)
+    bench.put(0x6097, factor[0], 1).put(0x6097, factor[1], 2).put(0x6083, acceleration)
+    bench.enabled(3).put(0x60FF, 300).after(250)
+    assert bench.get(0x606B) == pytest.approx(150, abs=1)
+
+
+def test_a_factor_of_the_file_counts_from_the_start(tmp_path: Path) -> None:
+    bench = SingleDriveBench(eds=with_factors(tmp_path, x6096=1_000)).put(0x607F, MOST)
+    bench.put(0x6083, 500_000_000).enabled(3).put(0x60FF, 500_000_000).after(1_000)
+    assert bench.read("speed") == pytest.approx(30, rel=1e-3)
+
+
+def test_a_factor_of_0_is_taken_as_1(tmp_path: Path) -> None:
+    bench = SingleDriveBench(eds=with_factors(tmp_path)).put(0x6096, 0, 1).put(0x6096, 0, 2)
+    bench.put(0x6083, 500_000_000).enabled(3).put(0x60FF, 5_000_000).after(1_000)
+    assert bench.read("speed") == pytest.approx(300, rel=1e-3)
