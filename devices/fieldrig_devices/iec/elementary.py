@@ -167,7 +167,7 @@ UNSIGNED: Final = {
     Elementary.LDATE: Elementary.UNSIGNED_LDATE,
     Elementary.LDT: Elementary.UNSIGNED_LDT,
 }
-"""The types without a sign that the tools of today have in place of those of the standard."""
+"""The types without a sign that the tools of today have instead of those of the standard."""
 _SIGNED: Final = {unsigned: signed for signed, unsigned in UNSIGNED.items()}
 OF_EDITION_3: Final = frozenset({*LONGER.values(), *UNSIGNED.values(), Elementary.CHAR, Elementary.WCHAR})
 """Types whose names are free for others before edition 3."""
