@@ -403,6 +403,16 @@ def test_ip_a_full_buffer_refuses_and_a_cleared_one_is_empty(bench: Cia402Bench)
     assert bench.get(0x60C4, 4) == 1
 
 
+def test_csp_an_axis_that_has_caught_up_is_no_longer_limited(bench: Cia402Bench) -> None:
+    """No further set-point has to come for that, but beyond a software limit it stays limited."""
+    bench.put(0x607F, 1_000_000).put(0x60C2, 4, 1).enabled(CSP).put(0x607A, 100_000).cycles(5)
+    assert bench.status(0x0800) == 0x0800
+    bench.cycles(200)
+    assert (bench.get(0x6064), bench.status(0x0800)) == (100_000, 0)
+    bench.put(0x607D, 0, 1).put(0x607D, 200_000, 2).put(0x607A, 300_000).cycles(300)
+    assert (bench.get(0x6064), bench.status(0x0800)) == (200_000, 0x0800)
+
+
 def test_csp_a_jump_of_the_master_is_a_following_error_where_there_is_a_window(bench: Cia402Bench) -> None:
     """The position demand is the master's, so an axis that may only go at 607Fh is behind it."""
     bench.put(0x607F, 100_000).put(0x60C2, 4, 1).enabled(CSP).put(0x607A, 300_000).cycles(2)

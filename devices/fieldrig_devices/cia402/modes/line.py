@@ -22,6 +22,8 @@ class LinePosition(Mode):
         self._line = Interpolator()
         self._is_begun = self._is_led = False
         self._behind = 0.0
+        self._is_cut = False
+        """True if the end of the line is a limit of the travel, beyond which the set position is."""
 
     def begin(self) -> None:
         self._is_begun, self._is_led = True, False
@@ -44,7 +46,9 @@ class LinePosition(Mode):
         context.travel.is_limited = False
         offset = context.units.distance(context.objects[objects.POSITION_OFFSET]) if self.has_offset else 0.0
         wanted = context.absolute(position, Direction.SHORTEST) + offset
-        return context.travel.within(wanted, context.motion.position)
+        end = context.travel.within(wanted, context.motion.position)
+        self._is_cut = context.travel.is_limited
+        return end
 
     @property
     def behind(self) -> float:
@@ -56,8 +60,8 @@ class LinePosition(Mode):
         most = context.largest_speed * context.cycle_s
         way = place - motion.position
         self._behind = 0.0
+        context.travel.is_limited = self._is_cut or abs(way) > most
         if abs(way) > most:
-            context.travel.is_limited = True
             limited = min(max(way, -most), most)
             self._behind, way = way - limited, limited
         if context.travel.bars(way):
