@@ -8,7 +8,7 @@ the type, the address of the value, and its size in bytes.  `__SYSTEM.TYPE_CLASS
 from collections.abc import Sequence
 from typing import Final, NamedTuple, Self
 
-from fieldrig_devices.iec.elementary import Elementary
+from fieldrig_devices.iec.elementary import UNSIGNED, Elementary
 from fieldrig_devices.iec.types import (
     ArrayType,
     BlockType,
@@ -29,17 +29,27 @@ CLASS_NAMES: Final = (
     "BOOL", "BIT", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT",
     "REAL", "LREAL", "STRING", "WSTRING", "TIME", "DATE", "DATEANDTIME", "TIMEOFDAY", "POINTER", "REFERENCE",
     "SUBRANGE", "ENUM", "ARRAY", "PARAMS", "USERDEF", "NONE", "ANY", "ANYBIT", "ANYDATE", "ANYINT", "ANYNUM", "ANYREAL",
-    "LAZY", "LTIME", "BITCONST", "INTERFACE",
+    "LAZY", "LTIME", "BITCONST", "INTERFACE", "XWORD", "XINT", "XSTRING", "VARLENARRAY", "ANYSTRING", "VECTOR",
+    "LDATE", "LDATEANDTIME", "LTIMEOFDAY",
 )  # fmt: skip
 """The classes in the order of their numbers, without TYPE_ in front."""
-_OTHER_NAMES: Final = {_E.DT: "DATEANDTIME", _E.TOD: "TIMEOFDAY", _E.SIGNED_TIME: "TIME", _E.UNSIGNED_LTIME: "LTIME"}
+_OTHER_NAMES: Final = {
+    _E.DT: "DATEANDTIME",
+    _E.TOD: "TIMEOFDAY",
+    _E.LDT: "LDATEANDTIME",
+    _E.LTOD: "LTIMEOFDAY",
+    _E.SIGNED_TIME: "TIME",
+    _E.UNSIGNED_LTIME: "LTIME",
+    _E.UNSIGNED_LDATE: "LDATE",
+    _E.UNSIGNED_LDT: "LDATEANDTIME",
+}
 CLASSES: Final = {
     kind: CLASS_NAMES.index(_OTHER_NAMES.get(kind, kind.name))
     for kind in Elementary
     if _OTHER_NAMES.get(kind, kind.name) in CLASS_NAMES
 }
 """The classes of the elementary types that have one."""
-ELEMENTARY: Final = {number: kind for kind, number in CLASSES.items() if kind not in (_E.SIGNED_TIME, _E.LTIME)}
+ELEMENTARY: Final = {number: kind for kind, number in CLASSES.items() if kind not in (_E.SIGNED_TIME, *UNSIGNED)}
 STRING: Final = CLASS_NAMES.index("STRING")
 WSTRING: Final = CLASS_NAMES.index("WSTRING")
 NONE: Final = CLASS_NAMES.index("NONE")

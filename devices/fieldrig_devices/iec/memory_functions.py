@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from fieldrig_devices.iec.exceptions import RaisedError
 from fieldrig_devices.iec.host import NativeFunction, Results
 
 if TYPE_CHECKING:
@@ -49,7 +50,13 @@ def _compared(memory: "Memory", one: int, other: int, count: int) -> Results:
     return ((first > second) - (first < second),)
 
 
+def _raised(_: "Memory", number: int) -> Results:
+    """Raise the exception with this number, which __CATCH of the program gets."""
+    raise RaisedError(number)
+
+
 _ACTIONS: Final[Mapping[str, Callable[..., Results]]] = {
+    "f_raiseexception": _raised,
     "memcpy": _copied,
     "memmove": _copied,
     "memset": _set,

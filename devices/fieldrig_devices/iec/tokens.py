@@ -165,7 +165,7 @@ _BEFORE_WORD: Final = re.compile(r"(\d+)(?:THEN|DO|OF|TO|BY|AND|OR|XOR|MOD|END_\
 """A number with the next word right behind it, `IF n > 0THEN`."""
 _NAMED_IN_TESTS: Final = frozenset({"TEST", "SKIP", "RIG", "USES"})
 """The words of test files with a text behind them."""
-_OPERATORS: Final = frozenset({"__ISVALIDREF", "__POUNAME", "__QUERYINTERFACE"})
+_OPERATORS: Final = frozenset({"__ISVALIDREF", "__POUNAME", "__QUERYINTERFACE", "__QUERYPOINTER"})
 """Names of functions of today's tools that begin with two underscores."""
 _EXCEPTIONS: Final = ("__TRY", "__CATCH", "__FINALLY", "__ENDTRY")
 _NOT_NESTED: Final = re.compile(r"\(\*\s*@NESTEDCOMMENTS\s*:=\s*'No'")

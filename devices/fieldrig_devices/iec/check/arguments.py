@@ -32,7 +32,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import EnumType, ObjectType, OpenArrayType, StringType, Type
+from fieldrig_devices.iec.types import EnumType, ObjectType, OpenArrayType, PointerType, StringType, Type
 
 _ALIKE: Final = {Family.BITS, Family.UNSIGNED}
 """Types of one size in these families have the same numbers in the same bytes."""
@@ -291,6 +291,8 @@ def _fits(context: Context, given: Type, wanted: Type) -> bool:
         return open_arrays.fits(given, wanted)
     if isinstance(given, EnumType) and context.mixes_integers:
         return wanted in (given, given.base)
+    if isinstance(given, PointerType) and wanted == PointerType(Elementary.BYTE) and context.project.dialect.has_heap:
+        return not given.is_reference  # PVOID
     if isinstance(given, Elementary) and isinstance(wanted, Elementary) and context.project.dialect.passes_alike:
         return given == wanted or (given.size == wanted.size and {given.family, wanted.family} == _ALIKE)
     return given == wanted or _is_longer_text(given, wanted) or dispatch.derives(context.project, given, wanted)

@@ -3,6 +3,8 @@
 This is the rule for assignments, arguments, start values and everything else that has a type to fill (PD-367).
 """
 
+from typing import Final
+
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.any_types import DESCRIPTION
 from fieldrig_devices.iec.check import any_inputs, check_functions, constants, dispatch, implicit
@@ -60,7 +62,7 @@ def convert(context: Context, value: Expression, kind: Type, at: tree.Node) -> E
         return _enumeration(context, value, kind, at)
     if isinstance(kind, InterfaceType):
         return _interface(context, value, kind, at)
-    if isinstance(kind, PointerType) and _is_address(source):
+    if isinstance(kind, PointerType) and _is_address(context, source):
         return _pointer(value, kind)
     if isinstance(source, StructType) and isinstance(value, Load) and str(kind).casefold() in source.above:
         return Load(Component(value.place, 0, kind))  # what it begins with
@@ -97,8 +99,14 @@ def _interface(context: Context, value: Expression, kind: InterfaceType, at: tre
     return _no(context, value, kind, at)
 
 
-def _is_address(kind: Type) -> bool:
-    return isinstance(kind, PointerType) or (isinstance(kind, Elementary) and kind.is_integer and kind.size <= 4)
+def _is_address(context: Context, kind: Type) -> bool:
+    """True for pointers and integers; programs of today's tools compute with addresses of 64 bits, too."""
+    most = 8 if context.project.dialect.has_heap else 4
+    return isinstance(kind, PointerType) or (isinstance(kind, Elementary) and kind.is_integer and kind.size <= most)
+
+
+_OF_ADDRESSES: Final = frozenset({Elementary.DWORD, Elementary.UDINT, Elementary.DINT})
+_OF_LONG_ADDRESSES: Final = frozenset({Elementary.LWORD, Elementary.ULINT, Elementary.LINT})
 
 
 def _pointer(value: Expression, kind: PointerType) -> Expression:
@@ -109,7 +117,8 @@ def _pointer(value: Expression, kind: PointerType) -> Expression:
 
 def _elementary(context: Context, value: Expression, kind: Elementary, at: tree.Node) -> Expression | None:
     source = value.type
-    if isinstance(source, PointerType) and kind in (Elementary.DWORD, Elementary.UDINT, Elementary.DINT):
+    is_long = kind in _OF_LONG_ADDRESSES and context.project.dialect.has_heap
+    if isinstance(source, PointerType) and (kind in _OF_ADDRESSES or is_long):
         return constants.converted(value, kind)
     if not isinstance(source, Elementary):
         return _no(context, value, kind, at)

@@ -13,6 +13,7 @@ from fieldrig_devices.iec.check import (
     library_names,
     methods,
     open_arrays,
+    references,
     special,
 )
 from fieldrig_devices.iec.check.arguments import Arguments, match_arguments, reference
@@ -25,6 +26,7 @@ from fieldrig_devices.iec.program import (
     Assign,
     CallAction,
     CallBlock,
+    CallFunction,
     Cell,
     Component,
     Evaluate,
@@ -47,6 +49,10 @@ def call_statement(checker: Checker, node: tree.Call, line: int) -> list[AnyStat
     called, context = node.called, checker.context
     if isinstance(called, tree.Name) and called.text.upper() == heap.DELETE and context.project.dialect.has_heap:
         return heap.deleted(checker, node, line, call_statement)
+    name = called.text if isinstance(called, tree.Name) else ""
+    if name.upper() in references.QUERIES and context.find(name) is None:
+        asked = checker.expression(node)
+        return [Evaluate(asked, line=line)] if isinstance(asked, CallFunction) else []
     resolved = _resolve(checker, node)
     if resolved is None:
         return []

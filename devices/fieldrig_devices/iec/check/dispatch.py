@@ -7,7 +7,7 @@ A function block that others extend has a facade for all of them, which calls by
 go through.  All other calls are made directly.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 from zlib import crc32
 
@@ -41,7 +41,7 @@ from fieldrig_devices.iec.program import (
     Variable,
 )
 from fieldrig_devices.iec.tree import PouKind, Section
-from fieldrig_devices.iec.types import BlockType, InterfaceType, Type
+from fieldrig_devices.iec.types import BlockType, InterfaceType, PointerType, Type
 
 EXIT: Final = "fb_exit"
 BODY: Final = "$body"
@@ -134,6 +134,11 @@ def _has(project: Project, names: Sequence[str], wanted: str) -> bool:
     )
 
 
+def is_or_derives(project: Project, kind: Type, above: Type) -> bool:
+    """True for a function block, and for one that extends it."""
+    return kind == above or derives(project, kind, above)
+
+
 def derives(project: Project, kind: Type, above: Type) -> bool:
     """True if a function block extends another one, at whatever distance."""
     if not isinstance(kind, BlockType) or not isinstance(above, BlockType) or kind.pou is None or above.pou is None:
@@ -149,6 +154,17 @@ def derives(project: Project, kind: Type, above: Type) -> bool:
 
 def query(project: Project, kind: InterfaceType) -> tuple[Pou, Sequence[Variable]]:
     """Return the function behind __QUERYINTERFACE for an interface: an address in, and a variable of the interface."""
+    return _query(project, kind, lambda block: implements(project, block, kind))
+
+
+def query_pointer(project: Project, kind: PointerType) -> tuple[Pou, Sequence[Variable]]:
+    """Return the function behind __QUERYPOINTER: an address in, and a pointer to a function block."""
+    return _query(project, kind, lambda block: block.type is not None and is_or_derives(project, block.type, kind.to))
+
+
+def _query(
+    project: Project, kind: InterfaceType | PointerType, is_one: Callable[[Pou], bool]
+) -> tuple[Pou, Sequence[Variable]]:
     name = f"$query.{kind}"
     function = project.pous.get(project.key(name))
     if function is None:
@@ -157,16 +173,21 @@ def query(project: Project, kind: InterfaceType) -> tuple[Pou, Sequence[Variable
         into = Variable("into", kind, Space.FRAME, Section.IN_OUT)
         function.variables = {"address": address, "into": into}
         function.result = Variable(name, Elementary.BOOL, Space.FRAME, Section.OUTPUT)
-        function.body = _query_body(project, kind, function.result, address, into)
+        function.body = _query_body(project, kind, function.result, address, into, is_one)
     return function, list(function.variables.values())
 
 
 def _query_body(
-    project: Project, kind: InterfaceType, result: Variable, address: Variable, into: Variable
+    project: Project,
+    kind: InterfaceType | PointerType,
+    result: Variable,
+    address: Variable,
+    into: Variable,
+    is_one: Callable[[Pou], bool],
 ) -> list[AnyStatement]:
     given = Load(Cell(address, Elementary.DWORD))
     word = Load(Target(given, Elementary.UDINT))
-    blocks = [pou for pou in project.sources if CLASS in pou.variables and implements(project, pou, kind)]
+    blocks = [pou for pou in project.sources if CLASS in pou.variables and is_one(pou)]
     tests: list[AnyStatement] = []
     for block in blocks:
         condition = Binary(Operator.EQ, word, Constant(_number(block), Elementary.UDINT), Elementary.BOOL)

@@ -64,8 +64,9 @@ def _refers(checker: Checker, node: Access) -> bool:
 
 
 def _exists(checker: Checker, called: Access) -> bool:
-    """True for an accessor; a variable or component of the same name is none."""
-    if isinstance(called, tree.Name) and checker.context.find(called.text.removesuffix("@set")) is not None:
+    """True for an accessor; a variable or component of the same name is none, and hides it."""
+    context = checker.context
+    if isinstance(called, tree.Name) and context.key(called.text.removesuffix("@set")) in context.names:
         return False
     method = methods.find(checker, called)
     return method is not None and method[1].is_accessor

@@ -158,6 +158,28 @@ def _query_of(checker: Checker, given: tree.Expression, into: tree.Expression) -
     return CallFunction(function, ((parameter, Convert(address, Elementary.DWORD)), (result, target)), Elementary.BOOL)
 
 
+def _query_pointer(checker: Checker, node: tree.Call) -> Expression | None:
+    """__QUERYPOINTER(from, into) lets `into` point to the instance if that is one of the block that it points to."""
+    values = [argument.value for argument in node.arguments if argument.value is not None]
+    if len(values) != 2:
+        what = f"{text(node.called)} with {len(node.arguments)} arguments"
+        checker.context.say(node, what, "a variable of an interface, and a pointer to a function block")
+        return None
+    address, target = checker.expression(values[0]), checker.target(values[1])
+    if address is None or target is None:
+        return None
+    if not isinstance(address.type, InterfaceType):
+        checker.context.say(values[0], f"{text(values[0])} is {a(address.type)}", "a variable of an interface")
+        return None
+    kind = target.type
+    if not isinstance(kind, PointerType) or kind.is_reference or not isinstance(kind.to, BlockType):
+        what = f"{text(values[1])} is {a(kind)}"
+        checker.context.say(values[1], what, "a pointer to a function block, POINTER TO Block")
+        return None
+    function, (parameter, result) = dispatch.query_pointer(checker.context.project, kind)
+    return CallFunction(function, ((parameter, Convert(address, Elementary.DWORD)), (result, target)), Elementary.BOOL)
+
+
 def _pou_name(checker: Checker, node: tree.Call) -> Expression | None:
     """__POUNAME() is the name of the unit whose code it is in, `Tank.Fill` in a method."""
     pou = checker.context.pou
@@ -184,5 +206,8 @@ FUNCTIONS: Final[dict[str, Callable[[Checker, tree.Call], Expression | None]]] =
     "__POSITION": _position,
     "__POUNAME": _pou_name,
     "__QUERYINTERFACE": _query,
+    "__QUERYPOINTER": _query_pointer,
     "__VARINFO": var_info.of,
 }
+QUERIES: Final = frozenset({"__QUERYINTERFACE", "__QUERYPOINTER"})
+"""The functions whose result may be left alone."""

@@ -4,6 +4,7 @@ from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
     access,
     check_functions,
+    dispatch,
     open_arrays,
 )
 from fieldrig_devices.iec.check.context import Context
@@ -28,6 +29,7 @@ from fieldrig_devices.iec.tree import PouKind, Section
 from fieldrig_devices.iec.types import (
     BlockType,
     ObjectType,
+    Type,
 )
 
 
@@ -86,7 +88,16 @@ def _is_local(context: Context, declared: Variable, place: Component) -> bool:
     kind = place.of.type
     is_block = isinstance(kind, BlockType) and kind.pou is not None and kind.pou.kind is PouKind.FUNCTION_BLOCK
     is_inside = declared.section is Section.LOCAL and not access.is_open(context.project, declared)
-    return is_block and is_inside and not _is_start(context) and context.extension is None
+    if not is_block or not is_inside or _is_start(context) or context.extension is not None:
+        return False
+    return not _is_of_the_same_block(context, kind)
+
+
+def _is_of_the_same_block(context: Context, kind: Type) -> bool:
+    """True for an instance of the function block whose code this is, or of one that it extends."""
+    own = context.block.type if context.block is not None else None
+    is_of_today = context.project.dialect.has_heap
+    return is_of_today and own is not None and dispatch.is_or_derives(context.project, own, kind)
 
 
 def _variable_obstacle(context: Context, declared: Variable) -> tuple[str, str]:

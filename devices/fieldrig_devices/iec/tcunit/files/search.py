@@ -24,7 +24,8 @@ FIELDRIG_FILES_ENTRY.lastWriteTime := written;
 END_FUNCTION
 FUNCTION_BLOCK FB_EnumFindFileEntry
 VAR_INPUT
-    sNetId : T_AmsNetId; sPathName : T_MaxString; eCmd : E_EnumCmdType; bExecute : BOOL; {timeout}
+    sNetId : T_AmsNetId; ePath : E_OpenPath := E_OpenPath.PATH_GENERIC; sPathName : T_MaxString; eCmd : E_EnumCmdType;
+    bExecute : BOOL; {timeout}
 END_VAR
 VAR_OUTPUT bBusy, bError : BOOL; nErrId : UDINT; bEOE : BOOL; stFindFile : ST_FindFileEntry; END_VAR
 VAR wasExecuted : BOOL; n, size : UDINT; isDirectory : BOOL; name : T_MaxString; none : ST_FindFileEntry; END_VAR
@@ -48,7 +49,8 @@ END_IF;
 END_FUNCTION_BLOCK
 FUNCTION_BLOCK FB_EnumFindFileList
 VAR_INPUT
-    sNetId : T_AmsNetId; sPathName : T_MaxString; eCmd : E_EnumCmdType; pFindList : POINTER TO ST_FindFileEntry;
+    sNetId : T_AmsNetId; ePath : E_OpenPath := E_OpenPath.PATH_GENERIC; sPathName : T_MaxString; eCmd : E_EnumCmdType;
+    pFindList : POINTER TO ST_FindFileEntry;
     cbFindList : UDINT; bExecute : BOOL; {timeout}
 END_VAR
 VAR_OUTPUT bBusy, bError : BOOL; nErrId : UDINT; bEOE : BOOL; nFindFiles : UDINT; END_VAR
