@@ -93,13 +93,18 @@ class CanopenNames:
         return Parts(named.node, named.kind, self._values(message))
 
     def sender_of(self, frame: CanFrame) -> int | None:
-        """Return the node-ID of the node that sends frames with this identifier; None for those of a master."""
+        """Return the node-ID of the node that sends frames with this identifier; None for those of a master.
+
+        A remote frame comes from the one who asks for the data, not from the node that has them.
+        """
+        if frame.is_remote:
+            return None
         producer = self._pdos.producer_of(frame)
         if producer is not None or frame.is_extended:
             return producer
         base, node_id = frame.identifier & 0x780, frame.identifier & 0x7F
         if base in (EMCY, SDO_RESPONSE, ERROR_CONTROL) and node_id in NODES:
-            is_master = base == ERROR_CONTROL and (frame.is_remote or node_id > NODES[-1])
+            is_master = base == ERROR_CONTROL and node_id > NODES[-1]
             return None if is_master or frame.identifier in (LSS_MASTER, LSS_SLAVE) else node_id
         return None
 

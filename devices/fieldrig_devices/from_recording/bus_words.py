@@ -11,6 +11,7 @@ from fieldrig_devices.canopen.nmt import NMT_ID
 from fieldrig_devices.from_recording.can_log import SYNC_ID, TIME_ID, CanLog, NodeLog
 
 SYNC_COB_ID: Final = 0x1005
+SYNC_OVERFLOW: Final = 0x1019
 SERVICES: Final = frozenset({NMT_ID, SYNC_ID, TIME_ID, 0x7E4, 0x7E5})
 """Identifiers of services without a node: NMT, SYNC, TIME, LSS."""
 OF_NODES: Final = (0x080, 0x580, 0x600, 0x700)

@@ -13,12 +13,14 @@ from fieldrig_devices.canopen.sdo.server import REQUEST_ID, RESPONSE_ID
 from fieldrig_devices.canopen.service import State
 from fieldrig_devices.dialogues import Dialogue, SdoDialogues, SdoTransfer
 from fieldrig_devices.from_recording.bit_rate import BitRate
-from fieldrig_devices.from_recording.identifiers import Identifier
+from fieldrig_devices.from_recording.identifiers import MOST_SYNCS, Identifier
 from fieldrig_devices.from_recording.life import Life
 from fieldrig_devices.from_recording.objects import ObjectLogs
 from fieldrig_devices.from_recording.rhythm import period_of
 from fieldrig_devices.from_recording.series import Room
 
+LEAST_OVERFLOW: Final = 2
+"""Lowest overflow value of the counter of SYNC (CiA 301, 7.5.2.21)."""
 SYNC_ID, TIME_ID, EMCY_ID = 0x080, 0x100, 0x080
 NODES: Final = range(1, 128)
 SDO_LENGTH: Final = 8
@@ -70,6 +72,7 @@ class CanLog:
         self._dialogues = SdoDialogues()
         self._room = Room()
         self._sync: tuple[int, int] | None = None
+        self._highest_counter = 0
 
     def take(self, number: int, entry: TraceEntry) -> None:
         """Take a message; `number` is its place in the recording, from 0."""
@@ -108,6 +111,15 @@ class CanLog:
         log = self.identifiers.get(SYNC_ID)
         return period_of(log.instants) if log is not None else 0
 
+    @property
+    def sync_overflow(self) -> int:
+        """The highest counter of SYNC, after which it begins with 1 again; 0 if SYNC has no counter."""
+        log = self.identifiers.get(SYNC_ID)
+        if log is None or log.length != 1:
+            return 0
+        has_come_round = log.count > self._highest_counter >= LEAST_OVERFLOW
+        return self._highest_counter if has_come_round else MOST_SYNCS
+
     def node(self, node_id: int) -> NodeLog:
         found = self.nodes.get(node_id)
         if found is None:
@@ -128,6 +140,7 @@ class CanLog:
     def _interpret(self, entry: TraceEntry, frame: CanFrame) -> None:
         identifier, data, time_ns = frame.identifier, frame.data, entry.time_ns
         if identifier == SYNC_ID and len(data) <= 1:
+            self._highest_counter = max(self._highest_counter, *data, 0)
             self._sync = (0 if self._sync is None else self._sync[0] + 1, time_ns)
             return
         if identifier == NMT_ID:

@@ -16,7 +16,7 @@ from fieldrig_devices.canopen.standard import STORED_EDS
 from fieldrig_devices.cia402 import objects as profile
 from fieldrig_devices.drive_profile.objects import AXIS_STEP, is_drive_type
 from fieldrig_devices.from_recording import pdos as pdo_rules
-from fieldrig_devices.from_recording.bus_words import SYNC_COB_ID, left_over
+from fieldrig_devices.from_recording.bus_words import SYNC_COB_ID, SYNC_OVERFLOW, left_over
 from fieldrig_devices.from_recording.can_log import EMCY_ID, SYNC_ID, CanLog, NodeLog
 from fieldrig_devices.from_recording.described_node import DescribedNode
 from fieldrig_devices.from_recording.drive_model import DriveModel
@@ -54,7 +54,12 @@ class CanopenBus:
         self.described = frozenset(paths.values())
         paths |= {node_id: path for node_id in nodes if node_id not in paths and (path := self._stored_eds(node_id))}
         self._dictionaries = {node_id: reader.load(path, node_id) for node_id, path in paths.items()}
-        seen = {identifier: line.count for identifier, line in log.identifiers.items() if line.count}
+        channels = {identifier for node in nodes.values() for identifier in pdo_rules.sdo_channels(node.objects.number)}
+        seen = {
+            identifier: line.count
+            for identifier, line in log.identifiers.items()
+            if line.count and identifier not in channels
+        }
         known = {node_id: pdo_rules.configured(self._number(node_id), self._indices(node_id)) for node_id in nodes}
         found, rest = pdo_rules.assigned(seen, known, frozenset(nodes))
         self.remarks += left_over(log, rest, nodes)
@@ -181,8 +186,8 @@ class CanopenBus:
         return model
 
     def _is_drive(self, node_id: int) -> bool:
-        number, indices = self._number(node_id), self._indices(node_id)
-        is_said = is_drive_type(number(DEVICE_TYPE, 0) or 0)
+        indices = self._indices(node_id)
+        is_said = is_drive_type(self._device_type(node_id))
         is_alike = profile.CONTROL_WORD in indices and profile.STATUS_WORD in indices
         has_several = profile.CONTROL_WORD + AXIS_STEP in indices or profile.STATUS_WORD + AXIS_STEP in indices
         if has_several:
@@ -192,7 +197,12 @@ class CanopenBus:
         return (is_said or is_alike) and not has_several
 
     def _is_io(self, node_id: int) -> bool:
-        return (self._number(node_id)(DEVICE_TYPE, 0) or 0) & 0xFFFF == IO_MODULES
+        return self._device_type(node_id) & 0xFFFF == IO_MODULES
+
+    def _device_type(self, node_id: int) -> int:
+        """Return 1000h; a node that was replaced during the recording is the one at its begin."""
+        first = self._log.nodes[node_id].objects.first_number(DEVICE_TYPE)
+        return first or self._number(node_id)(DEVICE_TYPE, 0) or 0
 
     def _described(self, model: NodeModel, drive: DriveModel | None) -> str:
         node, log = DescribedNode(model.node_id, is_drive=model.is_drive, is_io=self._is_io(model.node_id)), model.log
@@ -210,6 +220,9 @@ class CanopenBus:
             node.add(EMCY_COB_ID, 0, "COB-ID EMCY", U32, "rw", f"$NODEID+{EMCY_ID:#x}")
         if any(pdo.rhythm is not None and pdo.rhythm.is_synchronous for pdo in model.pdos):
             node.add(SYNC_COB_ID, 0, "COB-ID SYNC message", U32, "rw", f"{SYNC_ID:#x}")
+            if self._log.sync_overflow:
+                overflow = self._log.sync_overflow
+                node.add(SYNC_OVERFLOW, 0, "Synchronous counter overflow value", U8, "rw", overflow)
         if runs_by_itself(log, model.pdos):
             node.add(STARTUP, 0, "NMT startup", U32, "rw")
         if drive is not None:

@@ -4,12 +4,15 @@ from array import array
 from collections import Counter
 from typing import Final
 
+from fieldrig.clock import MS
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.from_recording.series import Room, Series
 
 MOST_INSTANTS: Final = 4_096
 """Instants that are enough to find a period."""
 MOST_BYTES: Final = 8
+LATEST_ANSWER_NS: Final = 100 * MS
+"""Longest time from a remote frame to the frame that answers it."""
 MOST_SYNCS: Final = 240
 """Largest number of SYNCs from one cyclic PDO to the next (CiA 301, transmission types)."""
 
@@ -18,6 +21,7 @@ class Identifier:
     """The frames of one identifier of 11 bits."""
 
     __slots__ = (
+        "_asked_ns",
         "_data",
         "_last_sync",
         "changed",
@@ -28,12 +32,14 @@ class Identifier:
         "last_ns",
         "lengths",
         "offsets",
+        "on_request",
         "remote",
         "syncs",
     )  # fmt: skip
 
     def __init__(self, room: Room) -> None:
-        self.count = self.remote = 0
+        self.count = self.remote = self.on_request = 0
+        """Frames, remote frames, and the frames that answer a remote one."""
         self.first_ns = self.last_ns = 0
         self.lengths: Counter[int] = Counter()
         self.instants = array("q")
@@ -47,14 +53,19 @@ class Identifier:
         self.offsets = array("q")
         """Times from the last SYNC to the first frames."""
         self._data: bytes | None = None
+        self._asked_ns: int | None = None
         self._last_sync: int | None = None
 
     def take(self, time_ns: int, frame: CanFrame, sync: tuple[int, int] | None) -> None:
         """Take a frame; `sync` has number and instant of the last SYNC before it."""
         if frame.is_remote:
             self.remote += 1
+            self._asked_ns = time_ns
             return
         data = frame.data
+        if self._asked_ns is not None:
+            self.on_request += time_ns - self._asked_ns <= LATEST_ANSWER_NS
+            self._asked_ns = None
         if not self.count:
             self.first_ns = time_ns
         self.count += 1

@@ -24,7 +24,7 @@ from fieldrig_devices.from_recording.layout import DUMMIES, Layout, layout_of
 from fieldrig_devices.from_recording.objects import Key
 from fieldrig_devices.from_recording.pdos import Number, Pdo
 from fieldrig_devices.from_recording.refusals import Refusals
-from fieldrig_devices.from_recording.rhythm import FEWEST, Rhythm, period_of, rhythm_of
+from fieldrig_devices.from_recording.rhythm import FEWEST, ON_REQUEST, Rhythm, period_of, rhythm_of
 
 DEVICE_TYPE: Final = 0x1000
 
@@ -203,7 +203,7 @@ def _columns_of_pdos(model: NodeModel) -> None:
         if pdo.rhythm is None:
             continue
         waits = pdo.rhythm.is_cyclic and model.dictionary.number(pdo.pdo.parameter, 3) == pdo.rhythm.inhibit_100us
-        is_event = not pdo.rhythm.is_synchronous and not waits
+        is_event = not pdo.rhythm.is_synchronous and not waits and pdo.rhythm.type != ON_REQUEST
         for place, part in enumerate(pdo.layout.parts):
             variable = model.dictionary.get(part.object, part.subindex)
             if variable is None or part.object in DUMMIES or _is_driven(model, part.key):

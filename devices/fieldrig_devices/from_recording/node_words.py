@@ -22,7 +22,7 @@ def seen(model: NodeModel, start_ns: int) -> Iterator[str]:
     """Yield what the recording says; it begins at `start_ns`."""
     objects, life = model.log.objects, model.log.life
     name = objects.by_key.get((0x1008, 0))
-    known = [f"{word} {value:X}h" for word, *key in IDENTITY if (value := objects.number(*key)) is not None]
+    known = [f"{word} {value:X}h" for word, *key in IDENTITY if (value := objects.first_number(*key)) is not None]
     if name is not None and name.last is not None:
         known.insert(0, f'"{_printable(name.last)}"')
     yield f"node {model.node_id}: {', '.join(known) or 'its identity was not read'}"
@@ -56,6 +56,13 @@ def unknown(model: NodeModel) -> Iterator[str]:
                 "objects that no master read or wrote: those of CiA 402 are as in a drive of ours, others do not exist"
             )
         )
+    changed = [
+        f"{word} {first:X}h, later {last:X}h"
+        for word, *key in IDENTITY
+        if (first := objects.first_number(*key)) is not None and (last := objects.number(*key)) not in (None, first)
+    ]
+    if changed:
+        yield f"why its identity changed, as if it was replaced: {'; '.join(changed)}; here it is the first"
     both = [f"{index:04X}:{sub:02X}" for (index, sub), log in objects.there().items() if _is_rewritten(log)]
     if both:
         more = len(both) - MOST_LISTED

@@ -185,6 +185,11 @@ class ObjectLogs:
         log = self.by_key.get((index, subindex))
         return None if log is None or log.last is None else int.from_bytes(log.last, "little")
 
+    def first_number(self, index: int, subindex: int = 0) -> int | None:
+        """Return the value before any write as a number, or else the last one; None if there is none."""
+        log = self.by_key.get((index, subindex))
+        return self.number(index, subindex) if log is None or log.first is None else int.from_bytes(log.first, "little")
+
     def there(self) -> dict[Key, ObjectLog]:
         """Return the objects that exist, in their order."""
         return {key: log for key, log in sorted(self.by_key.items()) if log.is_there}

@@ -4,7 +4,7 @@ What the node's parameters say comes first, as an EDS or the recording has them.
 predefined connection set (CiA 301, 7.3.3).
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final, NamedTuple
 
 from fieldrig_devices.canopen.cob_id import EXTENDED
@@ -15,6 +15,7 @@ FIRST_TPDO, FIRST_RPDO, STEP = 0x180, 0x200, 0x100
 PREDEFINED: Final = 4
 """PDOs of each direction that the predefined connection set has."""
 MOST: Final = 512
+SDO_CHANNELS: Final = range(0x1201, 0x1300)
 Number = Callable[[int, int], int | None]
 """Returns the value of a parameter of a node by index and sub-index; None if it is not known."""
 
@@ -73,6 +74,14 @@ def configured(number: Number, indices: Iterable[int]) -> dict[Pdo, int]:
             if cob_id is not None and not cob_id & EXTENDED and cob_id & 0x7FF:
                 found[Pdo(is_transmitted, index - first + 1)] = cob_id & 0x7FF
     return found
+
+
+def sdo_channels(number: Number) -> Iterator[int]:
+    """Yield the identifiers of the further SDO channels of a node, as server and as client (CiA 301, 7.5.2.33)."""
+    for index in SDO_CHANNELS:
+        for cob_id in (number(index, 1), number(index, 2)):
+            if cob_id is not None and not cob_id & EXTENDED and cob_id & 0x7FF:
+                yield cob_id & 0x7FF
 
 
 def assigned(

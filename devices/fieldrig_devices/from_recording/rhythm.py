@@ -1,4 +1,4 @@
-"""The transmission of a PDO, found by statistics: by SYNC, by a timer, or by events.
+"""The transmission of a PDO, found by statistics: by SYNC, by a timer, by events, or on request.
 
 Source: CiA 301, 7.5.2.37, for the transmission types, the inhibit time and the event timer.
 """
@@ -16,7 +16,7 @@ from fieldrig_devices.from_recording.identifiers import MOST_SYNCS, Identifier
 
 FEWEST: Final = 4
 """Frames that show a rhythm."""
-ACYCLIC, EVENT_DRIVEN = 0, 255
+ACYCLIC, ON_REQUEST, EVENT_DRIVEN = 0, 253, 255
 SHARE: Final = 0.9
 """Share of the frames that a rhythm has to explain: the beginning and the end of a recording are not regular."""
 WINDOW: Final = 0.25
@@ -54,6 +54,8 @@ def rhythm_of(log: Identifier, sync_period_ns: int, breaks: Sequence[int] = ()) 
     """
     if log.count < FEWEST:
         return Rhythm(EVENT_DRIVEN, words=f"sent {counted(log.count, 'time')}, too seldom to find a rhythm")
+    if log.on_request >= SHARE * log.count:
+        return Rhythm(ON_REQUEST, words="sent when a remote frame asks for it")
     if sync_period_ns and (found := _synchronous(log, sync_period_ns)) is not None:
         return found
     return _asynchronous(log, breaks)

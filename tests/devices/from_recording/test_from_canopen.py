@@ -12,6 +12,7 @@ from fieldrig.clock import MS, S
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_devices.canopen.eds.check import check_eds
 from fieldrig_devices.cia402 import EDS as DRIVE
+from fieldrig_devices.replay import replay
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 BOOT = "0 705#00"
@@ -104,6 +105,61 @@ def test_a_synchronous_pdo_is_told_by_its_place_after_sync(tmp_path: Path, every
         lines += [f"{0.2 + 0.01 * turn + 0.0004} 185#{turn:02X}"] if turn % every == 0 else []
     with virtual(rig_file(written_log(tmp_path, *lines))) as rig:
         assert rig.get("node5/1800:02") == type
+
+
+def test_a_pdo_after_a_sync_with_a_counter_is_sent_again(tmp_path: Path) -> None:
+    """CiA 301, 7.5.2.21: a node whose 1019h is 0 takes a SYNC with a counter for a wrong one."""
+    lines = ["0.000 705#00", "0.010 000#0105"]
+    for number in range(30):
+        at_s = 1 + number / 50
+        lines += [f"{at_s:.4f} 080#{number % 10 + 1:02X}", f"{at_s + 0.0004:.4f} 185#{number:04X}"]
+    path = rig_file(written_log(tmp_path, *lines))
+    with virtual(path) as rig:
+        assert rig.get("node5/1019:00") == 10
+        entries, master = recorded(rig), rig.attach("plc").link("can0")
+        rig.run_for(1 * S)
+        master.send(CanFrame(0x000, bytes((1, 5))))
+        for number in range(12):
+            master.send(CanFrame(0x080, bytes((number % 10 + 1,))))
+            rig.run_for(20 * MS)
+    assert sum(entry.data[:2] == b"\x85\x01" for entry in entries) == 12
+    assert not any(entry.data[:2] == b"\x85\x00" for entry in entries)
+
+
+def test_a_pdo_that_remote_frames_ask_for_is_sent_on_request(tmp_path: Path) -> None:
+    lines = ["0.000 705#00", "0.010 000#0105"]
+    for number in range(6):
+        lines += [f"{1 + number:.4f} 185#R2", f"{1 + number + 0.0005:.4f} 185#{number:02X}00"]
+    log = written_log(tmp_path, *lines)
+    path = rig_file(log)
+    assert "TPDO 1, 185h, 2 bytes: sent when a remote frame asks for it" in path.read_text()
+    with virtual(path) as rig:
+        assert rig.get("node5/1800:02") == 253
+    assert replay(log, path).is_same
+
+
+def test_the_channel_of_a_second_master_is_no_unknown_identifier(tmp_path: Path) -> None:
+    lines = ["0.000 705#00"]
+    for number, cob_id in ((1, 0x6A0), (2, 0x6B0)):
+        lines += [f"0.{number}00 605#230112{number:02X}{cob_id.to_bytes(4, 'little').hex()}",
+                  f"0.{number}01 585#600112{number:02X}00000000"]  # fmt: skip
+    lines += ["1.000 6A0#4000200000000000", "1.001 6B0#4B00200005000000"]
+    log = written_log(tmp_path, *lines)
+    path = rig_file(log)
+    assert "no node accounts for" not in path.read_text()
+    assert replay(log, path).is_same
+
+
+def test_a_node_that_is_another_one_later_is_the_first_and_says_so(tmp_path: Path) -> None:
+    lines = ["0 704#00", *read_by_sdo(0.1, 4, "4300100091010100"), *read_by_sdo(0.2, 4, "4318100111000000")]
+    lines += ["3 704#00", *read_by_sdo(3.1, 4, "4300100092010000"), *read_by_sdo(3.2, 4, "4318100122000000")]
+    path = rig_file(written_log(tmp_path, *lines))
+    words = " ".join(path.read_text().replace("#", " ").split())
+    assert keys_of(path)["devices"]["node4"]["kind"] == "canopen.node"
+    assert "node 4: device type 10191h, vendor 11h" in words
+    assert "device type 10191h, later 192h; vendor 11h, later 22h; here it is the first" in words
+    with virtual(path) as rig:
+        assert (rig.get("node4/1000:00"), rig.get("node4/1018:01")) == (0x10191, 0x11)
 
 
 def test_a_pdo_with_a_timer_is_sent_in_its_period(tmp_path: Path) -> None:
