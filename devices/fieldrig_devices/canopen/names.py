@@ -95,7 +95,7 @@ class CanopenNames:
     def sender_of(self, frame: CanFrame) -> int | None:
         """Return the node-ID of the node that sends frames with this identifier; None for those of a master.
 
-        A remote frame comes from the one who asks for the data, not from the node that has them.
+        A remote frame comes from the master that asks for the data, not from the node that has them.
         """
         if frame.is_remote:
             return None
