@@ -12,7 +12,6 @@ from fieldrig.clock import MS, S
 from fieldrig.config.build import random_of
 from fieldrig.points.values import counted
 from fieldrig_devices.scenarios.act import Schedule
-from fieldrig_devices.search.eye import State
 from fieldrig_devices.search.piece import Piece, Run, World
 from fieldrig_devices.search.strategy import Task, thrown
 
@@ -41,6 +40,7 @@ class _State:
 
 class Archive:
     ahead = 16
+    learns = True
 
     def __init__(self, task: Task) -> None:
         self._task = task
@@ -56,7 +56,7 @@ class Archive:
         """The states that the open pieces go on from; none for one that is played to the end."""
         self._ends: deque[Piece] = deque()
         """The pieces that play on to the end of the scenario what has led to new states."""
-        self._seen: set[State] = set()
+        self._seen: set[bytes] = set()
         self._marks = 0
         """The marks that any piece has passed, as the bytes of a number."""
         self._count = 0

@@ -8,7 +8,7 @@ them, is explained by it.
 
 import re
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from hashlib import sha256
 from typing import Final
 
@@ -52,6 +52,8 @@ class NotRepeatedError(RigError):
 class Causes:
     def __init__(self, bench: Bench, corpus: Corpus) -> None:
         self._bench, self._corpus = bench, corpus
+        self._before: Sequence[Finding] = corpus.findings()
+        """The findings of earlier searches, whose ways are not known yet."""
         self._seen: set[tuple[str, Sorts, str]] = set()
         self._known: dict[str, list[tuple[Sorts, bytes]]] = {}
         """The actions and the way of each finding of a property."""
@@ -63,21 +65,47 @@ class Causes:
         self.not_repeated: Counter[str] = Counter()
         """Runs that broke a property and did not break it again, by property."""
 
-    def take(self, failing: Run) -> None:
-        """Take a run in which a property does not hold, and note it as a finding if its cause is new."""
+    def take(self, failing: Run) -> list[str]:
+        """Take a run in which a property does not hold, and note it as a finding if its cause is new.
+
+        The names of the properties for which it was made small are returned.
+        """
+        self._learn()
         self._outcomes.clear()
+        shrunk: list[str] = []
         for violation in failing.violations:
             name, sorts, way = _name(violation), sorts_of(failing.acts), _digest(failing.way)
             if (name, sorts, way) not in self._seen and self._is_worth(name, sorts):
                 self._seen.add((name, sorts, way))
                 self._asked[name] += 1
                 if not self._is_explained(name, failing):
+                    shrunk.append(name)
                     self._shrunk[name] += 1
                     self._alike[name, sorts] += 1
                     try:
                         self._note(name, failing)
                     except NotRepeatedError:
                         self.not_repeated[name] += 1
+        return shrunk
+
+    def recall(self, failing: Run, shrunk: Collection[str]) -> None:
+        """Take a run that an earlier search has made small for the properties `shrunk`."""
+        for violation in failing.violations:
+            name, sorts, way = _name(violation), sorts_of(failing.acts), _digest(failing.way)
+            if (name, sorts, way) not in self._seen and (name in shrunk or self._is_worth(name, sorts)):
+                self._seen.add((name, sorts, way))
+                self._asked[name] += 1
+                if name in shrunk:
+                    self._shrunk[name] += 1
+                    self._alike[name, sorts] += 1
+
+    def _learn(self) -> None:
+        """Play the findings of earlier searches for their ways, so that what they explain is not made small again."""
+        before, self._before = self._before, ()
+        for one in before:
+            played = self._bench.play(Piece(one.acts, 0, one.length_ns, world=one.world))
+            if (found := _of_property(played.violations, one.property)) is not None:
+                self._known.setdefault(_name(found), []).append((sorts_of(one.acts), played.way))
 
     def small(self, violation: Violation, failing: Run) -> Finding:
         """Return a finding of a property that does not hold in a run, as small as possible.
@@ -216,6 +244,11 @@ def _name(violation: Violation) -> str:
 def _of(violations: tuple[Violation, ...], name: str) -> Violation | None:
     """Return the violation of this name; None if the property holds."""
     return next((one for one in violations if _name(one) == name), None)
+
+
+def _of_property(violations: tuple[Violation, ...], name: str) -> Violation | None:
+    """Return the violation of the property of a finding; None if it holds."""
+    return next((one for one in violations if one.property == name), None)
 
 
 def _is_along(way: bytes, other: bytes) -> bool:

@@ -124,6 +124,7 @@ def run(
     from fieldrig_devices.search.cluster import ClusterCrew
     from fieldrig_devices.search.corpus import Corpus, Origin
     from fieldrig_devices.search.crew import LocalCrew
+    from fieldrig_devices.search.memory import identity_of
     from fieldrig_devices.search.rig_files import luggage_of
     from fieldrig_devices.search.search import Limits, Search
     from fieldrig_devices.search.tally import Tally
@@ -134,9 +135,10 @@ def run(
     store = Corpus(corpus)
     store.come_from(origin)
     luggage = luggage_of(given) if dask else None
+    identity = identity_of(given, Path(origin.file))
     with Bench(given) as bench, ClusterCrew(dask, luggage) if dask and luggage else LocalCrew(bench, workers) as crew:
         tally, told, is_interrupted = Tally(crew), list[str](), False
-        one = Search(given, bench, tally, store, seed, part)
+        one = Search(given, bench, tally, store, seed, part, identity)
 
         def tell(line: str) -> None:
             told.append(line)

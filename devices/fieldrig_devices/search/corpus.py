@@ -13,6 +13,7 @@ from fieldrig.coverage.summary import Coverage
 from fieldrig.outside.untrusted import shown
 from fieldrig_devices.scenarios.act import Schedule
 from fieldrig_devices.search.corpus_file import CorpusFile
+from fieldrig_devices.search.outcome import STATE_SIZE, Outcome, Record, packed, unpacked
 from fieldrig_devices.search.piece import Run, World, acts_of, acts_text
 
 _FINDING: Final = "property, acts, found, length_ns, at_ns, what, world, cause, reason, hash"
@@ -57,11 +58,13 @@ class Corpus:
         """UsageError for a file that is no corpus, or one of another version; it stays as it is."""
         self._store = CorpusFile(file)
 
-    def add(self, run: Run, strategy: str) -> bool:
-        """Keep a run; false if there was one with the same actions."""
+    def add(self, run: Run, strategy: str, record: Record | None = None) -> bool:
+        """Keep a run, and the outcome of its piece; false if there was one with the same actions."""
         violations = json.dumps([[one.property, one.at_ns, one.what] for one in run.violations])
         row = (acts_text(run.acts), json.dumps(run.world), strategy, run.length_ns, violations)
         with self._store.changing() as store:
+            if record is not None:
+                _keep(store, *record)
             return store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?, ?)", row).rowcount == 1
 
     def note(self, finding: Finding) -> bool:
@@ -135,6 +138,8 @@ class Corpus:
         with self._store.changing() as store:
             for row in other._store.rows("SELECT acts, world, strategy, length_ns, violations FROM run"):
                 store.execute("INSERT OR IGNORE INTO run VALUES (?, ?, ?, ?, ?)", row)
+            for row in other._store.rows("SELECT * FROM outcome"):
+                store.execute("INSERT OR IGNORE INTO outcome VALUES (?, ?, ?, ?, ?, ?, ?, ?)", row)
             for row in other._store.rows("SELECT data FROM covered ORDER BY rowid"):
                 store.execute("INSERT OR IGNORE INTO covered VALUES (?)", row)
         known = {(one.property, one.cause) for one in self.findings() if one.cause}
@@ -143,6 +148,16 @@ class Corpus:
                 self.note(one)
         for origin in origins:
             self.come_from(origin)
+
+    def outcome(self, key: bytes) -> Outcome | None:
+        """Return the outcome of a piece that was played before.  UsageError for one that is damaged."""
+        sql = "SELECT violations, refused, shrunk, states, marks, way, times FROM outcome WHERE key = ?"
+        return next(self._store.made(sql, _outcome_of, (key,)), None)
+
+    def keep(self, record: Record) -> None:
+        """Keep the outcome of a piece."""
+        with self._store.changing() as store:
+            _keep(store, *record)
 
     def hash(self) -> str:
         """Return a hash of all runs and findings.  It does not depend on the order in which they came."""
@@ -156,11 +171,28 @@ class Corpus:
         self._store.close()
 
 
+def _keep(store: Connection, key: bytes, outcome: Outcome) -> None:
+    violations, shrunk = json.dumps(outcome.violations), json.dumps(outcome.shrunk)
+    packs = packed(outcome.marks), packed(outcome.way)
+    row = (key, violations, outcome.refused, shrunk, outcome.states, *packs, outcome.times)
+    sql = "INSERT INTO outcome VALUES (?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO UPDATE SET times = times + 1"
+    store.execute(sql, row)
+
+
 def _run_of(
     acts: str, world: str, strategy: str, length_ns: int, violations: str
 ) -> tuple[Run, str, list[tuple[str, int, str]]]:
     wrong = [(str(name), int(at_ns), str(what)) for name, at_ns, what in json.loads(violations)]
     return Run(acts_of(acts), (), int(length_ns), world=_texts(world)), strategy, wrong
+
+
+def _outcome_of(
+    violations: str, refused: str, shrunk: str, states: bytes, marks: bytes, way: bytes, times: int
+) -> Outcome:
+    wrong = tuple((str(name), int(at_ns), str(what)) for name, at_ns, what in json.loads(violations))
+    if len(states) % STATE_SIZE:
+        raise ValueError(f"expected states of {STATE_SIZE} bytes each")
+    return Outcome(wrong, str(refused), _texts(shrunk), bytes(states), unpacked(marks), unpacked(way), int(times))
 
 
 def _origin_of(file: str, rig: str, overrides: str) -> Origin:

@@ -1,7 +1,7 @@
 """The SQLite file of a corpus: its tables, and what is said of a file that cannot be used."""
 
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -20,7 +20,12 @@ CREATE TABLE IF NOT EXISTS finding (
 );
 CREATE TABLE IF NOT EXISTS plan (file TEXT, rig TEXT, overrides TEXT, UNIQUE (file, rig, overrides));
 CREATE TABLE IF NOT EXISTS covered (data BLOB PRIMARY KEY);
+CREATE TABLE IF NOT EXISTS outcome (
+    key BLOB PRIMARY KEY, violations TEXT, refused TEXT, shrunk TEXT, states BLOB, marks BLOB, way BLOB, times INTEGER
+);
 """
+LATER: Final = frozenset({"outcome"})
+"""Tables that older corpora do not have; they are made."""
 
 
 class CorpusFile:
@@ -37,11 +42,12 @@ class CorpusFile:
         except sqlite3.Error as wrong:
             raise UsageError(f"{file} is no corpus of a search", str(wrong)) from wrong
         wanted = _wanted()
-        if tables and tables != wanted:
-            is_one = tables.keys() >= wanted.keys()
+        older = {name: columns for name, columns in wanted.items() if name not in LATER}
+        if tables and tables not in (wanted, older):
+            is_one = tables.keys() >= older.keys()
             what = "is the corpus of another version of fieldrig" if is_one else "is no corpus of a search"
             raise UsageError(f"{file} {what}", "expected another file; a search makes it")
-        if not tables:
+        if tables.keys() != wanted.keys():
             self._make_tables()
 
     def _make_tables(self) -> None:
@@ -59,14 +65,14 @@ class CorpusFile:
         with self._used(), self._store:
             yield self._store
 
-    def rows(self, sql: str) -> Iterator[tuple[Any, ...]]:
+    def rows(self, sql: str, values: Sequence[Any] = ()) -> Iterator[tuple[Any, ...]]:
         """Yield the rows of a question.  UsageError for a file that is damaged."""
-        with self._used(), closing(self._store.execute(sql)) as rows:
+        with self._used(), closing(self._store.execute(sql, values)) as rows:
             yield from rows
 
-    def made(self, sql: str, make: Callable[..., T]) -> Iterator[T]:
+    def made(self, sql: str, make: Callable[..., T], values: Sequence[Any] = ()) -> Iterator[T]:
         """Yield what `make` makes of the columns of each row.  UsageError for a row that is damaged."""
-        for row in self.rows(sql):
+        for row in self.rows(sql, values):
             try:
                 one = make(*row)
             except (LookupError, TypeError, ValueError, RecursionError) as wrong:

@@ -6,6 +6,7 @@ program that has run, the steps of its charts that are active, or a code with wh
 
 from collections import deque
 from collections.abc import Iterator, Sequence
+from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Final
 
 from fieldrig.clock import MS
@@ -151,6 +152,18 @@ class Eye:
                 self._is_on[f"{bus.name}/{message.name}"] = message.value
         elif Sort.ABORTS in self._sorts:
             self._states.update(_refused(bus.name, message))
+
+
+def digest_of(state: State) -> bytes:
+    """Return 8 bytes for a state, which are the same in each process."""
+    return sha256(repr(_ordered(state)).encode()).digest()[:8]
+
+
+def _ordered(value: object) -> object:
+    """Return a value with its sets in an order of their own."""
+    if isinstance(value, frozenset):
+        return "set", *sorted(map(repr, map(_ordered, value)))
+    return tuple(map(_ordered, value)) if isinstance(value, tuple) else value
 
 
 def _shown(place: RigPlace) -> object:

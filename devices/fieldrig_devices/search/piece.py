@@ -11,7 +11,6 @@ from typing import NamedTuple, get_args
 from fieldrig.outside.untrusted import shown
 from fieldrig_devices.scenarios.act import Act, Schedule, Verb
 from fieldrig_devices.scenarios.property import Violation
-from fieldrig_devices.search.eye import State
 
 World = tuple[str, ...]
 """Other overrides of the rig, such as another seed or load, or other times of the scenario."""
@@ -42,8 +41,8 @@ class Run(NamedTuple):
     violations: tuple[Violation, ...]
     length_ns: int
     """The instant at which the piece ends; with a violation it may have been over before."""
-    states: frozenset[State] = frozenset()
-    """The states of the machine in a piece that others may go on from."""
+    states: frozenset[bytes] = frozenset()
+    """The digests of the states of the machine in a piece that others may go on from."""
     world: World = ()
     marks: bytes = b""
     """A byte for each mark of the programs: 1 if it was passed since the begin of the scenario."""

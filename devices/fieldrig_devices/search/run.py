@@ -17,7 +17,7 @@ from fieldrig_devices.scenarios.play import Played, Stage
 from fieldrig_devices.scenarios.property import Kind, Violation
 from fieldrig_devices.scenarios.sending import message_of
 from fieldrig_devices.search.choices import Choice
-from fieldrig_devices.search.eye import Eye
+from fieldrig_devices.search.eye import Eye, digest_of
 from fieldrig_devices.search.fault_choices import matching_parts
 from fieldrig_devices.search.piece import Piece, Run
 from fieldrig_devices.search.plan import Plan
@@ -103,7 +103,7 @@ def _play_piece(rig: "Rig", piece: Piece) -> Run:
         return _run(piece)
     eye.forget()
     stage.run_until(piece.until_ns)
-    states = eye.states()
+    states = frozenset(map(digest_of, eye.states()))
     if not recovers or stage.violations:
         return _run(piece)._replace(states=states)
     if plan.scenario.master is not None:  # nothing goes on from here, as the threads of a master cannot be copied

@@ -13,6 +13,8 @@ from fieldrig_devices.search.bench import Bench
 from fieldrig_devices.search.causes import Causes
 from fieldrig_devices.search.corpus import Corpus
 from fieldrig_devices.search.crew import Crew
+from fieldrig_devices.search.memory import Memory
+from fieldrig_devices.search.outcome import Outcome
 from fieldrig_devices.search.piece import Piece, Run
 from fieldrig_devices.search.plan import Plan
 from fieldrig_devices.search.strategies import STRATEGIES
@@ -34,14 +36,29 @@ class Limits(NamedTuple):
 class Search:
     """Its findings, and their order, depend on plan, seed and shard, and not on the crew."""
 
-    def __init__(self, plan: Plan, bench: Bench, crew: Crew, corpus: Corpus, seed: int, shard: Shard = WHOLE) -> None:
-        """`bench` is the rig on this machine, for the control run and for shrinking; `crew` plays the pieces."""
+    def __init__(
+        self,
+        plan: Plan,
+        bench: Bench,
+        crew: Crew,
+        corpus: Corpus,
+        seed: int,
+        shard: Shard = WHOLE,
+        identity: bytes | None = None,
+    ) -> None:
+        """`bench` is the rig on this machine, for the control run and for shrinking; `crew` plays the pieces.
+
+        With an `identity` of plan and rig, what a search with the same one has played into the corpus is not played
+        again.
+        """
         self._plan, self._bench, self._crew, self._corpus = plan, bench, crew, corpus
         self._seed, self._shard = seed, shard
         self._causes = Causes(bench, corpus)
+        self._memory = Memory(corpus, identity)
         self._watch = Stopwatch()
         self._played_s = 0.0
         self.runs = 0
+        """Pieces that were played, without those that an earlier search has played."""
 
     @property
     def cpu_s(self) -> float:
@@ -64,6 +81,8 @@ class Search:
         self._follow(turns, limits.most_runs, is_over)
         for one in turns:
             tell(one.strategy.told())
+        if self._memory.known:
+            tell(f"{counted(self._memory.known, 'run')} of earlier searches were not played again")
         for name, count in self._causes.not_repeated.items():
             tell(
                 f"{name}: broken in {counted(count, 'run')}, but not again in the same; does a master depend on chance?"
@@ -75,7 +94,7 @@ class Search:
         A piece is chosen when the outcome of the one `ahead` before it is known, whether more of them are known or not.
         The strategy that has had the least virtual time has the next turn.
         """
-        opened: deque[_Turns] = deque()
+        opened: deque[tuple[_Turns, Piece, Outcome | None]] = deque()
         while not is_over():
             while self.runs < most and (turn := _next(turns)) is not None and turn.open < turn.strategy.ahead:
                 piece = turn.strategy.piece()
@@ -83,16 +102,21 @@ class Search:
                     turn.is_done = True
                     continue
                 turn.begin(piece)
-                opened.append(turn)
-                self._crew.start(piece)
-                self.runs += 1
+                known = self._memory.recall(piece, learns=turn.strategy.learns)
+                opened.append((turn, piece, known))
+                if known is None:
+                    self._crew.start(piece)
+                    self.runs += 1
             if not opened:
                 return
-            played, turn = self._crew.next(), opened.popleft()
+            turn, piece, known = opened.popleft()
+            played = self._crew.next() if known is None else known.run(piece)
             turn.open -= 1
-            self._played_s += played.cpu_s
-            self._take(played, turn.name)
-            if not turn.strategy.take(played):
+            if known is not None:
+                self._causes.recall(played, known.shrunk)
+            else:
+                self._take(piece, played, turn)
+            if not turn.strategy.take(played) and known is None:
                 self._crew.drop(played)
 
     def _check_control(self) -> None:
@@ -100,10 +124,16 @@ class Search:
             what = f"{wrong.property} does not hold without any action besides: at {seconds(wrong.at_ns)} {wrong.what}"
             raise RigError(what, "fix the property or the scenario first; `fieldrig scenario run` shows it as well")
 
-    def _take(self, played: Run, strategy: str) -> None:
-        self._corpus.add(played, strategy)
-        if played.violations:
-            self._causes.take(played)
+    def _take(self, piece: Piece, played: Run, turn: "_Turns") -> None:
+        self._played_s += played.cpu_s
+        learns = turn.strategy.learns
+        if not played.violations:
+            self._corpus.add(played, turn.name, self._memory.record(piece, played, (), learns=learns))
+            return
+        self._corpus.add(played, turn.name)
+        record = self._memory.record(piece, played, self._causes.take(played), learns=learns)
+        if record is not None:
+            self._corpus.keep(record)
 
 
 class _Turns:

@@ -45,6 +45,9 @@ class Strategy(Protocol):
     """The number of pieces that are started before the outcome of the first of them is known; it is part of what makes
     a search what it is, so it does not depend on the number of workers, and should not be below that."""
 
+    learns: bool
+    """True if it goes on from the states of pieces."""
+
     def piece(self) -> Piece | None:
         """Return the next piece; None if there is none left."""
 

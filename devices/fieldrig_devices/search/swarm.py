@@ -9,6 +9,7 @@ from fieldrig_devices.search.strategy import Task, thrown
 
 class Swarm:
     ahead = 64
+    learns = False
 
     def __init__(self, task: Task) -> None:
         self._task, self._number, self._count = task, task.shard.number, 0

@@ -28,6 +28,7 @@ AT_ONCE: Final = 8
 
 class Sweep:
     ahead = 64
+    learns = False
 
     def __init__(self, task: Task) -> None:
         plan, shard = task.plan, task.shard

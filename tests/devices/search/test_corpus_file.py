@@ -35,7 +35,7 @@ def cut(file: Path) -> None:
 
 
 NO_CORPUS, OTHER_VERSION = "is no corpus of a search", "is the corpus of another version of fieldrig"
-TABLES = ("run", "finding", "plan", "covered")
+TABLES = ("run", "finding", "plan", "covered", "outcome")
 FILES = {
     "a text": (made_of(b"hello\n" * 400), NO_CORPUS),
     "no signs of a text": (made_of(bytes(range(256)) * 20), NO_CORPUS),
