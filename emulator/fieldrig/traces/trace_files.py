@@ -4,6 +4,7 @@ Reading takes constant memory, whatever the length of the file.
 """
 
 from collections.abc import Iterable, Iterator
+from io import BufferedReader
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -12,6 +13,7 @@ from fieldrig.system.whole_file import whole_file
 from fieldrig.text.nearest import nearest_file
 from fieldrig.traces.formats import HEAD, Format, HasLines, format_of, format_of_file
 from fieldrig.traces.oddities import Oddities, with_jumps_reported
+from fieldrig.traces.old_line_ends import has_old_line_ends, with_line_feeds
 from fieldrig.traces.sparse_index import jumped
 from fieldrig.traces.trace import TraceEntry
 from fieldrig.traces.window import within
@@ -30,9 +32,9 @@ def read(
     odd = Oddities() if odd is None else odd
     try:
         with path.open("rb") as file:
-            head = file.peek(HEAD)[:HEAD]
+            content, head = _content(file)
             form = format_of_file(path.suffix, head)
-            source = _from(file, form, head, begin_ns, odd) if begin_ns else file
+            source = _from(content, form, head, begin_ns, odd) if begin_ns else content
             entries = with_jumps_reported(form.read(source, odd), odd)
             if begin_ns is None and duration_ns is None:
                 yield from entries
@@ -42,6 +44,12 @@ def read(
         raise UsageError(f"{path} cannot be read: {cause.strerror}", nearest_file(path)) from cause
     except UsageError as wrong:
         raise UsageError(f"{path}: {wrong.what}", wrong.remedy) from wrong
+
+
+def _content(file: BufferedReader) -> tuple[BinaryIO, bytes]:
+    """Return the file with lines that end as others do, and its first bytes."""
+    head = file.peek(HEAD)[:HEAD]
+    return (with_line_feeds(file), head.replace(b"\r", b"\n")) if has_old_line_ends(head) else (file, head)
 
 
 def _from(file: BinaryIO, form: Format, head: bytes, begin_ns: int, odd: Oddities) -> BinaryIO:
