@@ -46,9 +46,8 @@ class LineFramer(Protocol):
     messages: int
     errors: int
 
-    @property
-    def ahead(self) -> int:
-        """How many frames were read that have not ended on the line yet."""
+    def ahead(self, now_ns: int) -> int:
+        """How many frames were read that have not ended on the line yet.  Other characters count as longest frames."""
 
     def feed(self, now_ns: int, data: bytes) -> None:
         """Accept bytes that were read at `now_ns`."""

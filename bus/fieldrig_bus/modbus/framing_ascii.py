@@ -39,18 +39,17 @@ class AsciiFramer:
         self.delimiter = LF
         self.messages = self.errors = 0
 
-    @property
-    def ahead(self) -> int:
-        return len(self._done)
+    def ahead(self, now_ns: int) -> int:
+        return max(len(self._done), (self._end_ns - now_ns) // self._timing.characters_ns(LONGEST))
 
     def feed(self, now_ns: int, data: bytes) -> None:
         if self._digits is not None and now_ns - self._heard_ns > TIMEOUT_NS:
             self._give_up()
-        self._heard_ns = now_ns
         begin_ns = max(now_ns, self._end_ns)
         for count, character in enumerate(data, 1):
             self._end_ns = begin_ns + self._timing.characters_ns(count) if self._is_burst else now_ns
             self._on_character(character)
+        self._heard_ns = max(now_ns, self._end_ns)
 
     def next_ns(self) -> int | None:
         if self._done:

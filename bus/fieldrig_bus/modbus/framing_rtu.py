@@ -118,9 +118,8 @@ class RtuFramer:
         self._done: list[tuple[int, bytes]] = []
         self.messages = self.errors = 0
 
-    @property
-    def ahead(self) -> int:
-        return len(self._done)
+    def ahead(self, now_ns: int) -> int:
+        return max(len(self._done), (self._end_ns - now_ns) // self._timing.characters_ns(LONGEST))
 
     def feed(self, now_ns: int, data: bytes) -> None:
         if not data:

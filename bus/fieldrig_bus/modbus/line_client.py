@@ -73,7 +73,7 @@ class LineClient:
 
     @property
     def ahead(self) -> int:
-        return self._framer.ahead
+        return self._framer.ahead(self._clock.now_ns())
 
     def _on_request(self, request: ModbusRequest) -> None:
         self._asked = None if request.unit == BROADCAST else request

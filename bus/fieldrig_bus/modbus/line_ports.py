@@ -7,7 +7,8 @@ from typing import Any, Final
 
 from fieldrig.bus import Hub, Port
 from fieldrig.link import Link
-from fieldrig_bus.backlog import backlog_of
+from fieldrig.outside.limits import Reached
+from fieldrig_bus.backlog import Backlog, backlog_of
 from fieldrig_bus.modbus.dialler import Dialler, Handlers
 from fieldrig_bus.modbus.line_place import MakeSession, ModbusLineSettings, Session
 from fieldrig_bus.modbus.sockets import Master, Masters, MastersPort
@@ -17,7 +18,7 @@ from fieldrig_bus.terminal import Terminal, terminal
 register()
 
 MOST_WAITING: Final = 16
-"""Requests of a master on TCP that may wait for the line."""
+"""Requests of a master that may wait for the line; what is no request counts by its characters."""
 MOST_OF_A_LINE: Final = 256
 """Bytes that are read from one at a time: the longest frame of RTU."""
 
@@ -29,16 +30,31 @@ class PtyPort(Port):
         self._hub: Hub | None = None
         self._pty: Terminal | None = None
         self._session: Session | None = None
+        self._backlog: Backlog | None = None
+        self._reached = Reached(f"pty {self._name}")
 
     async def open(self, hub: Hub) -> None:
         pty = terminal(hub, self._name)
         session = self._make_session(hub, hub.join(self._member), self._ask if self._is_master else pty.write)
         self._hub, self._pty, self._session = hub, pty, session
-        pty.open(session.on_bytes)
+        self._backlog = Backlog(hub, self._member, pty.read_on, self._on_full, MOST_WAITING, lambda: session.ahead)
+        pty.open(self._on_bytes)
+
+    def statistics(self) -> dict[str, float]:
+        return self._reached.figures()
+
+    def _on_bytes(self, data: bytes) -> None:
+        if self._session is not None and self._backlog is not None:
+            self._session.on_bytes(data)
+            self._backlog.look()
+
+    def _on_full(self) -> None:
+        self._reached.note("clients that had to wait", "a program writes more than the line carries")
 
     async def close(self) -> None:
-        if self._hub is None or self._pty is None or self._session is None:
+        if self._hub is None or self._pty is None or self._session is None or self._backlog is None:
             return
+        self._backlog.close()
         self._pty.close()
         self._session.close()
         self._hub.leave(self._member)

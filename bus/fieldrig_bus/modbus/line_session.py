@@ -44,7 +44,7 @@ class LineSession:
 
     @property
     def ahead(self) -> int:
-        return self._framer.ahead
+        return self._framer.ahead(self._clock.now_ns())
 
     def _take(self) -> None:
         framer = self._framer

@@ -76,7 +76,7 @@ def test_a_frame_that_stops_is_given_up_in_time() -> None:
     framer = AsciiFramer(TIMING)
     framer.feed(T0, READ[:5])
     wish_ns = framer.next_ns()
-    assert wish_ns == T0 + 1 * S + 1
+    assert wish_ns == T0 + TIMING.characters_ns(5) + 1 * S + 1
     assert framer.take(wish_ns) == []
     assert framer.errors == 1
     assert framer.next_ns() is None
@@ -125,6 +125,22 @@ def test_garbage_never_raises(chunks: list[tuple[int, str]]) -> None:
 def test_frames_that_are_read_ahead_of_the_line_are_counted() -> None:
     framer = AsciiFramer(TIMING)
     framer.feed(0, READ * 20)
-    assert framer.ahead == 20
+    assert framer.ahead(0) == 20
     framer.take(TIMING.characters_ns(5 * len(READ)))
-    assert framer.ahead == 15
+    assert framer.ahead(0) == 15
+
+
+def test_characters_that_are_no_frame_are_ahead_of_the_line_as_well() -> None:
+    framer = AsciiFramer(TIMING)
+    framer.feed(0, b"x" * 5100)
+    assert framer.ahead(0) == 10
+    assert framer.ahead(TIMING.characters_ns(5100)) == 0
+
+
+def test_the_rest_of_a_frame_that_was_read_ahead_may_come_when_the_line_is_there() -> None:
+    framer = AsciiFramer(TIMING)
+    framer.feed(0, b"x" * 10_000 + READ[:5])
+    now_ns = TIMING.characters_ns(10_000)
+    assert now_ns > S
+    framer.feed(now_ns, READ[5:])
+    assert len(framer.take(now_ns + S)) == 1

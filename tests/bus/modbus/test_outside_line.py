@@ -3,7 +3,7 @@
 import os
 import tty
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -262,6 +262,22 @@ def test_a_port_that_vanished_is_opened_again_when_it_is_back(tmp_path: Path, se
         end.close()
     os.close(theirs)
     os.close(ours)
+
+
+@pytest.mark.parametrize("make", FRAMES)
+def test_a_program_that_writes_more_than_the_line_carries_has_to_wait(make: Callable[..., Any]) -> None:
+    """Otherwise the line would be busy for hours with what a program has written in a second, frames or not."""
+    with outside_bench(make(pty="line", servers=[], baud=300)) as bench:
+        port = os.open(bench.run / "line", os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        tty.setraw(port)
+        accepted = 0
+        for _ in range(1_000):
+            with suppress(BlockingIOError):
+                accepted += os.write(port, bytes(1_000))
+            bench.in_loop(lambda: None)
+        os.close(port)
+        assert accepted < 500_000  # the buffers of the system, and what is read at once
+        assert bench.hub.statistics()["clients that had to wait"] == 1.0
 
 
 def test_a_master_behind_a_serial_server_is_answered() -> None:
