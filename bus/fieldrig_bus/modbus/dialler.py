@@ -60,6 +60,11 @@ class Dialler:
         if self._connection is not None:
             self._connection.write(data)
 
+    def read_on(self, is_wanted: bool) -> None:
+        """Read what the address sends, or pause."""
+        if self._connection is not None:
+            self._connection.read_on(is_wanted)
+
     def worked(self) -> None:
         self._failures = 0
 

@@ -107,15 +107,25 @@ class DiallingPort(Port):
         self._dialler = Dialler(bus, self._address, Handlers(_pass, self._on_bytes, _pass, lambda: True))
         self._hub: Hub | None = None
         self._session: Session | None = None
+        self._backlog: Backlog | None = None
+        self._reached = Reached(f"{bus}: {self._address}")
 
     async def open(self, hub: Hub) -> None:
         """Start connecting; the serial server may start later."""
-        self._hub = hub
-        self._session = self._make_session(hub, hub.join(self._member), self._dialler.write)
+        session = self._make_session(hub, hub.join(self._member), self._dialler.write)
+        self._hub, self._session = hub, session
+        self._backlog = Backlog(
+            hub, self._member, self._dialler.read_on, self._on_full, MOST_WAITING, lambda: session.ahead
+        )
         self._dialler.want()
+
+    def statistics(self) -> dict[str, float]:
+        return self._reached.figures()
 
     async def close(self) -> None:
         await self._dialler.close()
+        if self._backlog is not None:
+            self._backlog.close()
         if self._hub is not None and self._session is not None:
             self._session.close()
             self._hub.leave(self._member)
@@ -123,8 +133,12 @@ class DiallingPort(Port):
 
     def _on_bytes(self, data: bytes) -> None:
         self._dialler.worked()
-        if self._session is not None:
+        if self._session is not None and self._backlog is not None:
             self._session.on_bytes(data)
+            self._backlog.look()
+
+    def _on_full(self) -> None:
+        self._reached.note("clients that had to wait", "a serial server sends more than the line carries")
 
 
 def _pass() -> None:

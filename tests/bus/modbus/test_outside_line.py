@@ -280,6 +280,14 @@ def test_a_program_that_writes_more_than_the_line_carries_has_to_wait(make: Call
         assert bench.hub.statistics()["clients that had to wait"] == 1.0
 
 
+@pytest.mark.parametrize("make", FRAMES)
+def test_a_serial_server_that_sends_more_than_the_line_carries_has_to_wait(make: Callable[..., Any]) -> None:
+    with listener() as at, outside_bench(make(dial=at.address, servers=[], baud=300)) as bench:
+        end = at.accept(bench)
+        end.write(bytes(16_384))
+        bench.pump(lambda: "clients that had to wait" in bench.hub.statistics())
+
+
 def test_a_master_behind_a_serial_server_is_answered() -> None:
     with listener() as at, outside_bench(rtu_line(dial=at.address, servers=[])) as bench:
         device = bench.hub.join("device")
