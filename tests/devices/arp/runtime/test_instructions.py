@@ -4,6 +4,7 @@ import pytest
 from arp_card import ArpBench, RecordedCard
 
 from fieldrig_devices.arp.runtime.card import CamSwitch, Shown
+from fieldrig_devices.languages.mistakes import CompileError
 
 
 @pytest.mark.parametrize(
@@ -224,6 +225,15 @@ def test_assignments_of_bits(line: str, bit: int) -> None:
     bench = ArpBench(line)
     bench.card.F[1], bench.card.F[2] = 1, 1
     assert bench.run().card.F[1] == bit
+
+
+@pytest.mark.manual("ARP-080")
+@pytest.mark.parametrize(
+    "line", ["F1 == F2 & V1", "F1 == V1 | F2", "F1 ^= F2 ^ 2", "O101 == !(V1 & F2)", "F1 &= F2 + 0"]
+)
+def test_an_operation_on_a_bit_and_a_number_gives_a_number(line: str) -> None:
+    with pytest.raises(CompileError, match="a number cannot be assigned to one bit"):
+        ArpBench(line)
 
 
 @pytest.mark.manual("ARP-085")

@@ -57,6 +57,13 @@ def test_amplifier() -> None:
 
 
 @pytest.mark.manual("PAML-440")
+@pytest.mark.parametrize(("value", "output"), [(0, 10), (20, 10), (110, 35), (200, 60), (380, 110), (400, 110)])
+def test_the_range_of_a_cam_begins_at_its_input_offset(value: float, output: float) -> None:
+    block = Cam(Profile(lambda z: z, 360, 100, 20, 10), None)
+    assert block.profile.at(value) == pytest.approx(output)
+
+
+@pytest.mark.manual("PAML-440")
 @pytest.mark.parametrize(("value", "output"), [(-5, 10), (0, 10), (90, 35), (360, 110), (400, 110)])
 def test_cam(value: float, output: float) -> None:
     block = Cam(Profile(lambda z: z, 360, 100, 0, 10), None)
