@@ -130,6 +130,8 @@ class EnumType:
     """True if a number between two values is a fault at run time, like one outside of all."""
     takes_any: bool = False
     """True if it takes every number of the base type: as an input of a library's block, and in CODESYS."""
+    is_strict: bool = field(default=False, compare=False)
+    """True with the attribute 'strict' of CODESYS: it takes its own values alone, and computes with none."""
 
     @property
     def size(self) -> int:

@@ -41,6 +41,10 @@ def plain(value: Expression) -> Expression:
     return value
 
 
+def _is_strict(value: Expression) -> bool:
+    return isinstance(value.type, EnumType) and value.type.is_strict
+
+
 def integer_of(value: Expression) -> Elementary | None:
     """Return the integer type of a value, also behind an enumeration or a subrange; None for other values."""
     kind = value.type
@@ -81,6 +85,11 @@ def _operation(
 ) -> Expression | None:
     if type(left) is Untyped and type(right) is Untyped:
         return _literals(context, operator, left, right, at)
+    strict = next((one.type for one in (left, right) if _is_strict(one)), None)
+    if strict is not None and operator in ARITHMETIC and not context.is_library:
+        hint = "TO_INT(...) is the number of a value"
+        context.say(at, f"{operator.value} with a value of {strict}, which is strict", "two numbers", hint)
+        return None
     left, right = plain(left), plain(right)
     if times.is_scaled_below_zero(context, operator, left, right):
         hint = "edition-3 has negative times"

@@ -35,7 +35,7 @@ from fieldrig_devices.iec.program import (
     Swapped,
     Target,
 )
-from fieldrig_devices.iec.types import ArrayType, StringType, StructType, Type
+from fieldrig_devices.iec.types import ArrayType, EnumType, StringType, StructType, Type
 
 
 def call(checker: Checker, name: str, node: tree.Call, wanted: Type | None) -> Expression | None:
@@ -211,6 +211,8 @@ def of_values(
         return constants.narrowed(whole, made.type)
     if power is not None:
         return constants.converted(made, power)
+    if isinstance(made.type, EnumType) and "TO_" in name:
+        return constants.converted(made, made.type.base)  # a number, though a value of an enumeration is one already
     if isinstance(made.type, Elementary) and made.type in durations:
         return constants.converted(made, durations[made.type])
     is_length = is_of_standard and made.type is Elementary.INT

@@ -1,5 +1,6 @@
 """Declared types, in any order: names, arrays, strings, subranges, pointers, enumerations and structures."""
 
+import re
 from collections.abc import Collection, Mapping
 from functools import partial
 from typing import Final
@@ -32,6 +33,7 @@ LONGEST_DOCUMENT: Final = 1_000_000
 DEEPEST: Final = 40
 """Levels of declared types of which each is needed for the one before."""
 
+_STRICT: Final = re.compile(r"\{\s*attribute\s+'strict'\s*\}", re.IGNORECASE)
 _OF_OTHER_LANGUAGES: Final[Mapping[str, str]] = {
     "boolean": "BOOL",
     "bit": "BOOL",
@@ -72,7 +74,9 @@ class TypeSpecs:
         """Note a declared type; `resolve_all` works it out, or the first use does."""
         self._declared[name] = (declaration, context)
         if isinstance(declaration.type, tree.EnumSpec):
-            self._enumeration(declaration.name, declaration.type, context, name)
+            kind = self._enumeration(declaration.name, declaration.type, context, name)
+            has_attribute = any(map(_STRICT.search, declaration.comments))
+            kind.is_strict = has_attribute and self._project.dialect.has_strict_enumerations
 
     @property
     def names(self) -> Collection[str]:

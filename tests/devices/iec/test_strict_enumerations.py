@@ -1,0 +1,73 @@
+"""The attribute 'strict' of enumerations: expectations from the public description of CODESYS V3."""
+
+from dataclasses import replace
+
+import pytest
+from iec_program import IecBench, refused
+
+from fieldrig_devices.iec.dialect import CODESYS
+
+TYPES = """
+{attribute 'qualified_only'}
+{attribute 'strict'}
+TYPE Colour : (red := 1, green, blue := 7); END_TYPE
+TYPE Loose : (one := 1, two); END_TYPE
+FUNCTION Next_ : Colour
+VAR_INPUT c : Colour; END_VAR
+Next_ := Colour.blue;
+END_FUNCTION
+"""
+
+
+def text(body: str, start: str = "") -> str:
+    return (
+        f"{TYPES}PROGRAM PLC_PRG\nVAR c, d : Colour{start}; l : Loose; n : INT; b : BOOL; END_VAR\n{body}\nEND_PROGRAM"
+    )
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("c := 2;", "2 is no value of Colour, which is strict"),
+        ("c := n;", "n is no value of Colour, which is strict"),
+        ("c := n + 1;", "n + 1 is no value of Colour, which is strict"),
+        ("c := l;", "l is a Loose"),
+        ("c := Loose.one;", "Loose.one is a Loose"),
+        ("c := c + 1;", "+ with a value of Colour, which is strict"),
+        ("n := Colour.red * 2;", "* with a value of Colour, which is strict"),
+        ("n := 5 - c;", "- with a value of Colour, which is strict"),
+        ("c := Next_(2);", "2 is no value of Colour, which is strict"),
+        ("c := Next_(c := n);", "n is no value of Colour, which is strict"),
+    ],
+)
+def test_numbers_are_refused(body: str, said: str) -> None:
+    assert said in "\n".join(refused(text(body), CODESYS))
+
+
+def test_a_start_value_is_one_of_the_values() -> None:
+    assert "2 is no value of Colour" in "\n".join(refused(text(";", " := 2"), CODESYS))
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("c := Colour.green; n := c;", 2),
+        ("c := Next_(Colour.red); n := TO_INT(c);", 7),
+        ("n := TO_INT(Colour.blue) + 1;", 8),
+        ("c := Colour.blue; IF c = Colour.blue AND c > Colour.red THEN n := 3; END_IF", 3),
+        ("c := Colour.blue; CASE c OF Colour.red: n := 1; Colour.blue: n := 4; END_CASE", 4),
+        ("c := Colour.blue; d := c; n := d;", 7),
+        ("c := SEL(TRUE, Colour.red, Colour.green); n := c;", 2),
+        ("l := 2; n := l + 1;", 3),
+    ],
+)
+def test_values_are_taken(body: str, expected: int) -> None:
+    bench = IecBench(text(body, " := Colour.red"), CODESYS)
+    bench.cycle()
+    assert bench["n"] == expected
+
+
+def test_the_other_dialects_read_no_attribute() -> None:
+    bench = IecBench(text("c := 2; n := c + 1;"), replace(CODESYS, has_strict_enumerations=False))
+    bench.cycle()
+    assert bench["n"] == 3
