@@ -254,3 +254,73 @@ def test_a_reset_ends_the_job_of_an_axis(bench: IecBench) -> None:
     assert bench["move.CommandAborted"]
     assert bench["error.Done"]
     assert (bench["velocity"], bench["state"]) == (0, STANDSTILL)
+
+
+def test_parameters_are_read_as_they_were_written() -> None:
+    declared = """
+        axis : AXIS_REF; power : MC_Power; write : MC_WriteParameter; writeBool : MC_WriteBoolParameter;
+        read, other, speed : MC_ReadParameter; readBool : MC_ReadBoolParameter; move : MC_MoveVelocity;
+        a, b, v : LREAL; c, valid, busy : BOOL; doMove, doWrite : BOOL;
+    """
+    body = """
+        power(Axis := axis, Enable := TRUE, Enable_Positive := TRUE, Enable_Negative := TRUE);
+        write(Axis := axis, Execute := doWrite, ParameterNumber := MC_AxisParameter.AxisMaxVelocity, Value := 77.5);
+        writeBool(Axis := axis, Execute := doWrite, ParameterNumber := MC_AxisParameter.EnableLimitPos, Value := TRUE);
+        read(Axis := axis, Enable := TRUE, ParameterNumber := MC_AxisParameter.AxisMaxVelocity,
+            ReadMode := E_ReadMode.READMODE_CYCLIC);
+        other(Axis := axis, Enable := TRUE, ParameterNumber := MC_AxisParameter.AxisJerk);
+        readBool(Axis := axis, Enable := TRUE, ParameterNumber := MC_AxisParameter.EnableLimitPos,
+            ReadMode := E_ReadMode.READMODE_CYCLIC);
+        move(Axis := axis, Execute := doMove, Velocity := 50.0, Acceleration := 1000.0, Deceleration := 1000.0);
+        speed(Axis := axis, Enable := TRUE, ParameterNumber := MC_AxisParameter.ActualVelocity,
+            ReadMode := E_ReadMode.READMODE_CYCLIC);
+        a := read.Value; b := other.Value; c := readBool.Value; v := speed.Value;
+        valid := read.Valid; busy := read.Busy;
+    """
+    bench = IecBench(program(declared, body), dialect=CODESYS)
+    _cycles(bench, 2)
+    assert (bench["a"], bench["b"], bench["c"], bench["valid"], bench["busy"]) == (0.0, 0.0, False, True, True)
+    bench["doWrite"] = bench["doMove"] = True
+    _cycles(bench, 60)
+    assert (bench["a"], bench["b"], bench["c"]) == (77.5, 0.0, True)
+    assert bench["v"] == pytest.approx(50.0)
+
+
+def test_a_parameter_is_read_once_for_each_enable() -> None:
+    declared = "axis : AXIS_REF; write : MC_WriteParameter; read : MC_ReadParameter; on : BOOL := TRUE; a, n : LREAL;"
+    body = """
+        write(Axis := axis, Execute := NOT write.Execute, ParameterNumber := MC_AxisParameter.AxisAcc, Value := n);
+        n := n + 1.0;
+        read(Axis := axis, Enable := on, ParameterNumber := MC_AxisParameter.AxisAcc, ReadMode := READMODE_ONCE);
+        a := read.Value;
+    """
+    bench = IecBench(program(declared, body), dialect=CODESYS)
+    _cycles(bench, 1)
+    first = bench["a"]
+    _cycles(bench, 10)
+    assert bench["a"] == first
+    bench["on"] = False
+    _cycles(bench, 1)
+    bench["on"] = True
+    _cycles(bench, 1)
+    assert bench["a"] > first  # type: ignore[operator]
+
+
+def test_additive_moves_add_up_on_the_way() -> None:
+    declared = """
+        axis : AXIS_REF; power : MC_Power; one, two : MC_MoveAdditive; doOne, doTwo : BOOL; position : LREAL;
+        aborted, done : BOOL;
+    """
+    body = """
+        power(Axis := axis, Enable := TRUE, Enable_Positive := TRUE, Enable_Negative := TRUE);
+        one(Axis := axis, Execute := doOne, Distance := 10.0, Velocity := 20.0, Acceleration := 500.0);
+        two(Axis := axis, Execute := doTwo, Distance := 5.0, Velocity := 20.0, Acceleration := 500.0);
+        position := axis.NcToPlc.ActPos; aborted := one.CommandAborted OR aborted; done := two.Done;
+    """
+    bench = IecBench(program(declared, body), dialect=CODESYS)
+    _cycles(bench, 2)
+    bench["doOne"] = True
+    _cycles(bench, 10)
+    bench["doTwo"] = True
+    _cycles(bench, 200)
+    assert (bench["position"], bench["aborted"], bench["done"]) == (pytest.approx(15.0), True, True)
