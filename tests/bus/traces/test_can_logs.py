@@ -310,7 +310,7 @@ def test_room_on_the_disk_that_was_never_written_ends_a_log(ending: str, size: i
 
 @pytest.mark.parametrize("ending", [".jsonl", ".log", ".asc", ".trc", ".csv", ".gvret"])
 def test_lines_that_end_with_cr_alone_are_read_as_others(tmp_path: Path, ending: str) -> None:
-    """Terminal programs and old Macs write such lines; a jump in time finds them, too."""
+    """Terminal programs and old Macs write them; a jump in time finds its lines, too."""
     file, old = tmp_path / f"new{ending}", tmp_path / f"old{ending}"
     write([entry(CanFrame(0x181, bytes((number,))), T + number * S) for number in range(50)], file)
     old.write_bytes(file.read_bytes().replace(b"\r\n", b"\n").replace(b"\n", b"\r"))
