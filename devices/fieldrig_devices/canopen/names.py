@@ -54,7 +54,7 @@ class CanopenNames:
     def __init__(self, nodes: dict[int, KnownNode]) -> None:
         """`nodes` are those that the rig knows, by node-ID; others are named by their number."""
         self._nodes = nodes
-        dictionaries = {node_id: node.dictionary for node_id, node in nodes.items() if node.dictionary is not None}
+        dictionaries = self.dictionaries
         self._known = dict(dictionaries)
         """The names of objects, by node-ID."""
         self._pdos = PdoNames(dictionaries, self._known)
@@ -115,6 +115,11 @@ class CanopenNames:
     def pdo(self, key: int, data: bytes) -> tuple[int, str, str] | None:
         """Return node-ID, kind and content of a PDO by its identifier, where bit 31 marks one of 29 bits; else None."""
         return self._pdos.of_data(key, data)
+
+    @property
+    def dictionaries(self) -> Mapping[int, Dictionary]:
+        """The dictionaries of the nodes that have one, by node-ID."""
+        return {node_id: node.dictionary for node_id, node in self._nodes.items() if node.dictionary is not None}
 
     @property
     def nodes(self) -> Mapping[int, KnownNode]:

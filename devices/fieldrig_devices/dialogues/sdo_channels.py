@@ -2,17 +2,20 @@
 
 Source: CiA 301 version 4.2, 7.3.5 (the default channel of each node), 7.5.2.33 (1200h to 127Fh, the servers of a node)
 and 7.5.2.34 (1280h to 12FFh, its clients).  Others than the default channels are known when the log shows that both
-identifiers were read or written.
+identifiers were read or written, or when the EDS file of a node has them.
 """
 
 from typing import Final, NamedTuple
 
 from fieldrig_devices.canopen.cob_id import can_key, is_valid
+from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.sdo.server import REQUEST_ID, RESPONSE_ID
 from fieldrig_devices.dialogues.sdo_transfer import SdoTransfer
 
 NODES: Final = range(1, 128)
 SERVERS, CLIENTS = range(0x1200, 0x1280), range(0x1280, 0x1300)
+DESCRIBED: Final = range(0x1201, 0x1300)
+"""Objects with the channels of an EDS file; the default channel of a node depends on its node-ID alone."""
 CLIENT_TO_SERVER, SERVER_TO_CLIENT, SERVER = 1, 2, 3
 """Sub-indices; the last one is the node-ID of a client's server."""
 
@@ -47,6 +50,13 @@ class SdoChannels:
         if index in SERVERS or index in CLIENTS:
             self._numbers[node_id, index, subindex] = number
             self._find()
+
+    def describe(self, node_id: int, dictionary: Dictionary) -> None:
+        """Take the channels that the EDS file of a node gives it."""
+        for variable in dictionary:
+            if variable.index in DESCRIBED and variable.subindex in (CLIENT_TO_SERVER, SERVER_TO_CLIENT, SERVER):
+                self._numbers[node_id, variable.index, variable.subindex] = variable.number
+        self._find()
 
     def take(self, transfer: SdoTransfer) -> None:
         """Learn from a transfer that has been completed."""

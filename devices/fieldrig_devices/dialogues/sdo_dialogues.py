@@ -8,10 +8,11 @@ a block, and a node may be restarted at any time.
 import struct
 from array import array
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from fieldrig.traces.trace import TraceEntry
+from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.sdo.server import ABORTS
 from fieldrig_devices.dialogues.dialogue import Dialogue, Stray
 from fieldrig_devices.dialogues.sdo_channels import NODES, End, SdoChannels
@@ -94,6 +95,11 @@ class SdoDialogues:
             if len(self._channels) > MOST_BUSES:
                 self._channels.popitem(last=False)
         return found
+
+    def describe(self, bus: str, dictionaries: Mapping[int, Dictionary]) -> None:
+        """Take the channels that the EDS files of the nodes of a bus give them."""
+        for node_id, dictionary in dictionaries.items():
+            self.channels(bus).describe(node_id, dictionary)
 
     def take(self, number: int, entry: TraceEntry) -> Sequence[Dialogue]:
         """Take a message, and return the dialogues that it ends.

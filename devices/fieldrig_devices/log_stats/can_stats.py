@@ -56,6 +56,7 @@ class CanStats:
         """Frames whose identifiers are beyond the bound."""
         self._samples: dict[int, CanFrame] = {}
         self._sdo, self._heartbeats = SdoDialogues(), Heartbeats()
+        self._is_begun = False
 
     def take(self, number: int, entry: TraceEntry) -> None:
         try:
@@ -73,6 +74,9 @@ class CanStats:
                 self.node(loss.node_id).losses += 1
         if not message.is_extended and message.identifier & 0x7F in NODES:
             self._count_service(message, entry.time_ns)
+        if not self._is_begun:
+            self._is_begun = True
+            self._sdo.describe(entry.bus, self.names.dictionaries)
         for dialogue in self._sdo.take(number, entry):
             self._end(dialogue, message.identifier & 0x7F)
 

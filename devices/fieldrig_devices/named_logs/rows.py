@@ -131,7 +131,10 @@ class Rows:
         bus = entry.bus, entry.family
         rows = self._buses.get(bus)
         if rows is None:
-            rows = self._buses[bus] = _rows_of(self._names.namer(entry.bus, entry.family), self._has_values)
+            namer = self._names.namer(entry.bus, entry.family)
+            rows = self._buses[bus] = _rows_of(namer, self._has_values)
+            if isinstance(namer, CanopenNames):
+                self._sdo.describe(entry.bus, namer.dictionaries)
             if len(self._buses) > MOST_BUSES:
                 self._buses.popitem(last=False)
         return rows

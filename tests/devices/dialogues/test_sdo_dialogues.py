@@ -15,6 +15,7 @@ from logs import can_entry, can_log
 from fieldrig.clock import MS
 from fieldrig.traces.trace import TraceEntry
 from fieldrig_bus.can.frame import CanFrame
+from fieldrig_devices.canopen.eds.reader import load
 from fieldrig_devices.dialogues import Dialogue, SdoTransfer, Stray, dialogues
 from fieldrig_devices.dialogues.sdo_dialogues import MOST_OPEN, SdoDialogues
 
@@ -233,6 +234,25 @@ def test_another_channel_is_known_when_the_log_shows_its_identifiers() -> None:
     assert (found.node_id, found.index, found.request_id, found.entries) == (5, 0x1000, 0x3A0, (4, 5))
     closed = ("605#23 01 12 01 A0 03 00 80", "585#60 01 12 01 00 00 00 00")
     assert len(of([*configured, *closed, *other])) == 3
+
+
+def test_another_channel_is_known_when_the_eds_file_of_the_node_has_it(tmp_path: Path) -> None:
+    """7.5.2.33; the channel of node 5 depends on its node-ID, and that of 1202h is not used (bit 31)."""
+    rows = ["[DeviceInfo]"]
+    for index, ids in (("1201", ("$NODEID+0x3A0", "$NODEID+0x3B0")), ("1202", ("0x800003C0", "0x800003D0"))):
+        rows += [f"[{index}]", "ParameterName=SDO", "ObjectType=9", "SubNumber=3"]
+        for number, (kind, value) in enumerate(((5, "2"), (7, ids[0]), (7, ids[1]))):
+            rows += [f"[{index}sub{number}]", f"ParameterName={number}", f"DataType={kind}", "AccessType=rw",
+                     f"DefaultValue={value}"]  # fmt: skip
+    (tmp_path / "two.eds").write_text("\n".join(rows))
+    transfers = SdoDialogues()
+    transfers.describe("can0", {5: load(tmp_path / "two.eds", 5)})
+    other = [frame.replace("605#", "3A5#").replace("585#", "3B5#") for frame in READ]
+    other += [frame.replace("605#", "3C0#").replace("585#", "3D0#") for frame in READ]
+    found = [one for number, entry in enumerate(can_log(*other)) for one in transfers.take(number, entry)]
+    assert [(one.node_id, one.index, one.entries) for one in found if isinstance(one, SdoTransfer)] == [
+        (5, 0x1000, (0, 1))
+    ]
 
 
 def test_a_transfer_that_the_log_does_not_end_comes_last() -> None:
