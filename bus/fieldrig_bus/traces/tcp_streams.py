@@ -25,6 +25,8 @@ MBAP: Final = struct.Struct("!HHHB")  # transaction, protocol 0, length of the r
 MOST_STREAMS: Final = 20_000
 MOST_WAITING: Final = 64
 """Segments of a stream that wait for an earlier one; then that one counts as lost."""
+ENOUGH: Final = 2
+"""Bare acknowledgements of bytes that are missing, after which they count as lost."""
 MOST_BYTES: Final = 1 << 26
 """Bytes that wait in all streams."""
 MOST_SEARCHED: Final = 2048
@@ -53,6 +55,8 @@ class _Stream:
     has_ended: bool = False
     acknowledged: int = 0
     """The byte of the other direction that the sender waits for; 0 if it is not known."""
+    confirmed: int = 0
+    """How often the other end has acknowledged the bytes that are missing before those that wait."""
 
     def comes_again(self, segment: Segment) -> bool:
         """Return whether a segment that comes after the end is one of this connection, sent again."""
@@ -87,6 +91,9 @@ class TcpStreams:
         if known is not None:
             known.has_ended = known.has_ended or bool(segment.flags & RST)
             known.acknowledged = segment.acknowledged or known.acknowledged
+        other = self._streams.get((*key[2:], *key[:2]))
+        if other is not None and other.waiting and segment.flags & ACK:
+            yield from self._confirm(other, segment)
         if not segment.data and not segment.missing:
             return
         if key not in self._streams or (known is not None and known.has_ended and not known.comes_again(segment)):
@@ -199,9 +206,23 @@ class TcpStreams:
         """Go on after a gap, with the earliest of the waiting segments."""
         assert stream.next is not None
         expected = stream.next
+        stream.confirmed = 0
         stream.next = min(stream.waiting, key=lambda begin: begin - expected & 0xFFFF_FFFF)
         self._lose(stream)
         yield from self._drained(stream)
+
+    def _confirm(self, stream: _Stream, segment: Segment) -> Iterator[tuple[str, ModbusMessage]]:
+        """Go on after a gap whose bytes the other end has acknowledged, so that nothing but the capture has lost them.
+
+        An answer is sure; a bare acknowledgement may be captured shortly before what it acknowledges.
+        """
+        assert stream.next is not None
+        expected = stream.next
+        first = min(begin - expected & 0xFFFF_FFFF for begin in stream.waiting)
+        if first < segment.acknowledged - expected & 0xFFFF_FFFF < _HALF:
+            stream.confirmed += 1
+            if segment.data or stream.confirmed >= ENOUGH:
+                yield from self._skip(stream)
 
     def _flush(self, stream: _Stream) -> Iterator[tuple[str, ModbusMessage]]:
         while stream.waiting:

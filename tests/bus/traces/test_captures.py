@@ -224,6 +224,33 @@ def test_a_lost_segment_loses_only_its_messages() -> None:
     assert "bytes of a TCP stream are missing in the capture" in [oddity.what for oddity in odd]
 
 
+@pytest.mark.parametrize("acknowledged", [ANSWER, b""], ids=["answer", "bare acknowledgements"])
+def test_a_lost_segment_that_was_acknowledged_holds_nothing_up(acknowledged: bytes) -> None:
+    """A request is not in the capture, but the server has got it, so the next one waits for it no longer."""
+    later = acknowledging(ipv4(SERVER, CLIENT, 900, acknowledged), 1 + 36)
+    again = [] if acknowledged else [later]
+    found = messages(
+        ipv4(CLIENT, SERVER, 1, ASK),
+        acknowledging(ipv4(SERVER, CLIENT, 900 - len(ANSWER), ANSWER), 13),
+        ipv4(CLIENT, SERVER, 1 + 24, ASK),
+        later,
+        *again,
+        ipv4(SERVER, CLIENT, 900 + len(acknowledged), ANSWER),
+    )
+    assert found == [REQUEST, RESPONSE, REQUEST, *([RESPONSE] if acknowledged else []), RESPONSE]
+
+
+def test_an_acknowledgement_shortly_before_its_segment_loses_nothing() -> None:
+    """Packets of both directions may be captured in a slightly other order."""
+    found = messages(
+        ipv4(CLIENT, SERVER, 1, ASK),
+        ipv4(CLIENT, SERVER, 1 + 24, ASK),
+        acknowledging(ipv4(SERVER, CLIENT, 900, b""), 1 + 36),
+        ipv4(CLIENT, SERVER, 1 + 12, ASK),
+    )
+    assert found == [REQUEST] * 3
+
+
 def test_a_capture_that_begins_within_a_message_finds_the_next_one() -> None:
     odd = Oddities()
     found = messages(ipv4(SERVER, CLIENT, 9, ANSWER[5:] + ANSWER + ANSWER[:9]), odd=odd)
