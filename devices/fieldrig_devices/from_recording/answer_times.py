@@ -4,14 +4,15 @@ A gateway asks its devices for some registers and has others itself, and any dev
 enough.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from itertools import chain
 from statistics import median
 from typing import Final
 
 from fieldrig.clock import MS
 from fieldrig_devices.from_recording.answer_log import AnswerLog
 from fieldrig_devices.from_recording.modbus_log import UnitLog
-from fieldrig_devices.modbus.answer_times import ADDRESS, FUNCTION, QUANTITY, TIME, Kind
+from fieldrig_devices.modbus.answer_times import ADDRESS, EXCEPTION, FUNCTION, QUANTITY, TIME, Answer, Kind
 
 FEWEST: Final = 3
 """Answers that tell the usual time of a kind of requests."""
@@ -22,53 +23,65 @@ MOST_ROWS: Final = 50_000
 
 
 class AnswerTimes:
-    """The usual time in ns, and the times of each kind of requests that takes another one, or not always the same."""
+    """The usual time in ns, and the answers to each kind of requests that takes another one, or not always the same."""
 
-    def __init__(self, log: UnitLog, on_line_ns: Callable[[int], int], end_ns: int) -> None:
+    def __init__(
+        self, log: UnitLog, on_line_ns: Callable[[int], int], end_ns: int, refused: Collection[Kind] = ()
+    ) -> None:
         """`on_line_ns` returns the time that an answer with a PDU of this size itself takes.
 
-        Requests after `end_ns` that have no answer say nothing.
+        Requests after `end_ns` that have no answer say nothing.  The kinds in `refused` have exceptions that nothing
+        else repeats.
         """
-        self._silences, self._end_ns = log.silences, end_ns
-        times = {kind: self._times(kind, of_kind, on_line_ns) for kind, of_kind in log.answers_of.items()}
-        answered = [[time_ns for time_ns in of_kind if time_ns is not None] for of_kind in times.values()]
-        usual = [round(median(of_kind)) for of_kind in answered if len(of_kind) >= FEWEST]
-        every = [time_ns for of_kind in answered for time_ns in of_kind]
-        self.usual_ns = min(usual, default=round(median(every)) if every else 0)
-        self.single_ns = {kind: _steady(of_kind) for kind, of_kind in times.items() if self._differs(of_kind)}
+        self._silences, self._end_ns, self._refused = log.silences, end_ns, refused
+        every = {kind: self._answers(kind, of_kind, on_line_ns) for kind, of_kind in log.answers_of.items()}
+        times = [_times(answers) for answers in every.values()]
+        usual = [round(median(of_kind)) for of_kind in times if len(of_kind) >= FEWEST]
+        self.usual_ns = min(usual, default=round(median(chain(*times))) if any(times) else 0)
+        self.single = {kind: _steady(answers) for kind, answers in every.items() if self._differs(answers)}
 
-    def _times(self, kind: Kind, log: AnswerLog, on_line_ns: Callable[[int], int]) -> list[int | None]:
+    def _answers(self, kind: Kind, log: AnswerLog, on_line_ns: Callable[[int], int]) -> list[Answer]:
         line_ns = on_line_ns(log.size)
         return [
-            None if time_ns is None else max(time_ns - line_ns, 0)
-            for begin_ns, time_ns in log.rows()
-            if time_ns is not None or self._silences.single(kind.function or 0, begin_ns, self._end_ns)
+            Answer(
+                None if answer.after_ns is None else max(answer.after_ns - line_ns, 0),
+                answer.exception if kind in self._refused else 0,
+            )
+            for begin_ns, answer in log.rows()
+            if answer.after_ns is not None or self._silences.single(kind.function or 0, begin_ns, self._end_ns)
         ]
 
-    def _differs(self, times_ns: Sequence[int | None]) -> bool:
-        return any(time_ns is None or abs(time_ns - self.usual_ns) > LEAST_NS for time_ns in times_ns)
+    def _differs(self, answers: Sequence[Answer]) -> bool:
+        return any(
+            answer.after_ns is None or answer.exception or abs(answer.after_ns - self.usual_ns) > LEAST_NS
+            for answer in answers
+        )
 
     @property
     def file(self) -> bytes:
-        """The file of the emulated device that takes these times in turn."""
-        rows = sum(map(len, self.single_ns.values()))
+        """The file of the emulated device that takes these answers in turn."""
+        rows = sum(map(len, self.single.values()))
         every = -(-rows // MOST_ROWS)
-        lines = [",".join((FUNCTION, ADDRESS, QUANTITY, TIME))]
-        for kind in sorted(self.single_ns, key=_by_number):
+        lines = [",".join((FUNCTION, ADDRESS, QUANTITY, TIME, EXCEPTION))]
+        for kind in sorted(self.single, key=_by_number):
             head = ",".join("" if number is None else str(number) for number in kind[1:])
-            lines += (f"{head},{_ms(time_ns)}" for time_ns in self.single_ns[kind][::every])
+            lines += (f"{head},{_ms(answer)},{answer.exception or ''}" for answer in self.single[kind][::every])
         return ("\n".join(lines) + "\n").encode()
 
 
-def _steady(times_ns: Sequence[int | None]) -> Sequence[int | None]:
-    """Return one time for those that are always the same."""
-    answered = [time_ns for time_ns in times_ns if time_ns is not None]
-    is_steady = len(answered) == len(times_ns) and max(answered) - min(answered) <= LEAST_NS
-    return [round(median(answered))] if is_steady else times_ns
+def _times(answers: Sequence[Answer]) -> list[int]:
+    return [answer.after_ns for answer in answers if answer.after_ns is not None]
 
 
-def _ms(time_ns: int | None) -> str:
-    return "" if time_ns is None else f"{round(time_ns / MS, 3):g}"
+def _steady(answers: Sequence[Answer]) -> Sequence[Answer]:
+    """Return one answer for those that are always the same."""
+    times, exceptions = _times(answers), {answer.exception for answer in answers}
+    is_steady = len(times) == len(answers) and len(exceptions) == 1 and max(times) - min(times) <= LEAST_NS
+    return [Answer(round(median(times)), *exceptions)] if is_steady else answers
+
+
+def _ms(answer: Answer) -> str:
+    return "" if answer.after_ns is None else f"{round(answer.after_ns / MS, 3):g}"
 
 
 def _by_number(kind: Kind) -> tuple[int, ...]:

@@ -32,7 +32,7 @@ from fieldrig_devices.from_recording.register_log import (
 )
 from fieldrig_devices.from_recording.series import Room
 from fieldrig_devices.from_recording.silences import Silences
-from fieldrig_devices.modbus.answer_times import Kind, kind_of
+from fieldrig_devices.modbus.answer_times import Answer, Kind, kind_of
 from fieldrig_devices.registers.table import SPACES
 
 STATUS, SERVER_ID, INTERFACE, READ_DEVICE_ID = 7, 17, 43, 14
@@ -80,12 +80,12 @@ class UnitLog:
         self.silences.take(exchange.begin_ns, request[0], bool(response))
         if response is None or exchange.end_ns is None or not response:
             self.unanswered += 1
-            self._time(request, exchange.begin_ns, None)
+            self._time(request, exchange.begin_ns, Answer(None))
             return
         self.answers += 1
         time_ns = max(exchange.end_ns - exchange.begin_ns, 0)  # the time of a log may jump back
         self.longest_answer_ns = max(self.longest_answer_ns, time_ns)
-        self._time(request, exchange.begin_ns, time_ns, len(response))
+        self._time(request, exchange.begin_ns, Answer(time_ns, exchange.exception or 0), len(response))
         group = group_of(request)
         log = None if group is None else self._group(group)
         if log is not None:
@@ -106,13 +106,13 @@ class UnitLog:
             log.sample = log.sample or (request, response)
         self._carry_out(exchange.begin_ns, request, response)
 
-    def _time(self, request: bytes, begin_ns: int, time_ns: int | None, size: int = 0) -> None:
+    def _time(self, request: bytes, begin_ns: int, answer: Answer, size: int = 0) -> None:
         kind = kind_of(None, request)
         log = self.answers_of.get(kind)
         if log is None and len(self.answers_of) < MOST_GROUPS:
             log = self.answers_of[kind] = AnswerLog(MOST_TIMES if len(self.answers_of) < MANY_KINDS else LEAST_TIMES)
         if log is not None:
-            log.take(begin_ns, time_ns, size)
+            log.take(begin_ns, answer, size)
 
     def _group(self, group: Group) -> GroupLog | None:
         log = self.groups.get(group)

@@ -44,7 +44,7 @@ def modbus_part(name: str, log: ModbusLog, source: str, prefix: str, place: int)
             part.files[model.recorded], cut_ns = csv_of(model.columns, log.end_ns - log.start_ns)
             if cut_ns is not None:
                 model.remarks.append(f"values after {cut_ns / 1e9:.3f} s, because {model.recorded} would be too long")
-        if model.times.single_ns:
+        if model.times.single:
             part.files[model.answer_times] = model.times.file
         part.devices += _device(name, model, path)
         part.read_backs += model.read_backs(name)
@@ -118,7 +118,7 @@ def _device(bus: str, model: UnitModel, table: PurePosixPath) -> Iterator[str]:
     yield f"    table: {flow(str(table))}"
     yield f"    unit_id: {model.unit_id}"
     yield f"    turnaround_ms: {model.turnaround_ms:g}"
-    if model.times.single_ns:
+    if model.times.single:
         yield f"    answer_times: {flow(str(model.answer_times))}"
     yield f"    links: {{modbus: {bus}}}"
     for key, value in model.more.items():

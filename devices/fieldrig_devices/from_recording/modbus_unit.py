@@ -60,7 +60,7 @@ class UnitModel:
         refusals = ModbusRefusals(log, self.entries, self.more)
         last_ns = end_ns - log.longest_answer_ns
         silences = log.silences.faults(begin_ns, last_ns)
-        self.times = AnswerTimes(log, self._on_line_ns, last_ns)
+        self.times = AnswerTimes(log, self._on_line_ns, last_ns, refusals.at_times)
         self.faults = [*silences, *refusals.faults]
         self.silences = len(silences)
         self.remarks += refusals.remarks
@@ -152,8 +152,8 @@ class UnitModel:
     def words_seen(self) -> Iterator[str]:
         """Yield what the recording says of the unit."""
         yield from seen(self.log, self.asked_as, self.unit_id, self.turnaround_ms, self.silences)
-        if own := len(self.times.single_ns):
-            yield f"{counted(own, 'kind')} of requests had other times, which are in {self.answer_times} one by one"
+        if own := len(self.times.single):
+            yield f"{counted(own, 'kind')} of requests had other times or answers: see {self.answer_times}"
 
     def words_unknown(self) -> Iterator[str]:
         """Yield what is not known, or not repeated."""

@@ -2,7 +2,7 @@
 
 Requests of one kind take the times of its rows in turn, and begin again after the last one, so that not only the usual
 time of a device is that of the machine, but also its longest one, and how often it comes.  A row without a time is a
-request that is lost.
+request that is lost, and one with an exception is refused.
 """
 
 from collections import defaultdict
@@ -15,8 +15,8 @@ from fieldrig_bus.modbus.message import ModbusRequest
 from fieldrig_devices.sources.sheet import Sheet, read_sheet
 
 LONGEST_MS: Final = 60_000
-FUNCTION, ADDRESS, QUANTITY, TIME, UNIT = COLUMNS = "function", "address", "quantity", "answer_ms", "unit"
-_HIGHEST: Final = {FUNCTION: 127, ADDRESS: 0xFFFF, QUANTITY: 0xFFFF, UNIT: 255}
+FUNCTION, ADDRESS, QUANTITY, TIME, EXCEPTION, UNIT = "function", "address", "quantity", "answer_ms", "exception", "unit"
+_HIGHEST: Final = {FUNCTION: 127, ADDRESS: 0xFFFF, QUANTITY: 0xFFFF, EXCEPTION: 255, UNIT: 255}
 ADDRESSED: Final = frozenset({1, 2, 3, 4, 5, 6, 15, 16, 22, 23, 24})
 """Functions that name an address."""
 SINGLE: Final = frozenset({5, 6, 22, 24})
@@ -54,31 +54,41 @@ def kind_of(unit: int | None, pdu: bytes) -> Kind:
     return Kind(unit, function, address, quantity)
 
 
-class AnswerTimes:
-    """The next time of each kind of request."""
+class Answer(NamedTuple):
+    """An answer to a request."""
 
-    def __init__(self, times_ns: Mapping[Kind, Sequence[int | None]], usual_ns: int) -> None:
-        """`usual_ns` is the time of the requests that `times_ns` has no kind for."""
-        self._times_ns, self._usual_ns = times_ns, usual_ns
+    after_ns: int | None
+    """The time that it takes; None if the request is lost."""
+    exception: int = 0
+    """The code with which the request is refused; 0 if it is carried out."""
+
+
+class AnswerTimes:
+    """The next answer to each kind of request."""
+
+    def __init__(self, answers: Mapping[Kind, Sequence[Answer]], usual_ns: int) -> None:
+        """`usual_ns` is the time of the requests that `answers` has no kind for."""
+        self._answers, self._usual = answers, Answer(usual_ns)
         self._taken: defaultdict[Kind, int] = defaultdict(int)
 
-    def next_ns(self, request: ModbusRequest) -> int | None:
-        """Return the time that the answer to this request takes, or None if it is lost, and go on to the next one."""
+    def next(self, request: ModbusRequest) -> Answer:
+        """Return the answer to this request, and go on to the next one of its kind."""
         for kind in kind_of(request.unit, request.pdu).wider:
-            times_ns = self._times_ns.get(kind)
-            if times_ns is not None:
+            answers = self._answers.get(kind)
+            if answers is not None:
                 place = self._taken[kind]
-                self._taken[kind] = (place + 1) % len(times_ns)
-                return times_ns[place]
-        return self._usual_ns
+                self._taken[kind] = (place + 1) % len(answers)
+                return answers[place]
+        return self._usual
 
 
-def read_answer_times(file: Path) -> dict[Kind, list[int | None]]:
-    """Read the times in nanoseconds by kind.  ValueError, with the line, for a file that has none."""
+def read_answer_times(file: Path) -> dict[Kind, list[Answer]]:
+    """Read the answers by kind.  ValueError, with the line, for a file that has none."""
     sheet = read_sheet(file)
-    times_ns: defaultdict[Kind, list[int | None]] = defaultdict(list)
+    answers: defaultdict[Kind, list[Answer]] = defaultdict(list)
     kinds = zip(*(_numbers(sheet, column) for column in (UNIT, FUNCTION, ADDRESS, QUANTITY)), strict=True)
-    for numbers, (line, cell) in zip(kinds, sheet.cells(TIME), strict=True):
+    exceptions = _numbers(sheet, EXCEPTION)
+    for numbers, exception, (line, cell) in zip(kinds, exceptions, sheet.cells(TIME), strict=True):
         time_ms = sheet.number(cell) if cell else None
         if cell and (time_ms is None or not 0 <= time_ms <= LONGEST_MS):
             raise ValueError(f"line {line}: expected 0 to {LONGEST_MS} in column {TIME!r}, got {cell!r}")
@@ -86,8 +96,8 @@ def read_answer_times(file: Path) -> dict[Kind, list[int | None]]:
         given = [number is not None for number in numbers[1:]]
         if given != sorted(given, reverse=True):
             raise ValueError(f"line {line}: expected a function where there is an address, and that for a quantity")
-        times_ns[kind].append(None if time_ms is None else round(time_ms * MS))
-    return dict(times_ns)
+        answers[kind].append(Answer(None if time_ms is None else round(time_ms * MS), exception or 0))
+    return dict(answers)
 
 
 def _numbers(sheet: Sheet, column: str) -> Iterator[int | None]:

@@ -140,7 +140,7 @@ def _answer_times(settings: ModbusDeviceSettings) -> Turnaround:
     return (
         usual_ns
         if settings.answer_times is None
-        else AnswerTimes(read_answer_times(settings.answer_times), usual_ns).next_ns
+        else AnswerTimes(read_answer_times(settings.answer_times), usual_ns).next
     )
 
 

@@ -10,9 +10,10 @@ from fieldrig.link import Link
 from fieldrig.settings import Settings
 from fieldrig_bus.modbus.message import BROADCAST, ModbusMessage, ModbusRequest, ModbusResponse
 from fieldrig_bus.modbus.server import ModbusServer
+from fieldrig_devices.modbus.answer_times import Answer
 
-Turnaround = int | Callable[[ModbusRequest], int | None]
-"""The time of all responses in nanoseconds, or what returns that of the response to a request."""
+Turnaround = int | Callable[[ModbusRequest], Answer]
+"""The time of all responses in nanoseconds, or what returns the answer to a request."""
 UnitId = Annotated[int, Field(ge=1, le=247, description="unit id (slave address)")]
 
 
@@ -48,7 +49,7 @@ class ModbusPort:
     ) -> None:
         """`on_done` is called after a request has taken effect and before its response leaves.
 
-        A request for which `turnaround_ns` returns None is lost.
+        A request is lost or refused if that is what `turnaround_ns` returns for it.
         """
         self._clock, self.servers, self._on_done = clock, servers, on_done
         self._send, self._turnaround_ns = link.send, turnaround_ns
@@ -68,10 +69,10 @@ class ModbusPort:
     def respond(self, request: ModbusRequest, answer: Callable[[ModbusRequest], bytes | None]) -> None:
         """Send what `answer` returns for a request after the time that it takes."""
         takes = self._turnaround_ns
-        takes_ns = takes if isinstance(takes, int) else takes(request)
+        takes_ns, exception = (takes, 0) if isinstance(takes, int) else takes(request)
         if takes_ns is None:
             return
-        pdu = answer(request)
+        pdu = bytes((request.pdu[0] | 0x80, exception)) if exception else answer(request)
         self._on_done()
         if pdu is None:
             return

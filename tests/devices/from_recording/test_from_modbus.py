@@ -22,6 +22,7 @@ from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
 from fieldrig_devices.dialogues.rtu_line import RtuLine
 from fieldrig_devices.from_recording.answer_log import AnswerLog
 from fieldrig_devices.from_recording.content import content_for
+from fieldrig_devices.modbus.answer_times import Answer
 
 READ = "03 006B 0003"  # 6.3: holding registers 107 to 109
 VALUES = "03 06 022B 0000 0064"
@@ -172,7 +173,9 @@ def test_each_group_of_registers_has_its_answer_time(tmp_path: Path) -> None:
     log = [entry for turn, request in asked for entry in exchanges(
         (turn, 7, request, answers[request]), answer_ms=times[request])]  # fmt: skip
     path = rig_file(save(log, tmp_path / "meter.jsonl"))
-    assert "2 kinds of requests had other times" in " ".join(path.read_text().replace("#", " ").split())
+    assert "2 kinds of requests had other times or answers: see recorded/unit7-answers.csv" in " ".join(
+        path.read_text().replace("#", " ").split()
+    )
     with virtual(path) as rig:
         assert {request: ask(rig, 7, request)[1] for request in times} == times
 
@@ -209,6 +212,20 @@ def test_a_request_that_is_lost_alone_is_lost_again(tmp_path: Path) -> None:
     with virtual(path) as rig:
         for turn, answer in enumerate([*answers, *answers]):
             assert (turn, answered(rig, 2 * turn)) == (turn, answer is not None)
+
+
+def test_what_is_refused_at_times_is_refused_in_the_same_order(tmp_path: Path) -> None:
+    """A device is busy now and then; a value that it does not take says nothing of the next one."""
+    rows = [(READ, VALUES), (READ, "83 06"), (READ, VALUES), (READ, "83 04"), ("08 0000 A537", "08 0000 A537"),
+            ("08 0000 A537", "88 06"), ("06 006F 0000", "06 006F 0000"), ("06 006F 7FFF", "86 03")]  # fmt: skip
+    path = made(tmp_path, *((float(turn), 7, *row) for turn, row in enumerate(rows)))
+    words = " ".join(path.read_text().replace("#", " ").split())
+    assert "ended in exception 06 (server device busy) 1 time, which comes again in turn" in words
+    assert "ended in exception 03 (illegal data value) 1 time, which is not repeated here" in words
+    rows[-1] = ("06 006F 7FFF", "06 006F 7FFF")
+    with virtual(path) as rig:
+        for request, answer in [*rows, *rows]:
+            assert ask(rig, 7, request)[0] == bytes.fromhex(answer).hex()
 
 
 def test_values_are_those_of_the_instants_of_the_requests(tmp_path: Path) -> None:
@@ -253,14 +270,14 @@ def test_the_server_of_a_lost_request_is_that_of_its_connection(tmp_path: Path) 
     path = rig_file(save(entries, tmp_path / "two.jsonl"))
     files = {file.name: file.read_text() for file in path.parent.glob("recorded/*-answers.csv")}
     ((name, text),) = files.items()
-    assert text.splitlines()[1:] == ["3,107,3,5", "3,107,3,5", "3,107,3,", "3,107,3,5", "3,107,3,5"], name
+    assert text.splitlines()[1:] == ["3,107,3,5,", "3,107,3,5,", "3,107,3,,", "3,107,3,5,", "3,107,3,5,"], name
 
 
 def test_the_times_of_long_recordings_are_from_all_of_it(tmp_path: Path) -> None:
     log = AnswerLog(1024)
     for number in range(10_000):
-        log.take(number * S, number * MS)
-    times_ns = [time_ns or 0 for _, time_ns in log.rows()]
+        log.take(number * S, Answer(number * MS))
+    times_ns = [answer.after_ns or 0 for _, answer in log.rows()]
     assert (log.count, times_ns[0], times_ns[-1] > 9_900 * MS) == (10_000, 0, True)
     assert 512 <= len(times_ns) <= 1024
     assert len({later - before for before, later in pairwise(times_ns)}) == 1

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fieldrig.clock import MS
 from fieldrig_bus.modbus.message import ModbusRequest
-from fieldrig_devices.modbus.answer_times import AnswerTimes, kind_of, read_answer_times
+from fieldrig_devices.modbus.answer_times import Answer, AnswerTimes, kind_of, read_answer_times
 from fieldrig_devices.modbus.device import ModbusDeviceSettings
 
 USUAL_NS = 7 * MS
@@ -21,7 +21,7 @@ def times_of(folder: Path, text: str) -> AnswerTimes:
 
 def asked(times: AnswerTimes, *requests: str, unit: int = 1) -> list[float | None]:
     """Return the times in ms."""
-    found = [times.next_ns(ModbusRequest(unit, bytes.fromhex(pdu))) for pdu in requests]
+    found = [times.next(ModbusRequest(unit, bytes.fromhex(pdu))).after_ns for pdu in requests]
     return [None if time_ns is None else time_ns / MS for time_ns in found]
 
 
@@ -45,6 +45,12 @@ def test_a_row_without_a_time_is_a_request_that_is_lost(tmp_path: Path) -> None:
     assert asked(times_of(tmp_path, text), "03 0000 0001", "03 0000 0001", "03 0000 0001") == [10, None, 20]
 
 
+def test_a_row_with_an_exception_refuses(tmp_path: Path) -> None:
+    times = times_of(tmp_path, "function,answer_ms,exception\n3,10,\n3,5,6\n3,,4\n")
+    request = ModbusRequest(1, bytes.fromhex("03 0000 0001"))
+    assert [times.next(request) for _ in range(3)] == [Answer(10 * MS), Answer(5 * MS, 6), Answer(None, 4)]
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -54,6 +60,7 @@ def test_a_row_without_a_time_is_a_request_that_is_lost(tmp_path: Path) -> None:
         ("function,answer_ms\n128,1\n", "line 2: expected 0 to 127 in column 'function', got '128'"),
         ("function,answer_ms\n3.5,1\n", "line 2: expected 0 to 127"),
         ("function,address,answer_ms\n,1,1\n", "line 2: expected a function where there is an address"),
+        ("function,answer_ms,exception\n3,1,256\n", "line 2: expected 0 to 255 in column 'exception', got '256'"),
         ("function,answer\n3,1\n", "there is no column 'answer_ms'"),
         ("", "expected a line with the names of the columns"),
     ],
@@ -69,5 +76,6 @@ def test_a_wrong_file_is_refused_with_its_line(tmp_path: Path, text: str, words:
 
 @given(st.binary(min_size=1, max_size=12), st.integers(0, 255))
 def test_every_request_has_a_time(pdu: bytes, unit: int) -> None:
-    times = AnswerTimes({kind_of(unit, pdu): [1, 2]}, USUAL_NS)
-    assert [times.next_ns(ModbusRequest(unit, pdu)) for _ in range(3)] == [1, 2, 1]
+    times = AnswerTimes({kind_of(unit, pdu): [Answer(1), Answer(2, 4)]}, USUAL_NS)
+    found = [times.next(ModbusRequest(unit, pdu)) for _ in range(3)]
+    assert found == [Answer(1), Answer(2, 4), Answer(1)]
