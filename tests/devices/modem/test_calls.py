@@ -138,6 +138,17 @@ def test_an_at_sign_without_an_answer_gives_no_answer(bench: ModemBench) -> None
     assert bench.heard() == "\r\nNO ANSWER\r\n"
 
 
+@pytest.mark.parametrize("command", ["ATDT200\r", "ATA\r"])
+def test_characters_of_the_first_125_ms_do_not_end_a_call(bench: ModemBench, command: str) -> None:
+    """V.250, 6.3.1 and 6.3.5: a line feed may follow the command."""
+    bench.type(command).hear(DIAL_TONE).wait(0.124)
+    bench.line.take()
+    bench.type("\n").wait(0.0005)
+    assert bench.line.take() == []
+    bench.wait(0.001).type("x")
+    assert bench.heard() == "\r\nNO CARRIER\r\n"
+
+
 def test_a_character_ends_a_call_that_is_being_made(bench: ModemBench) -> None:
     bench.type("ATDT200\r\n").hear(DIAL_TONE).wait(0.2)  # the line feed is ignored
     assert bench.line.sent == []

@@ -131,6 +131,16 @@ def test_a_change_takes_effect_with_the_next_period() -> None:
     ]
 
 
+@pytest.mark.manual("SCU-074")
+def test_the_next_period_counts_from_where_the_signal_has_begun() -> None:
+    bench = Bench()
+    bench.cycle(60 * MS, F_Enable=1, Frequency=100, Duty=25)  # 100 ms
+    assert bench.cycle(90 * MS, Frequency=200) == {"Busy"}
+    assert bench.cycle(9 * MS) == {"Busy"}
+    assert bench.cycle(1 * MS) == {"InFrequency"}
+    assert bench.signals[-1].start_ns == 160 * MS
+
+
 def test_a_change_at_the_end_of_a_period_is_immediate_and_one_that_is_taken_back_does_nothing() -> None:
     bench = Bench()
     bench.cycle(F_Enable=1, Frequency=100, Duty=25)
