@@ -1,4 +1,4 @@
-"""The attribute 'strict' of enumerations: expectations from the public description of CODESYS V3."""
+"""Attributes of enumerations, 'strict' and 'qualified_only': expectations from the public description of CODESYS V3."""
 
 from dataclasses import replace
 
@@ -68,6 +68,18 @@ def test_values_are_taken(body: str, expected: int) -> None:
 
 
 def test_the_other_dialects_read_no_attribute() -> None:
-    bench = IecBench(text("c := 2; n := c + 1;"), replace(CODESYS, has_strict_enumerations=False))
+    bench = IecBench(text("c := 2; n := c + 1;"), replace(CODESYS, has_enumeration_attributes=False))
     bench.cycle()
     assert bench["n"] == 3
+
+
+@pytest.mark.parametrize("body", ["c := red;", "IF c = green THEN n := 1; END_IF", "CASE c OF blue: n := 1; END_CASE"])
+def test_values_are_known_behind_the_name_alone(body: str) -> None:
+    assert "is not declared" in "\n".join(refused(text(body), CODESYS))
+
+
+def test_values_of_the_same_name_are_those_of_their_types() -> None:
+    other = "{attribute 'qualified_only'} TYPE Light : (red := 5, green); END_TYPE\n"
+    bench = IecBench(other + text("c := Colour.red; n := TO_INT(c) * 10 + Light.red;"), CODESYS)
+    bench.cycle()
+    assert bench["n"] == 15

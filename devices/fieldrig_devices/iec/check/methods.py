@@ -49,7 +49,9 @@ def find(checker: Checker, called: tree.Expression) -> Called | None:
     context = checker.context
     if isinstance(called, tree.Name):
         method = _own(context, called.text)
-        if method is None or context.key(called.text) in context.names:
+        hiding = context.names.get(context.key(called.text))
+        is_own_result = context.owner is not None and hiding is context.owner.result  # a call in itself
+        if method is None or (hiding is not None and not is_own_result):
             return None
         return None, method  # it hides what the project or a library has under its name
     if not isinstance(called, tree.Member):

@@ -33,7 +33,7 @@ LONGEST_DOCUMENT: Final = 1_000_000
 DEEPEST: Final = 40
 """Levels of declared types of which each is needed for the one before."""
 
-_STRICT: Final = re.compile(r"\{\s*attribute\s+'strict'\s*\}", re.IGNORECASE)
+_ATTRIBUTE: Final = re.compile(r"\{\s*attribute\s+'(\w+)'\s*\}", re.IGNORECASE)
 _OF_OTHER_LANGUAGES: Final[Mapping[str, str]] = {
     "boolean": "BOOL",
     "bit": "BOOL",
@@ -74,9 +74,11 @@ class TypeSpecs:
         """Note a declared type; `resolve_all` works it out, or the first use does."""
         self._declared[name] = (declaration, context)
         if isinstance(declaration.type, tree.EnumSpec):
-            kind = self._enumeration(declaration.name, declaration.type, context, name)
-            has_attribute = any(map(_STRICT.search, declaration.comments))
-            kind.is_strict = has_attribute and self._project.dialect.has_strict_enumerations
+            has_attributes = self._project.dialect.has_enumeration_attributes
+            attributes = {found[1].casefold() for one in declaration.comments for found in _ATTRIBUTE.finditer(one)}
+            is_qualified = has_attributes and "qualified_only" in attributes
+            kind = self._enumeration(declaration.name, declaration.type, context, name, is_qualified=is_qualified)
+            kind.is_strict = has_attributes and "strict" in attributes
 
     @property
     def names(self) -> Collection[str]:
@@ -299,7 +301,9 @@ class TypeSpecs:
 
     # ---- enumerations
 
-    def _enumeration(self, title: str, spec: tree.EnumSpec, context: Context, name: str) -> EnumType:
+    def _enumeration(
+        self, title: str, spec: tree.EnumSpec, context: Context, name: str, *, is_qualified: bool = False
+    ) -> EnumType:
         """Make the names of the values known in the whole project (PD-359); their numbers follow at the first use."""
         project = self._project
         base = Elementary[spec.base] if spec.base else Elementary.INT
@@ -309,6 +313,8 @@ class TypeSpecs:
         project.enumerations[kind] = partial(self._number, kind, spec, context)
         for value in spec.values:
             known = self._key(value.name)
+            if is_qualified:
+                continue
             if title and project.dialect.repeats_enumeration_values and isinstance(project.names.get(known), Pou):
                 project.enumerated.setdefault(known, []).append(kind)
                 continue
