@@ -10,6 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Final, Protocol
 
+from fieldrig.errors import ConfigError, RigError
 from fieldrig_devices.search.outcome import Outcome, Record
 from fieldrig_devices.search.piece import Piece, Run, acts_text
 from fieldrig_devices.search.plan import Plan
@@ -64,13 +65,17 @@ class Memory:
 
 
 def identity_of(plan: Plan, plan_file: Path) -> bytes | None:
-    """Return what is the same as long as all outcomes are; None for a plan whose master may depend on anything.
+    """Return what is the same as long as all outcomes are.
 
-    ConfigError or RigError for a rig that cannot be loaded.
+    It is None for a plan whose master may depend on anything, and for a rig that cannot be loaded, which the search
+    says with all mistakes.
     """
     if plan.scenario.master is not None:
         return None
-    luggage = luggage_of(plan)
+    try:
+        luggage = luggage_of(plan)
+    except (ConfigError, RigError):
+        return None
     content: Mapping[str, bytes] = {str(name): data for name, data in luggage.files.items()}
     digest = sha256(repr((sorted(content.items()), plan.scenario.overrides, luggage.paths["rig"])).encode())
     digest.update(plan_file.read_bytes())
