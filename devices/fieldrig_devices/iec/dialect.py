@@ -53,7 +53,7 @@ class Dialect:
     """`{IF defined (NAME)} ... {ELSE} ... {END_IF}` of CODESYS V3 and TwinCAT, and `{error 'text'}`."""
     has_enumeration_attributes: bool = _rule(Origin.TOOLS)
     """The attributes 'strict' and 'qualified_only' of CODESYS V3 and TwinCAT: such an enumeration takes its own values
-    alone, and these are known behind its name alone."""
+    and their numbers alone, and these are known behind its name alone."""
     has_signed_long_times: bool = _rule(Origin.STANDARD)
     """LTIME#-5s; the LTIME of CODESYS and TwinCAT has no sign, and reaches twice as far."""
     has_jumps_in_st: bool = _rule(Origin.TODAY)

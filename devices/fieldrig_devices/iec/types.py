@@ -131,7 +131,7 @@ class EnumType:
     takes_any: bool = False
     """True if it takes every number of the base type: as an input of a library's block, and in CODESYS."""
     is_strict: bool = field(default=False, compare=False)
-    """True with the attribute 'strict' of CODESYS: it takes its own values alone, and computes with none."""
+    """True with the attribute 'strict': it takes its own values and their numbers alone, and computes with none."""
 
     @property
     def size(self) -> int:
