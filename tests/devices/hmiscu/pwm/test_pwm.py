@@ -167,6 +167,13 @@ def test_busy_and_in_frequency_go_with_the_enable() -> None:
     assert bench.until(200 * MS) == [(0, True)]  # low from 20 ms on
 
 
+def test_a_restart_in_the_instant_in_which_the_output_goes_off_puts_nothing_on_the_wire() -> None:
+    bench = Bench()
+    bench.cycle(F_Enable=1, Frequency=100, Duty=25)
+    bench.cycle(30 * MS, F_Enable=0, F_Sync=1)
+    assert [(signal.start_ns, signal.value) for signal in bench.signals[1:]] == [(30 * MS, 0)]
+
+
 @pytest.mark.manual("SCU-068", "SCU-067")
 def test_a_rising_f_sync_restarts_the_period() -> None:
     bench = Bench()
