@@ -144,16 +144,16 @@ def _enumeration(context: Context, value: Expression, kind: EnumType, at: tree.N
     if isinstance(value.type, EnumType):
         is_same = value.type.values is kind.values  # one of the two is the input of a library's block
         return constants.converted(value, kind) if is_same else _no(context, value, kind, at)
-    is_strict = kind.is_strict and not context.is_library
     number = convert(context, value, kind.base, at)
+    is_strict = kind.is_strict and not context.is_library
+    if is_strict and number is not None and not isinstance(constants.folded(number), Constant):
+        context.say(at, f"{text(at)} is no value of {kind}, which is strict", _values(kind))
+        return None
     if isinstance(number, Constant):
         if (is_strict or not kind.takes_any) and number.value not in kind.values.values():
             context.say(at, f"{number.value} is no value of {kind}", _values(kind))
             return None
         return Constant(number.value, kind)
-    if is_strict and number is not None:
-        context.say(at, f"{text(at)} is no value of {kind}, which is strict", _values(kind))
-        return None
     return Convert(number, kind) if number is not None else None
 
 
