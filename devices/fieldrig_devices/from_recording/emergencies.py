@@ -9,6 +9,7 @@ from operator import or_
 from typing import Any, Final
 
 from fieldrig.clock import MS
+from fieldrig_devices.cia402.error_register import register_of
 from fieldrig_devices.from_recording.life import Emergency
 
 MOST: Final = 200
@@ -32,7 +33,8 @@ def faults_of(emergencies: Sequence[Emergency], start_ns: int, *, is_drive: bool
                 fault["duration_ms"] = max(round(at_ms - fault["start_ms"], 3), 0.001)
         elif len(found) < MOST and at_ms >= 0:
             before = reduce(or_, (fault.get("error_register", 0) for fault in left), 0)
-            fault = _of_drive(emergency) if is_drive else _of_node(emergency, emergency.register & ~before)
+            register = emergency.register & ~before
+            fault = _of_drive(emergency, register) if is_drive else _of_node(emergency, register)
             found.append(fault | {"start_ms": at_ms})
             left.append(found[-1])
     return [fault | {"duration_ms": 1.0} for fault in found] if is_drive else found
@@ -45,8 +47,10 @@ def _of_node(emergency: Emergency, register: int) -> dict[str, Any]:
     return keys | ({"info": info.hex(" ")} if info else {})
 
 
-def _of_drive(emergency: Emergency) -> dict[str, Any]:
-    return {"what": "error", "code": emergency.code}
+def _of_drive(emergency: Emergency, register: int) -> dict[str, Any]:
+    info = emergency.info.rstrip(b"\0")
+    keys = {"what": "error", "code": emergency.code} | ({"info": info.hex(" ")} if info else {})
+    return keys if register | GENERIC == register_of(emergency.code) | GENERIC else keys | {"error_register": register}
 
 
 def _ended(left: Sequence[dict[str, Any]], register: int) -> list[dict[str, Any]]:

@@ -230,6 +230,13 @@ def test_a_node_sends_the_emergencies_of_its_recording_again(tmp_path: Path) -> 
     ]  # fmt: skip
 
 
+def test_a_drive_sends_the_emergencies_of_its_recording_with_the_bytes_of_its_maker(tmp_path: Path) -> None:
+    """The error register has bit 7, manufacturer, besides that of the code 2310h, current."""
+    lines = [BOOT, *read_by_sdo(0.05, 5, "4300100092010600"), "0.1 705#7F", "0.2 085#1023830102030405"]
+    sent = heard(rig_file(written_log(tmp_path, *lines, "1.5 705#7F")), 0x085, 2 * S, start=False)
+    assert [data for _, data in sent] == ["10 23 83 01 02 03 04 05"]
+
+
 @pytest.mark.parametrize("count", [2, 3])
 def test_a_mapping_keeps_its_count_where_some_objects_were_not_read(tmp_path: Path, count: int) -> None:
     """Five bytes: one is known, and the others share the rest."""

@@ -213,7 +213,9 @@ class Cia402Drive(Device):
         self._signalled = code
         if code:
             # 8130h is the loss that the node has reported already, if it was one of the heartbeat or of the guarding.
-            emcy.raise_error(code, register_of(code), source=1, is_shared=code == COMMUNICATION_LOST)
+            cause = self.motor.cause_of(code)
+            register = register_of(code) if cause.error_register is None else cause.error_register
+            emcy.raise_error(code, register, cause.info, source=1, is_shared=code == COMMUNICATION_LOST)
 
     # ---- cycles
 

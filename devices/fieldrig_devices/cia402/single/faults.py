@@ -9,7 +9,9 @@ from typing import Annotated, Any, Final, Literal, NamedTuple
 from pydantic import Field
 
 from fieldrig.faults.faults import Fault, Timed, models_of
+from fieldrig.faults.hex_bytes import Hex
 from fieldrig.faults.injected import InjectedFaults
+from fieldrig_devices.canopen.emergencies import MOST_INFO
 from fieldrig_devices.canopen.node_faults import NodeFault
 
 
@@ -19,6 +21,10 @@ class DriveError(Timed):
     what: Literal["error"]
     code: int = Field(default=0x1000, ge=1, le=0xFFFF, description="error code in 603Fh and in the EMCY")
     coasts: bool = Field(default=False, description="the torque is off at once; otherwise 605Eh says how it stops")
+    error_register: int | None = Field(
+        default=None, ge=0, le=0xFF, description="its bits of the error register (1001h); default: those of the code"
+    )
+    info: Hex = Field(default="", max_length=14, description="up to 5 bytes of the maker, as hex digits")
 
 
 class Overtemperature(Timed):
@@ -110,6 +116,10 @@ class Cause(NamedTuple):
     code: int
     coasts: bool
     """True if the torque is off at once, so that no ramp stops the motor."""
+    error_register: int | None = None
+    """Its bits of the error register; None for those of the code."""
+    info: bytes = b""
+    """Bytes of the maker in the EMCY."""
 
 
 OVERLOAD: Final = Cause(0x2350, coasts=False)
@@ -124,7 +134,8 @@ _ENCODER: Final = Cause(0x7305, coasts=True)
 
 def causes(faults: SingleDriveFaults, following_error_code: int) -> Iterator[Cause]:
     """Yield the errors that the present faults cause; makes differ in the code of a following error."""
-    yield from (Cause(fault.code, fault.coasts) for fault in faults.active(DriveError))
+    for fault in faults.active(DriveError):
+        yield Cause(fault.code, fault.coasts, fault.error_register, bytes.fromhex(fault.info)[:MOST_INFO])
     yield from (_TOO_HOT[fault.of] for fault in faults.active(Overtemperature))
     yield from (_OVERCURRENT for _ in faults.active(Overcurrent))
     yield from (_VOLTAGE[fault.sort] for fault in faults.active(DcLink))

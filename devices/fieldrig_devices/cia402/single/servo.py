@@ -256,6 +256,10 @@ class Servo:
             axis.control(Mode.TORQUE)
             axis.set_value(value / 1_000 * self._rated_nm)
 
+    def cause_of(self, code: int) -> Cause:
+        """Return the cause of an error with this code; one that the state machine has found has nothing of its own."""
+        return next((cause for cause in self._errors if cause.code == code), Cause(code, coasts=False))
+
     # ---- the world
 
     def set_load(self, torque_nm: float) -> None:
