@@ -97,5 +97,8 @@ def _note(event: str, arguments: tuple[Any, ...]) -> None:
         return
     path = Path(arguments[0])
     if path.suffix == ".pyc":
-        path = Path(source_from_cache(arguments[0]))
+        try:
+            path = Path(source_from_cache(arguments[0]))
+        except ValueError:  # a name that another program has made, such as pytest
+            return
     _noted[path.resolve()] = None

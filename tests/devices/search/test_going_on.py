@@ -8,6 +8,7 @@ from lamp_search import HISTORY, TWO_BUGS, planted
 from typer.testing import CliRunner
 
 from fieldrig.errors import UsageError
+from fieldrig_devices.search import rig_files
 from fieldrig_devices.search.command import app
 from fieldrig_devices.search.corpus import Corpus
 from fieldrig_devices.search.crew import Bench, LocalCrew
@@ -94,3 +95,12 @@ def test_the_digest_of_a_state_depends_on_no_order() -> None:
     names = [f"wire{number}" for number in range(20)]
     assert digest_of(("wires", frozenset(names))) == digest_of(("wires", frozenset(reversed(names))))
     assert digest_of(("wires", frozenset(names))).hex() == "f115e4bd5ee32769"
+
+
+def test_a_compiled_file_of_another_program_is_read_as_ever(tmp_path: Path) -> None:
+    """The names of the files that pytest compiles are none of Python's; they belong to no rig."""
+    file = tmp_path / "checks.cpython-311-pytest-9.2.0.pyc"
+    file.write_bytes(b"ok")
+    with rig_files._noting_files() as read, open(str(file), "rb") as content:  # noqa: PTH123 - as importers open files
+        assert content.read() == b"ok"
+    assert file not in read
