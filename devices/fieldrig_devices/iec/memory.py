@@ -328,6 +328,10 @@ class Memory:
         self.kinds[address : address + size] = kinds
         return address
 
+    def mark_on_stack(self, address: int, form: int) -> int:
+        """Note the kinds of a variable in the same way if it is on the stack; all others have theirs."""
+        return self.mark(address, form) if STACKS <= address < DATA else address
+
     def _form(self, form: int) -> tuple[bytes, int]:
         kinds = self._form_kinds.get(form)
         if kinds is None:
@@ -452,6 +456,7 @@ class Memory:
             "swapped_cells": self.swapped_cells,
             "of_form": self.of_form,
             "mark": self.mark,
+            "mark_on_stack": self.mark_on_stack,
             "allocate": self.allocate,
             "free": self.free,
             "fetch": self.peek,

@@ -19,7 +19,18 @@ AREA_TABLES: Final = {"I": "I", "Q": "Q", "M": "X"}
 TABLES: Final = frozenset({"M", "K", "F", *AREA_TABLES.values(), "INFINITY", "NAN"})
 CHECKS: Final = frozenset({"outside_array", "outside_range", "null_reference", "thrown"})
 POINTERS: Final = frozenset(
-    {"allocate", "free", "peek", "poke", "peek_cells", "poke_cells", "swapped_cells", "of_form", "mark"}
+    {
+        "allocate",
+        "free",
+        "peek",
+        "poke",
+        "peek_cells",
+        "poke_cells",
+        "swapped_cells",
+        "of_form",
+        "mark",
+        "mark_on_stack",
+    }
 )
 AREAS: Final = frozenset({"fetch", "put", "on_output"})
 PARAMETERS: Final = frozenset({"parameter", "set_parameter", "begin_read", "begin_write"})

@@ -171,8 +171,13 @@ class Places:
             text = str(Address(where.terms, AREAS[where.area] + where.byte))
         else:
             self.keep(where)
-            is_marked = where.is_frame and not where.is_raw
-            text = self._mark(where, place.type) if is_marked else str(where)
+            is_reference = not where.is_raw and any(term.startswith("M[") for term in where.terms)
+            if where.is_frame and not where.is_raw:
+                text = self._mark(where, place.type)
+            elif is_reference:  # a VAR_IN_OUT, which may refer to a variable on the stack of a caller
+                text = f"mark_on_stack({where}, {self._form_of(place.type)})"
+            else:
+                text = str(where)
         return of_type(text if text.isdigit() else f"({text})", Elementary.DWORD)
 
     def marked(self, place: Place, emitter: Emitter) -> str:
