@@ -10,6 +10,7 @@ from fieldrig_devices.iec.check.project import Project
 from fieldrig_devices.iec.program import AnyStatement, Expression, Pou, Program
 from fieldrig_devices.iec.testing.assertions import Assertion, Assertions
 from fieldrig_devices.iec.testing.mocks import Mocks
+from fieldrig_devices.iec.testing.program_variables import ProgramVariables
 from fieldrig_devices.iec.testing.words import CALLS, WORDS
 from fieldrig_devices.iec.tree import PouKind
 from fieldrig_devices.languages.mistakes import Mistake
@@ -57,9 +58,11 @@ class CaseExtension:
         return self._assertions.all
 
     def units(self, units: Sequence[tree.Unit]) -> Sequence[tree.Unit]:
-        return [*(self._unit(unit) if unit.tests else unit for unit in units), begin_unit()]
+        programs = ProgramVariables(units)
+        made = [self._unit(unit, programs) if unit.tests else unit for unit in units]
+        return [*map(programs.with_copies, made), begin_unit()]
 
-    def _unit(self, unit: tree.Unit) -> tree.Unit:
+    def _unit(self, unit: tree.Unit, programs: ProgramVariables) -> tree.Unit:
         self._files.add(unit.file)
         parts: dict[tree.TestWord, tree.Test] = {}
         names: dict[str, tree.Test] = {}
@@ -73,7 +76,7 @@ class CaseExtension:
         setup, teardown = parts.get(tree.TestWord.SETUP), parts.get(tree.TestWord.TEARDOWN)
         made: list[tree.Declaration] = []
         for test in names.values():
-            made += self._block(unit, test, setup, teardown)
+            made += self._block(unit, test, programs.replaced([part for part in (setup, test, teardown) if part]))
         return replace(unit, declarations=(*unit.declarations, *made))
 
     def _check_name(self, unit: tree.Unit, test: tree.Test, names: dict[str, tree.Test]) -> None:
@@ -88,10 +91,8 @@ class CaseExtension:
     def _say(self, unit: tree.Unit, node: tree.Node, what: str, expected: str) -> None:
         self.mistakes.append(Mistake(*node.position, what, expected, file=unit.file))
 
-    def _block(
-        self, unit: tree.Unit, test: tree.Test, setup: tree.Test | None, teardown: tree.Test | None
-    ) -> list[tree.Declaration]:
-        parts = [part for part in (setup, test, teardown) if part is not None]
+    def _block(self, unit: tree.Unit, test: tree.Test, parts: Sequence[tree.Test]) -> list[tree.Declaration]:
+        """Return a TEST with the SETUP and the TEARDOWN of its file, if there are any, as a function block."""
         blocks = tuple(block for part in parts for block in part.blocks)
         made = CaseBlock(test, unit.file, f"TEST {len(self.blocks) + 1}", test.rig or unit.rig)
         made.places = {
@@ -100,7 +101,8 @@ class CaseExtension:
         if made.places and made.rig is None:
             self._say(unit, test, f"{next(iter(made.places))} is at a place of a rig", "RIG 'file.yaml' in the test")
         self.blocks.append(made)
-        statements = tuple(one for part in (setup, test) if part is not None for one in _statements(part))
+        teardown = next((part for part in parts if part.word is tree.TestWord.TEARDOWN), None)
+        statements = tuple(one for part in parts if part is not teardown for one in _statements(part))
         actions: tuple[tree.Action, ...] = ()
         if teardown is not None:
             made.has_teardown = True
