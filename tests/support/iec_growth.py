@@ -228,6 +228,15 @@ WIDE: Final[dict[str, Callable[[int], str]]] = {
 """Texts for EPAS-4, and so for every dialect: with a number, a text that is about as long as the number."""
 
 TODAY: Final[dict[str, Callable[[int], str]]] = {
+    "conditions of the compiler": lambda n: main(
+        "",
+        each(
+            n, "{define D@} {IF NOT defined (D@)} x := 2; {ELSIF defined (D@) OR defined (E)} x := @; {ELSE} y {END_IF}"
+        ),
+    ),
+    "conditions in conditions of the compiler": lambda n: main(
+        "", f"{each(n, '{IF NOT defined (D@)} x := @;')} {'{END_IF}' * n}"
+    ),
     "assignments as conditions": lambda n: main("q : BOOL;", each(n, "IF q := x > @ THEN x := 2; END_IF;")),
     "assignments in an expression": lambda n: main("y : INT;", f"x := {chain(n, '(y := @)', ' + ')};"),
     "methods": lambda n: main(

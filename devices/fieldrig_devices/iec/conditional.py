@@ -15,7 +15,7 @@ from fieldrig_devices.languages.mistakes import Mistake
 IS_USED: Final = re.compile(r"\{\s*(?:IF|ELSIF|ELSE|END_IF|define|undefine)\b", re.IGNORECASE)
 _BORDER: Final = re.compile(r"\(\*|//|/\*|'|\"|\{")
 _WORD: Final = re.compile(r"\s*([A-Za-z_]\w*)\s*(.*)", re.DOTALL)
-_DEFINE: Final = re.compile(r"([A-Za-z_]\w*)\s*(?:'((?:\$.|[^'$])*)'|(\S.*?))?\s*", re.DOTALL)
+_DEFINE: Final = re.compile(r"([A-Za-z_]\w*)\s*(?:'((?:\$.|[^'$])*)'|(\S.*))?", re.DOTALL)
 _TOKEN: Final = re.compile(r"\s*([A-Za-z_]\w*|'(?:\$.|[^'$])*'|[(),:]|<=|>=|<>|[=<>]|-?\d[\w.]*)")
 _KNOWN: Final = {"islittleendian": True, "isfpusupported": True, "issimulationmode": False}
 """Facts of the target that a condition may ask for."""
@@ -172,11 +172,11 @@ class _Reader:
 
 
 class _Condition:
-    """Reads and evaluates one condition.  ValueError if it is none; LookupError if it is about the project."""
+    """Reads and evaluates one condition without blanks around it.  ValueError if it is none; LookupError if it is about the project."""
 
     def __init__(self, text: str, defines: Mapping[str, str]) -> None:
         self._tokens, at = list[str](), 0
-        while at < len(text.rstrip()):
+        while at < len(text):
             found = _TOKEN.match(text, at)
             if found is None:
                 raise ValueError(text)
