@@ -58,7 +58,7 @@ def _of_tests(files: "Sequence[Path]", dialect: "Dialect") -> "list[Mistake]":
     from fieldrig_devices.iec.testing.blocks import BlockSource
     from fieldrig_devices.iec.testing.gathered import test_files
 
-    found = [one for file in test_files(files) for one in BlockSource(file, dialect).mistakes()]
+    found = [one for file in test_files(files) for one in BlockSource(file, dialect, files).mistakes()]
     return list(dict.fromkeys(found))
 
 

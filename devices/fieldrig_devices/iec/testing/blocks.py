@@ -29,9 +29,11 @@ COMPILES: Final = "the file compiles"
 class BlockSource:
     """Implements `case.Source` for one test file."""
 
-    def __init__(self, file: Path, dialect: Dialect) -> None:
-        """UsageError if the file cannot be read."""
-        self._file, self._dialect = file, dialect
+    def __init__(self, file: Path, dialect: Dialect, elsewhere: Sequence[Path] = ()) -> None:
+        """Code that is not beside the file is looked for in `elsewhere`.  UsageError if the file cannot be read."""
+        self._file, self._dialect, self._given = file, dialect, elsewhere
+        self._elsewhere: Sequence[Path] = ()
+        """The folders and files given, if the tests need something of them."""
         self._test = gathered.read(file, dialect)
         self._kept: Tested | None = None
 
@@ -50,7 +52,7 @@ class BlockSource:
 
     def files(self) -> Collection[Path]:
         """Return the files on which the tests depend: a change of one of them may change an outcome."""
-        found, _ = gathered.with_code(self._test, self._dialect)
+        found, _ = gathered.with_code(self._test, self._dialect, self._elsewhere)
         rigs = [test.rig for test in self._test.unit.tests if test.rig is not None]
         rigs += [self._test.unit.rig] if self._test.unit.rig is not None else []
         named = {rig.file: named_files(self._file.parent / rig.file) for rig in rigs}
@@ -89,7 +91,7 @@ class BlockSource:
             self._kept = tested
         return tested
 
-    def _elsewhere(self, files: int, mistakes: Sequence[Mistake]) -> list[Mistake]:
+    def _without_code(self, files: int, mistakes: Sequence[Mistake]) -> list[Mistake]:
         """Return what to do if nothing beside the test file declares what it names."""
         if files > 1 or self._test.unit.uses or not _NAMES & {one.code for one in mistakes}:
             return []
@@ -112,11 +114,20 @@ class BlockSource:
             yield _with_diagram(runner, case, block, limits)
 
     def _compiled(self) -> Tested:
-        found, mistakes = gathered.with_code(self._test, self._dialect)
+        try:
+            return self._compiled_with(self._elsewhere)
+        except CompileError as wrong:
+            if self._elsewhere or not self._given or not gathered.has_unknown_names(wrong.mistakes):
+                raise
+        self._elsewhere = self._given
+        return self._compiled_with(self._elsewhere)
+
+    def _compiled_with(self, elsewhere: Sequence[Path]) -> Tested:
+        found, mistakes = gathered.with_code(self._test, self._dialect, elsewhere)
         try:
             tested = compile_tests([one.source for one in found], self._dialect)
         except CompileError as wrong:
-            raise CompileError([*mistakes, *wrong.mistakes, *self._elsewhere(len(found), wrong.mistakes)]) from wrong
+            raise CompileError([*mistakes, *wrong.mistakes, *self._without_code(len(found), wrong.mistakes)]) from wrong
         if mistakes:
             raise CompileError(mistakes)
         if not tested.blocks:

@@ -27,7 +27,8 @@ def sources_of(paths: Sequence[Path], dialect: Dialect) -> list[Source]:
     """Return a source for each kind of tests in each place.  UsageError for a file that cannot be read."""
     in_python = [PytestSource(path) for path in dict.fromkeys(paths) if _is_python(path)]
     others = [path for path in paths if not _is_python(path)]
-    blocks = [BlockSource(file, dialect) for file in dict.fromkeys(gathered.test_files(_texts(others)))]
+    texts = _texts(others)
+    blocks = [BlockSource(file, dialect, texts) for file in dict.fromkeys(gathered.test_files(texts))]
     return [*blocks, *(source for path in others for source in sources_in(path)), *in_python]
 
 

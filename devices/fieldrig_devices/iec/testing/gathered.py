@@ -1,14 +1,15 @@
 """The test files of a path, and the code beside each of them that its tests need.
 
-A test file names its code by USES, or has it in its own folder.  There only the files are taken whose declarations the
-tests reach, so what does not compile elsewhere in the folder does not matter.
+A test file names its code by USES, or has it in its own folder, or in the folders that are given with it.  Only the
+files are taken whose declarations the tests reach, so what does not compile elsewhere in a folder does not matter.
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import takewhile
 from pathlib import Path
 from typing import Final
 
@@ -70,10 +71,13 @@ def _read(path: Path, text: str, dialect: Dialect) -> Read:
     return Read(path, text, unit, tuple(mistakes))
 
 
-def with_code(test: Read, dialect: Dialect) -> tuple[list[Read], list[Mistake]]:
-    """Return a test file with the files of its code, and what is wrong with the names of these."""
+def with_code(test: Read, dialect: Dialect, elsewhere: Sequence[Path] = ()) -> tuple[list[Read], list[Mistake]]:
+    """Return a test file with the files of its code, and what is wrong with the names of these.
+
+    What no file beside the test declares is looked for in the folders and files of `elsewhere`.
+    """
     if not test.unit.uses:
-        return [test, *_reached(test, dialect)], []
+        return [test, *_reached(test, dialect, elsewhere)], []
     found, mistakes = [test], []
     for use in test.unit.uses:
         path = test.path.parent / use.file
@@ -90,7 +94,7 @@ def with_code(test: Read, dialect: Dialect) -> tuple[list[Read], list[Mistake]]:
 
 def with_files_to_give(mistakes: Sequence[Mistake], files: Sequence[Path], dialect: Dialect) -> list[Mistake]:
     """Return the mistakes of a program; one for a name that a file beside it declares has that file as its hint."""
-    if not any(mistake.what.endswith(_UNKNOWN) for mistake in mistakes):
+    if not has_unknown_names(mistakes):
         return list(mistakes)
     given = {path.resolve() for path in files}
     folders = [folder for folder in {path.parent: None for path in files} if folder.is_dir()]
@@ -110,10 +114,15 @@ def _with_file(mistake: Mistake, declared: Mapping[str, Path]) -> Mistake:
     return replace(mistake, expected="", hint=f"{declared[name].name} beside it declares it: give this file too")
 
 
-def _beside(test: Read, dialect: Dialect) -> Iterator[Read]:
-    """Yield the source files without tests in the folder of a test file."""
-    for path in sorted(test.path.parent.iterdir()):
-        if path == test.path or path.suffix.lower() not in SUFFIXES or not path.is_file():
+def has_unknown_names(mistakes: Sequence[Mistake]) -> bool:
+    """True if something is not declared in the files of a program."""
+    return any(mistake.what.endswith(_UNKNOWN) for mistake in mistakes)
+
+
+def _without_tests(paths: Iterable[Path], dialect: Dialect) -> Iterator[Read]:
+    """Yield the source files among some paths that have no tests."""
+    for path in paths:
+        if path.suffix.lower() not in SUFFIXES or not path.is_file():
             continue
         try:
             if not has_tests(path) and not _is_foreign(read_text(path)):
@@ -127,13 +136,28 @@ def _is_foreign(text: str) -> bool:
     return is_foreign(text)
 
 
-def _reached(test: Read, dialect: Dialect) -> list[Read]:
-    """Return the files beside a test that declare what it names, and what these name in turn."""
-    beside = list(_beside(test, dialect))
+def _far(test: Path, elsewhere: Sequence[Path]) -> list[Path]:
+    """Return the source files elsewhere, those in the folders nearest to a test first."""
+    own = test.resolve().parent
+    inside = dict.fromkeys(file.resolve() for path in elsewhere for file in files_in(path))
+    return sorted((file for file in inside if file.parent != own), key=lambda file: (-_shared(file, own), file))
+
+
+def _shared(file: Path, folder: Path) -> int:
+    """Return the number of folders that a file and a folder have in common."""
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(file.parts, folder.parts, strict=False)))
+
+
+def _reached(test: Read, dialect: Dialect, elsewhere: Sequence[Path]) -> list[Read]:
+    """Return the files beside a test or elsewhere that declare what it names, and what these name in turn."""
+    beside = list(_without_tests((path for path in sorted(test.path.parent.iterdir()) if path != test.path), dialect))
     declared: dict[str, list[Read]] = {}
     for file in beside:
         for name in _names(file):
             declared.setdefault(name, []).append(file)
+    for file in _without_tests(_far(test.path, elsewhere), dialect):
+        for name in _names(file):
+            declared.setdefault(name, [file])
     known, open_words = set(_names(test)), {*_words(test), *_words_of_tests(test.unit)}
     reached: list[Read] = []
     if _words_of_tests(test.unit, is_alone=True) & _RUNS_TASKS:

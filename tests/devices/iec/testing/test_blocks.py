@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from st_tests import MOTOR, as_json, one, outcomes, written
+from st_tests import MOTOR, as_json, iec_test, one, outcomes, written
 
 from fieldrig import MS, S
 from fieldrig_devices.iec.testing.case import Verdict
@@ -372,6 +372,31 @@ def test_code_elsewhere_needs_uses(tmp_path: Path) -> None:
     written(tmp_path, motor_test="TEST 'a'\nVAR m : Motor; END_VAR m(); END_TEST")
     failures = outcomes(tmp_path / "motor_test.st")["a"].failures
     assert any(failure.expected == "USES 'file.st'; for code that is elsewhere" for failure in failures)
+
+
+def test_code_is_found_in_the_folders_that_are_given(tmp_path: Path) -> None:
+    """Many projects have their code in `src` and their tests in `tests`."""
+    text = "TEST 'a' VAR m : Motor; END_VAR m(start := TRUE); ASSERT_EQ(m.calls, 1); ASSERT_TRUE(m.run); END_TEST"
+    for name in ("src/blocks", "src/functions", "tests", "old"):
+        (tmp_path / name).mkdir(parents=True)
+    block, function = MOTOR.split("\n\n")
+    written(tmp_path / "src/blocks", motor=block)
+    written(tmp_path / "src/functions", step=function)
+    written(tmp_path / "tests", motor_test=text, other="FUNCTION Other : INT Other := Unknown(1); END_FUNCTION")
+    written(tmp_path / "old", strange="FUNCTION Strange : INT Strange := nothing; END_FUNCTION")
+    for given in ([tmp_path], [tmp_path / "tests", tmp_path / "src"]):
+        done = iec_test(*given)
+        assert (done.exit_code, "1 passed" in done.output) == (0, True), done.output
+    assert iec_test(tmp_path / "tests").exit_code != 0
+
+
+def test_of_two_files_elsewhere_the_nearer_one_counts(tmp_path: Path) -> None:
+    for name, size in (("one/src", 1), ("two/src", 2)):
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name).with_name("tests").mkdir()
+        written(tmp_path / name, size=f"FUNCTION Size : INT Size := {size}; END_FUNCTION")
+        written((tmp_path / name).with_name("tests"), size_test=f"TEST 'a' ASSERT_EQ(Size(), {size}); END_TEST")
+    assert "2 tests: 2 passed" in iec_test(tmp_path).output
 
 
 def test_a_test_in_a_rig_does_not_need_the_program_of_its_controller(tmp_path: Path) -> None:
