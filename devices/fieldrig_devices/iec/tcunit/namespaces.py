@@ -25,7 +25,8 @@ _PART: Final = re.compile(
 _HEAD: Final = re.compile(
     r"\s*(?:PROPERTY|METHOD|ACTION)\s+(?:(?:PUBLIC|PRIVATE|PROTECTED|INTERNAL|FINAL|ABSTRACT)\s+)*(\w+)"
 )
-_DECLARED: Final = re.compile(r"((?:[A-Za-z_]\w*\s*,\s*)*[A-Za-z_]\w*)\s*(?:AT\s+%\S+\s*)?:(?!=)")
+_NAMES: Final = re.compile(r"((?:[A-Za-z_]\w*\s*,\s*)*[A-Za-z_]\w*)\s*(?:AT\s+%\S+\s*)?(:(?!=))?")
+"""Names with commas between them, which a colon behind them declares; others are matched too, so that none is twice."""
 _MEMBER: Final = re.compile(r"<(?:Method|Property|Action)\s[^>]*?Name=\"([^\"]*)\"")
 
 
@@ -101,7 +102,8 @@ class _Names:
         title = found[1].casefold()
         local = _local(file.text) - {title}
         plain = {name: other for name, other in self.plain.items() if name not in local}
-        if not any(word in file.text.casefold() for word in (*plain, *(n for o in self.behind.values() for n in o))):
+        folded = file.text.casefold()
+        if not any(word in folded for word in (*plain, *(name for names in self.behind.values() for name in names))):
             return file
         text = CODE.sub(lambda code: self._changed(code[0], plain), file.text)
         other = plain.get(title)
@@ -134,6 +136,7 @@ def _local(text: str) -> set[str]:
     found = {name.casefold() for name in _MEMBER.findall(text)}
     for code in CODE.findall(text):
         found |= {name.casefold() for name in _HEAD.findall(code)}
-        for match in _DECLARED.finditer(code):
-            found |= {name.strip().casefold() for name in match[1].split(",")}
+        for match in _NAMES.finditer(code):
+            if match[2]:
+                found |= {name.strip().casefold() for name in match[1].split(",")}
     return found
