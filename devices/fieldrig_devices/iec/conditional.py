@@ -172,7 +172,10 @@ class _Reader:
 
 
 class _Condition:
-    """Reads and evaluates one condition without blanks around it.  ValueError if it is none; LookupError if it is about the project."""
+    """Reads and evaluates a condition without blanks around it.
+
+    ValueError if it is none; LookupError if it is about the project.
+    """
 
     def __init__(self, text: str, defines: Mapping[str, str]) -> None:
         self._tokens, at = list[str](), 0
