@@ -11,6 +11,7 @@ from fieldrig.coverage import collecting
 from fieldrig_devices.iec import layout, memory_functions
 from fieldrig_devices.iec.check import check
 from fieldrig_devices.iec.check.extension import Extension
+from fieldrig_devices.iec.configured_instances import configured
 from fieldrig_devices.iec.costs import Costs
 from fieldrig_devices.iec.dialect import EPAS_4, Dialect
 from fieldrig_devices.iec.generics import expanded
@@ -157,7 +158,7 @@ def _checked(
     extension: Extension | None = None,
     on_progress: Progress = lambda stage, done, total: None,
 ) -> tuple[Program, list[Mistake]]:
-    units, of_generics = expanded(separated(units, dialect), dialect)
+    units, of_generics = expanded(configured(separated(units, dialect), dialect, resource), dialect)
     program, mistakes = check(
         [*libraries, *units],
         host,
