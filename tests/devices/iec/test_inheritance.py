@@ -108,6 +108,14 @@ WITH_X = "FUNCTION_BLOCK a VAR x : INT; END_VAR END_FUNCTION_BLOCK"
         ),
         ("TYPE t EXTENDS t : STRUCT a : INT; END_STRUCT END_TYPE", "t is no structure that can be extended; the name"),
         ("TYPE t EXTENDS u : STRUCT a : INT; END_STRUCT END_TYPE", "the structure u is not declared; the name"),
+        (
+            "TYPE u : UNION a : INT; END_UNION END_TYPE TYPE t EXTENDS u : STRUCT b : INT; END_STRUCT END_TYPE",
+            "u is no structure that can be extended; the name",
+        ),
+        (
+            "TYPE s : STRUCT a : INT; END_STRUCT END_TYPE TYPE t EXTENDS s : UNION b : INT; END_UNION END_TYPE",
+            "s is no union that can be extended; the name",
+        ),
     ],
 )
 def test_what_cannot_be_extended_is_refused(text: str, expected: str) -> None:

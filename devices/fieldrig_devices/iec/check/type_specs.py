@@ -287,10 +287,12 @@ class TypeSpecs:
             above = declaration.type if declaration is not None else None
             if declaration is None:
                 hint = self._project.reports.closest(extends, self._declared)
-                context.say(spec, f"the structure {extends} is not declared", "the name of another structure", hint)
+                what = "union" if spec.is_union else "structure"
+                context.say(spec, f"the {what} {extends} is not declared", f"the name of another {what}", hint)
                 break
-            if not isinstance(above, tree.StructSpec) or plain in seen:
-                context.say(spec, f"{extends} is no structure that can be extended", "the name of another structure")
+            if not isinstance(above, tree.StructSpec) or above.is_union is not spec.is_union or plain in seen:
+                what = "union" if spec.is_union else "structure"
+                context.say(spec, f"{extends} is no {what} that can be extended", f"the name of another {what}")
                 break
             if len(seen) == DEEPEST:
                 context.say(spec, f"the structure extends more than {DEEPEST} others", f"at most {DEEPEST} levels")

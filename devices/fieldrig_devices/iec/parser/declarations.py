@@ -330,7 +330,7 @@ class Declarations(Types):
             raise self.unexpected(":", UNKNOWN["EXTENDS"])
         self.expect(":")
         spec = self.type_spec()
-        if extends and isinstance(spec, tree.StructSpec) and not spec.is_union:
+        if extends and isinstance(spec, tree.StructSpec):
             spec.extends = extends
         elif extends:
             self.say(at, f"{name} extends {extends} and is no structure", "STRUCT behind the colon")
