@@ -25,7 +25,7 @@ from fieldrig.outside.shared_token import FILE_VARIABLE, TOKEN_VARIABLE, make_to
 from fieldrig.settings import Address, WrongKey
 from fieldrig.text.nearest import closest
 from fieldrig_bus.net import HubSettings, ServingPort, TcpServer
-from fieldrig_bus.opcua import codec, traced
+from fieldrig_bus.opcua import codec, own_nodes, traced
 from fieldrig_bus.opcua.address_space import AddressSpace
 from fieldrig_bus.opcua.certificate import make_certificate
 from fieldrig_bus.opcua.devices import Devices
@@ -163,6 +163,7 @@ class OpcUaPort(ServingPort):
         self._application = f"urn:fieldrig:{rig}"
         await server.set_application_uri(f"{self._application}:{self._name}")
         server.set_server_name(f"fieldrig {rig}")
+        await own_nodes.fill(server, self._settings.fastest_sampling_ms)
         server.set_endpoint(f"opc.tcp://{host}:{port}")
         await self._secure(server, run, host)
         self._server, self._backend = server, backend

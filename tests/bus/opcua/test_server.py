@@ -61,6 +61,34 @@ async def test_a_client_browses_the_nodes_with_their_types_units_and_texts(tmp_p
         assert await on.get_access_level() == {ua.AccessLevel.CurrentRead}
 
 
+OWN = [
+    (ua.ObjectIds.Server_ServerCapabilities_MaxBrowseContinuationPoints, "UInt16", 16),
+    (ua.ObjectIds.Server_ServerCapabilities_MaxQueryContinuationPoints, "UInt16", 0),
+    (ua.ObjectIds.Server_ServerCapabilities_MaxHistoryContinuationPoints, "UInt16", 0),
+    (ua.ObjectIds.Server_ServerCapabilities_MinSupportedSampleRate, "Double", 10.0),
+    (ua.ObjectIds.Server_ServerCapabilities_LocaleIdArray, "String", ["en"]),
+    (ua.ObjectIds.Server_ServerCapabilities_ServerProfileArray, "String", []),
+    (ua.ObjectIds.Server_ServerCapabilities_SoftwareCertificates, "ExtensionObject", []),
+    (ua.ObjectIds.Server_ServerCapabilities_MaxArrayLength, "UInt32", 10_000),
+    (ua.ObjectIds.Server_ServerCapabilities_MaxSubscriptions, "UInt32", MOST_SUBSCRIPTIONS),
+    (ua.ObjectIds.Server_ServerStatus_SecondsTillShutdown, "UInt32", 0),
+    (ua.ObjectIds.Server_ServerRedundancy_RedundancySupport, "Int32", 0),
+    (ua.ObjectIds.Server_ServerDiagnostics_EnabledFlag, "Boolean", False),
+    (ua.ObjectIds.Server_Auditing, "Boolean", False),
+    (ua.ObjectIds.Server_ServerStatus_BuildInfo_ProductName, "String", "fieldrig"),
+]
+
+
+@in_loop
+async def test_the_nodes_of_the_server_have_values_of_their_types(tmp_path: Path) -> None:
+    """OPC 10000-5, 6.3: a client that checks the types while it connects refuses a server that leaves them empty."""
+    async with server_bench(tmp_path) as bench, Client(bench.url) as client:
+        found = [await client.get_node(node).read_data_value() for node, _, _ in OWN]
+        assert [(one.Value.VariantType.name, one.Value.Value) for one in found] == [
+            (kind, value) for _, kind, value in OWN
+        ]
+
+
 @in_loop
 async def test_a_value_is_that_of_the_instant_of_reading(tmp_path: Path) -> None:
     async with server_bench(tmp_path) as bench, Client(bench.url) as client:
