@@ -32,6 +32,8 @@ class Row(NamedTuple):
     """The message as the bus itself shows it, such as `705 [1] 05`."""
     since_ns: int | None
     """Time since the last message of the same sort; None for the first one."""
+    first: int
+    """The number of the message since which all messages of this sort say the same."""
 
     @property
     def searched(self) -> str:
@@ -50,6 +52,8 @@ class BusRecord:
         self._backs = 0
         """How often the rig had gone back at the last batch."""
         self._last_ns: dict[tuple[str, str, int | str], int] = {}
+        self._said: dict[tuple[str, ...], tuple[str, int]] = {}
+        """What the last message of each sort and sender said, and since which message they say so."""
         self.next = 0
         """The number of the next message."""
         self.lost = 0
@@ -78,6 +82,7 @@ class BusRecord:
         self._backs = backs
         self._expected.clear()
         self._last_ns.clear()
+        self._said.clear()
         while self._rows and self._rows[-1].message.time_ns > back_ns:
             self._rows.pop()
 
@@ -99,7 +104,19 @@ class BusRecord:
         self._last_ns[key] = message.time_ns
         if len(self._last_ns) > MOST_SORTS:
             del self._last_ns[next(iter(self._last_ns))]
-        return Row(message, named, raw, None if before_ns is None else message.time_ns - before_ns)
+        since_ns = None if before_ns is None else message.time_ns - before_ns
+        return Row(message, named, raw, since_ns, self._said_since(message, named, str(sort)))
+
+    def _said_since(self, message: Message, named: Named, sort: str) -> int:
+        """Return the number of the first message of this sort, in a row, that says the same."""
+        key = (message.sender, named.kind, named.node, sort, named.aside)
+        text, first = self._said.pop(key, ("", message.number))
+        if text != named.text:
+            first = message.number
+        self._said[key] = (named.text, first)
+        if len(self._said) > MOST_SORTS:
+            del self._said[next(iter(self._said))]
+        return first
 
     def _named(self, message: Message) -> tuple[Named, str, int | str]:
         """Return name and usual text of a message, and what sets its sort apart: an identifier, or a name."""

@@ -7,7 +7,7 @@ that were lost on the way here, and those that were too many to show.
 import asyncio
 import io
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -31,6 +31,8 @@ MOST_ROWS: Final = 200
 """Messages of a bus in a further frame."""
 MOST_LOOKED_AT: Final = 2_000
 """Messages that are compared with the filter of a page for one frame."""
+MOST_FOLDED: Final = 5_000
+"""The same for a page that folds repeats, and so many messages back it begins: few rows stand for them."""
 MOST_BUSES: Final = 64
 LOADS_S: Final = 1.0
 KEPT_S: Final = 30.0
@@ -62,7 +64,10 @@ class _View:
 
     def __init__(self, wish: dict[str, Any], buses: dict[str, BusRecord]) -> None:
         self.filter = _Filter(wish)
-        self.at = {name: max(record.first, record.next - FIRST_ROWS) for name, record in buses.items()}
+        self.folds = typed(wish.get("folds", False), bool, "folds")
+        """Whether messages that say the same as the last one of their sort are one row."""
+        back = MOST_FOLDED if self.folds else FIRST_ROWS
+        self.at = {name: max(record.first, record.next - back) for name, record in buses.items()}
         self.lost = {name: record.lost for name, record in buses.items()}
         self.left_out = dict.fromkeys(buses, 0)
         self.is_whole = True
@@ -89,7 +94,10 @@ class Traffic:
     # ---- the topic
 
     def want(self, page: Page, wish: Any) -> None:
-        """Show the messages of buses: `{"buses": ["can0"], "text": "statusword", "node": "belt", "kind": "SDO"}`."""
+        """Show the messages of buses: `{"buses": ["can0"], "text": "statusword", "node": "belt", "kind": "SDO"}`.
+
+        With `"folds": true`, messages that say the same as the last one of their sort are counted in its row.
+        """
         names = items(field(wish, "buses", list), str, MOST_BUSES, "buses")
         for name in names:
             if name not in self._link.config.buses:
@@ -119,14 +127,16 @@ class Traffic:
 
     def _next(self, view: _View, name: str) -> list[list[Any]]:
         record, at = self._records[name], view.at[name]
-        if record.next - at > MOST_LOOKED_AT:
-            newest = record.next - MOST_LOOKED_AT
+        looked_at = MOST_FOLDED if view.folds else MOST_LOOKED_AT
+        if record.next - at > looked_at:
+            newest = record.next - looked_at
             view.left_out[name] += newest - at
             at = newest
-        found = [_shown(name, row) for row in record.rows(at, MOST_LOOKED_AT) if view.filter.takes(row)]
+        taken = (row for row in record.rows(at, looked_at) if view.filter.takes(row))
+        found = _folded(name, taken) if view.folds else [_shown(name, row) for row in taken]
         view.at[name] = record.next
         most = FIRST_ROWS if view.is_whole else MOST_ROWS
-        view.left_out[name] += max(len(found) - most, 0)
+        view.left_out[name] += sum(row[COUNT] for row in found[:-most])
         return found[-most:]
 
     def _gap(self, view: _View, name: str) -> dict[str, int]:
@@ -254,9 +264,31 @@ class Traffic:
         return self._records[name]
 
 
+COUNT: Final = 9
+"""The place of the count in a row for the page."""
+
+
 def _shown(bus: str, row: Row) -> list[Any]:
-    """Return a row for the page: number, time, bus, sender, node, kind, text, usual text, time since the last one."""
+    """Return a row for the page: number, time, bus, sender, node, kind, text, usual text, time since the last one,
+    messages that it stands for, and the time of the last of them.
+    """
     message, named = row.message, row.named
     return [
         message.number, message.time_ns, bus, message.sender, named.node, named.kind, named.text, row.raw, row.since_ns,
+        1, message.time_ns,
     ]  # fmt: skip
+
+
+def _folded(bus: str, rows: Iterable[Row]) -> list[list[Any]]:
+    """Return rows of which each stands for all messages that say the same in a row; its number is that of the first.
+
+    The page counts on in a row that it has, so a row is the same one in all frames.
+    """
+    folded: dict[int, list[Any]] = {}
+    for row in rows:
+        shown = folded.get(row.first)
+        if shown is None:
+            folded[row.first] = [row.first, *_shown(bus, row)[1:]]
+        else:
+            shown[COUNT - 1 :] = [row.since_ns, shown[COUNT] + 1, row.message.time_ns]
+    return list(folded.values())

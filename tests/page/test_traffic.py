@@ -140,6 +140,46 @@ async def test_a_message_of_several_nodes_is_found_by_each_of_them_and_by_each_o
         await socket.close()
 
 
+@pytest.mark.long
+@in_loop
+async def test_cycles_that_say_nothing_new_are_one_row_that_counts_on(tmp_path: Path) -> None:
+    """The basic cycle of this PAM is 6 ms (`BASIC_PAM_CYCLE`), and a ring has orders and reports in each of its own."""
+    (tmp_path / "app.pam").write_text(PAM)
+    (tmp_path / "rig.yaml").write_text(RING)
+    async with page_of(tmp_path / "rig.yaml") as page:
+        socket = await looking(page, buses=["ring"], folds=True)
+        await page.call("POST", "rig/step", {"for": "2 s"})
+        counts: dict[int, int] = {}
+        kinds: dict[int, str] = {}
+
+        async def count() -> None:
+            total = len((await page.get("buses/ring/messages")).json)
+            while sum(counts.values()) < total:
+                for row in (await socket.until("traffic", lambda frame: "rows" in frame))["rows"]:
+                    counts[row[0]] = counts.get(row[0], 0) + row[9]
+                    kinds[row[0]] = row[5]
+
+        await count()
+        before = set(counts)
+        assert len(counts) < 20
+        most = max(counts, key=lambda number: counts[number])
+        assert (kinds[most], counts[most] > 500) == ("cycle", True)
+        await page.call("PUT", "devices/pam/points/SBO_Left", {"value": True})
+        await page.call("POST", "rig/step", {"for": "1 s"})
+        await count()
+        assert [kinds[number] for number in sorted({*counts} - before)] == ["set output"], (
+            "the cycles count on in theirs"
+        )
+        await socket.close()
+
+
+def test_a_message_that_says_the_same_as_the_last_of_its_sort_and_sender_counts_with_it(record: BusRecord) -> None:
+    other = HEARTBEAT.replace("0507", "0607")
+    stopped = HEARTBEAT[:-2] + "04"
+    record.take(batch(0, HEARTBEAT, other, HEARTBEAT, other, stopped, stopped, HEARTBEAT))
+    assert [row.first for row in record.rows(0, 9)] == [0, 1, 0, 1, 4, 4, 6]
+
+
 @pytest.fixture
 def record() -> BusRecord:
     config = load(LAB, ["time=virtual"])

@@ -41,7 +41,8 @@ class PamRingNames:
             case Frames() | Cycle():
                 return of_several("cycle", self._orders(message.frames))
             case Reports():
-                return of_several("cycle", self._reports(message.reports), self._trouble(message))
+                trouble = self._trouble(message)
+                return of_several("cycle", self._reports(message.reports), trouble)._replace(aside=trouble)
             case bytes():
                 return of_several("reports", self._buffer(self._addresses.get(sender, 0), message))
         return Named("fault", sender, show(message))

@@ -29,6 +29,8 @@ class Named(NamedTuple):
     """Its content, in one line."""
     nodes: tuple[str, ...] = ()
     """All devices that it comes from or goes to, if they are several."""
+    aside: str = ""
+    """How it arrived, such as `1 late`: a part of its text that is no content."""
 
     def concerns(self, word: str) -> bool:
         """Return whether a name of its devices contains this word, in small letters."""

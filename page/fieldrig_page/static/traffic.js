@@ -7,6 +7,7 @@ import { Rows } from './rows.js';
 
 const ROW = 26; // pixels
 const MOST_ROWS = 5000;
+const RINGS = ['ring', 'pamring']; // each cycle is a message, and most of them say nothing new
 const NARROW = '(max-width: 600px)';
 // What the usual formats of downloads are, in the order in which they are offered.
 const TITLES = {
@@ -28,16 +29,18 @@ function Traffic({ buses, first }) {
   const [filter, setFilter] = useState({ text: '', node: '', kind: '' });
   const [isPaused, setPaused] = useState(false);
   const [, setTick] = useState(0);
-  const state = useRef({ rows: [], waiting: [], lost: 0, leftOut: 0, loads: named() });
+  const state = useRef({ rows: kept(), waiting: kept(), lost: 0, leftOut: 0, loads: named() });
   const [formats] = useAnswer('traces/formats');
   const paused = useRef(false);
   paused.current = isPaused;
-  useWish('traffic', { buses: chosen, ...filter });
+  const [wish, setWish] = useState(null);
+  const folds = wish ?? chosen.some((name) => RINGS.includes(buses[name]?.family));
+  useWish('traffic', { buses: chosen, folds, ...filter });
   useEffect(() => live.on('traffic', (frame) => { take(state.current, frame, paused.current); setTick((tick) => tick + 1); }), []);
   const now = state.current;
   const order = useNarrow() ? SHORT : WHOLE;
   const pause = () => {
-    if (isPaused) append(now.rows, now.waiting.splice(0));
+    if (isPaused) { append(now.rows, now.waiting.list); now.waiting = kept(); }
     setPaused(!isPaused);
   };
   const choose = (name) => setChosen((before) => (before.includes(name) ? before.filter((one) => one !== name) : [...before, name]));
@@ -52,16 +55,17 @@ function Traffic({ buses, first }) {
       <label class="grow">find <input type="search" placeholder="words in the message" onInput=${change('text')} /></label>
       <label>node <input size="10" onInput=${change('node')} /></label>
       <label>kind <input size="10" list="traffic-kinds" onInput=${change('kind')} /></label>
-      <datalist id="traffic-kinds">${kindsIn(now.rows).map((kind) => html`<option value=${kind}></option>`)}</datalist>
-      <button aria-pressed=${isPaused} onClick=${pause}>${isPaused ? `Go on (${now.waiting.length} wait)` : 'Pause'}</button>
-      <button onClick=${() => { now.rows.length = 0; now.waiting.length = 0; setTick((tick) => tick + 1); }}>Clear</button>
+      <datalist id="traffic-kinds">${kindsIn(now.rows.list).map((kind) => html`<option value=${kind}></option>`)}</datalist>
+      <button aria-pressed=${folds} title="messages that say the same as the last one of their sort are counted in its row" onClick=${() => setWish(!folds)}>Fold repeats</button>
+      <button aria-pressed=${isPaused} onClick=${pause}>${isPaused ? `Go on (${now.waiting.messages} wait)` : 'Pause'}</button>
+      <button onClick=${() => { now.rows = kept(); now.waiting = kept(); setTick((tick) => tick + 1); }}>Clear</button>
     </div>
     <div class="bar">
-      <p class="quiet" role="status">${now.rows.length} messages${gaps(now)}</p>
+      <p class="quiet" role="status">${now.rows.messages} messages${folds && now.rows.messages > now.rows.list.length && ` in ${now.rows.list.length} rows`}${gaps(now)}</p>
       ${chosen.map((name) => html`<span class="downloads">save ${name}: ${formatsOf(formats, buses[name]).map(({ ending }) => html` <a href=${`/api/v1/traces/${encodeURIComponent(name)}.${ending}`} download title=${TITLES[ending]}>${ending}</a>`)}</span>`)}
     </div>
-    <${Rows} label="messages" count=${now.rows.length} height=${ROW} follows=${!isPaused}
-      columns=${order.map((at) => COLUMNS[at])} row=${(index) => rowOf(now.rows[index], order)} />
+    <${Rows} label="messages" count=${now.rows.list.length} height=${ROW} follows=${!isPaused}
+      columns=${order.map((at) => COLUMNS[at])} row=${(index) => rowOf(now.rows.list[index], order)} />
   </section>`;
 }
 
@@ -73,16 +77,33 @@ function formatsOf(formats, bus) {
 }
 
 function take(state, frame, isPaused) {
-  if (frame.whole) { state.rows.length = 0; state.waiting.length = 0; }
+  if (frame.whole) { state.rows = kept(); state.waiting = kept(); }
   append(isPaused ? state.waiting : state.rows, frame.rows ?? []);
   for (const gap of Object.values(frame.gaps ?? {})) { state.lost += gap.lost ?? 0; state.leftOut += gap.left_out ?? 0; }
   if (frame.loads) state.loads = frame.loads;
 }
 
+// Rows as they came, also by their keys: messages that only repeat one count on in its row.
+const kept = () => ({ list: [], byKey: new Map(), messages: 0 });
+
 function append(rows, more) {
-  for (const row of more) rows.push(row);
-  if (rows.length > MOST_ROWS) rows.splice(0, rows.length - MOST_ROWS);
+  for (const row of more) {
+    rows.messages += row[COUNT];
+    const before = rows.byKey.get(keyOf(row));
+    if (before) before.splice(SINCE, 3, row[SINCE], before[COUNT] + row[COUNT], row[UNTIL]);
+    else {
+      rows.byKey.set(keyOf(row), row);
+      rows.list.push(row);
+    }
+  }
+  for (const row of rows.list.splice(0, Math.max(rows.list.length - MOST_ROWS, 0))) {
+    rows.byKey.delete(keyOf(row));
+    rows.messages -= row[COUNT];
+  }
 }
+
+const SINCE = 8, COUNT = 9, UNTIL = 10; // places in a row
+const keyOf = ([number, , bus]) => `${bus}/${number}`;
 
 const COLUMNS = [{ title: 'time', look: 'number' }, { title: 'since', look: 'number' }, { title: 'bus' }, { title: 'from' }, { title: 'node' }, { title: 'kind' }, { title: 'message', look: 'about' }, { title: 'as on the bus', look: 'bytes' }];
 // The order of the columns; on a telephone, what a message says comes before where it is from.
@@ -98,10 +119,12 @@ function useNarrow() {
   return isNarrow;
 }
 
-function rowOf([number, time, bus, sender, node, kind, text, raw, since], order) {
-  const cells = [instant(time), since === null ? '' : duration(since), bus, sender, node, kind, html`<span title=${text}>${text}</span>`, html`<code title=${raw}>${raw}</code>`];
+function rowOf(row, order) {
+  const [, time, bus, sender, node, kind, text, raw, since, count, until] = row;
+  const times = count > 1 && html`<b class="times" title=${`the last at ${instant(until)}`}>${count} times</b> `;
+  const cells = [instant(time), since === null ? '' : duration(since), bus, sender, node, kind, html`<span title=${text}>${times}${text}</span>`, html`<code title=${raw}>${raw}</code>`];
   return {
-    key: `${bus}/${number}`,
+    key: keyOf(row),
     look: kind.includes('abort') || kind.includes('exception') || kind === 'EMCY' ? 'wrong' : '',
     cells: order.map((at) => cells[at]),
   };

@@ -1,5 +1,6 @@
 """Values, traffic and faults in a browser: by what a person does, beside masters from outside."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
@@ -157,6 +158,22 @@ def test_traffic_is_named_filtered_and_paused(browser: Browser, lab: ServedRig, 
             page.get_by_role("link", name="log").click()
         log = download.value.path().read_text()
         assert "can0 605#4000100000000000" in log
+
+
+def test_repeats_are_one_row_with_their_count_if_a_person_wants_it_so(browser: Browser, lab: ServedRig) -> None:
+    with opened(browser, lab, path="/traffic/can0") as page:
+        page.get_by_label("kind").fill("heartbeat")
+        rows = page.locator(".rows tbody tr:not(.gap)")
+        expect(rows.nth(4)).to_be_visible()
+        fold = page.get_by_role("button", name="Fold repeats")
+        expect(fold).to_have_attribute("aria-pressed", "false")
+        fold.click()
+        expect(page.get_by_role("status").filter(has_text=re.compile(r"\d+ messages in \d rows"))).to_be_visible()
+        for node in ("io", "sensor"):
+            expect(rows.filter(has_text=re.compile(rf"{node}.*\d+ times")).last).to_be_visible()
+        fold.click()
+        expect(rows.nth(5)).to_be_visible()
+        expect(page.locator(".rows .times")).to_have_count(0)
 
 
 def test_of_a_long_list_only_the_rows_on_the_screen_exist(browser: Browser, lab: ServedRig) -> None:
