@@ -53,7 +53,7 @@ class BusRecord:
         """How often the rig had gone back at the last batch."""
         self._last_ns: dict[tuple[str, str, int | str], int] = {}
         self._said: dict[tuple[str, ...], tuple[str, int]] = {}
-        """What the last message of each sort and sender said, and since which message they say so."""
+        """The text of the last message of each sort and sender, and the number of the message since which it is so."""
         self.next = 0
         """The number of the next message."""
         self.lost = 0

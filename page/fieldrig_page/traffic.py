@@ -32,7 +32,7 @@ MOST_ROWS: Final = 200
 MOST_LOOKED_AT: Final = 2_000
 """Messages that are compared with the filter of a page for one frame."""
 MOST_FOLDED: Final = 5_000
-"""The same for a page that folds repeats, and so many messages back it begins: few rows stand for them."""
+"""The same for a page that folds repeats, which also begins that number of messages back: few rows stand for them."""
 MOST_BUSES: Final = 64
 LOADS_S: Final = 1.0
 KEPT_S: Final = 30.0
@@ -65,7 +65,7 @@ class _View:
     def __init__(self, wish: dict[str, Any], buses: dict[str, BusRecord]) -> None:
         self.filter = _Filter(wish)
         self.folds = typed(wish.get("folds", False), bool, "folds")
-        """Whether messages that say the same as the last one of their sort are one row."""
+        """True if messages that say the same as the last one of their sort are one row."""
         back = MOST_FOLDED if self.folds else FIRST_ROWS
         self.at = {name: max(record.first, record.next - back) for name, record in buses.items()}
         self.lost = {name: record.lost for name, record in buses.items()}

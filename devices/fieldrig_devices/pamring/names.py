@@ -42,7 +42,9 @@ class PamRingNames:
                 return of_several("cycle", self._orders(message.frames))
             case Reports():
                 trouble = self._trouble(message)
-                return of_several("cycle", self._reports(message.reports), trouble)._replace(aside=trouble)
+                return of_several("cycle", self._reports(message.reports), trouble)._replace(
+                    aside=f"{message.late} late" if message.late else ""
+                )
             case bytes():
                 return of_several("reports", self._buffer(self._addresses.get(sender, 0), message))
         return Named("fault", sender, show(message))

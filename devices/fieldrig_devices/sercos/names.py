@@ -148,7 +148,9 @@ class SercosNames:
             trouble += [f"{message.errors} with a wrong FCS"] if message.errors else []
             trouble += [f"{message.late} late"] if message.late else []
             head = ", ".join([counted(len(message.ats), "drive"), *trouble])
-            return self._named("AT", self._in_ats(message.ats), head)._replace(aside=", ".join(trouble))
+            return self._named("AT", self._in_ats(message.ats), head)._replace(
+                aside=f"{message.late} late" if message.late else ""
+            )
         return Named("", "", show(message))
 
     def note(self, message: Any) -> None:
