@@ -38,6 +38,8 @@ _INSIDE: Final = INSIDE[0]
 _BEGIN: Final = re.compile(b"[^" + re.escape(INSIDE) + b"]", re.DOTALL)
 """The kind of a cell that is not within a value."""
 _UNKNOWN: Final = bytes(STACK_SIZE)
+BLOCK: Final = 8
+"""Bytes that memory for single bytes is a multiple of."""
 MOST_ALLOCATED: Final = 64 << 20
 """Bytes that a program may have from __NEW."""
 UNTOUCHED: Final = 8
@@ -104,8 +106,13 @@ class Memory:
     # ---- the heap
 
     def allocate(self, form: int, count: int) -> int:
-        """Return the address of new variables of a type, with their start values; 0 if there is no room for them."""
+        """Return the address of new variables of a type, with their start values; 0 if there is no room for them.
+
+        Bytes fill whole blocks, as on a controller, where a WSTRING in three bytes can be read up to its closing zero.
+        """
         kind = self._forms[form]
+        if kind.size == 1:
+            count = -(-count // BLOCK) * BLOCK
         size = kind.size * count
         if not size or len(self.cells) + size > self._program_end + MOST_ALLOCATED:
             return 0

@@ -163,15 +163,22 @@ class EnumType:
 
 @dataclass(frozen=True, slots=True)
 class SubrangeType:
-    """A part of an integer type; values outside are a fault at run time (PD-359 for enumerations)."""
+    """A part of an integer type; values outside are a fault at run time (PD-359 for enumerations) or taken there."""
 
     base: Elementary
     low: int
     high: int
+    takes_any: bool = False
+    """True if at run time it takes every number of the base type, as in CODESYS."""
 
     @property
     def size(self) -> int:
         return self.base.size
+
+    @property
+    def ranges(self) -> list[tuple[int, int]]:
+        """The range of the numbers that a variable may have at run time."""
+        return [(int(self.base.low), int(self.base.high)) if self.takes_any else (self.low, self.high)]
 
     def __str__(self) -> str:
         return f"{self.base}({self.low}..{self.high})"

@@ -97,3 +97,12 @@ def test_what_is_wrong_is_named() -> None:
 
 def test_the_standard_has_none() -> None:
     assert any("__NEW" in one for one in refused(program("p : REF_TO INT;", "p := __NEW(INT);"), EDITION_3))
+
+
+def test_bytes_fill_whole_blocks() -> None:
+    """A text of two characters of which the program has asked for three bytes ends with the zero that follows."""
+    variables = 'p : POINTER TO WSTRING; s : WSTRING := "0"; t : WSTRING; n : UDINT; is_same : BOOL;'
+    text = program(variables, "p := __NEW(BYTE, 3); n := MEMCPY(p, ADR(s), 3); t := p^; is_same := t = s;")
+    bench = IecBench(text, CODESYS)
+    bench.cycle()
+    assert bench["is_same"] is True

@@ -191,6 +191,8 @@ def of_values(
         overload = intrinsics.transferring(overload)
     if dialect.writes_todays_texts:
         overload = intrinsics.of_today(overload)
+    if dialect.rounds_halves_away:
+        overload = intrinsics.rounding_away(overload)
     places = nodes or [at] * len(values)
     converted = [
         checker.convert(value, kind, node)

@@ -225,7 +225,7 @@ class TypeSpecs:
             return self._no(
                 context, spec.low, f"the subrange {low.value}..{high.value} is empty", "write the lower limit first"
             )
-        return SubrangeType(base, int(low.value), int(high.value))
+        return SubrangeType(base, int(low.value), int(high.value), context.project.dialect.opens_subranges)
 
     def _array(self, spec: tree.ArraySpec, context: Context) -> Type:
         most = context.project.dialect.array_dimensions

@@ -4,8 +4,9 @@ Source: PacDrive manual 2564 to 2745 (PD-L37 to PD-L44).  What the manual leaves
 
     to a smaller integer    the high bytes are cut off, without saturation (PD-L39)
     REAL to an integer      rounded to the nearest, halves to the even neighbour (1.5 and 2.5 give 2), because that is
-                            what the floating-point unit does; then cut like an integer of 64 bits; infinity, "not a
-                            number" and anything larger give 0.  ULINT and LWORD take numbers up to 2**64
+                            what the floating-point unit does; in CODESYS V3 and TwinCAT halves away from zero (2.5
+                            gives 3, and -0.5 gives -1); then cut like an integer of 64 bits; infinity, "not a number"
+                            and anything larger give 0.  ULINT and LWORD take numbers up to 2**64
     DWORD and REAL          by number; in edition 3 (table 24), DWORD and REAL, and LWORD and LREAL, keep their bits;
                             a BOOL from a bit string is its last bit there (table 27)
     times and dates         are the number behind them: ms, or seconds since 1970 [X10]; DT_TO_TOD and DT_TO_DATE take
@@ -80,6 +81,23 @@ def rounded(value: float) -> int:
     return round(value) if -(2.0**63) <= value < 2.0**63 else 0
 
 
+def rounded_away(value: float) -> int:
+    """The nearest integer, halves away from zero; 0 if it does not fit 64 bits with a sign."""
+    return _nearest_away(value) if -(2.0**63) <= value < 2.0**63 else 0
+
+
+def rounded_unsigned_away(value: float) -> int:
+    """The nearest integer, halves away from zero, for a type with 64 bits and no sign."""
+    return _nearest_away(value) if -(2.0**63) <= value < 2.0**64 else 0
+
+
+def _nearest_away(value: float) -> int:
+    whole = int(value)
+    if abs(value - whole) < 0.5:
+        return whole
+    return whole + 1 if value > 0 else whole - 1
+
+
 def truncated(value: float) -> int:
     """The integer part; 0 if it does not fit 64 bits with a sign."""
     return int(value) if -(2.0**63) <= value < 2.0**63 else 0
@@ -138,6 +156,8 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
     "TRUNCATE": truncated,
     "WHOLE_UNITS": whole_units,
     "ROUND_UNSIGNED": rounded_unsigned,
+    "ROUND_AWAY": rounded_away,
+    "ROUND_UNSIGNED_AWAY": rounded_unsigned_away,
     "TRUNCATE_UNSIGNED": truncated_unsigned,
     "REAL_OF_BITS": real_of_bits,
     "BITS_OF_REAL": bits_of_real,
@@ -271,6 +291,18 @@ TODAYS: Final[Mapping[str, str]] = {
     "LREAL_TO_STRING": "LREAL_TEXT_OF_TODAY({0})",
 }
 """The conversions to texts that CODESYS V3 and TwinCAT write otherwise, with their Python."""
+
+
+def is_rounding(source: Plain, target: Plain) -> bool:
+    """True for a conversion of a real number that rounds it to a whole one."""
+    if isinstance(source, StringType) or isinstance(target, StringType):
+        return False
+    return source.is_real and not target.is_real and target is not Elementary.BOOL
+
+
+def python_away(source: Elementary, target: Elementary) -> str:
+    """Return the Python of such a conversion with halves away from zero."""
+    return python_of(source, target).replace("ROUND_UNSIGNED(", "ROUND_UNSIGNED_AWAY(").replace("ROUND(", "ROUND_AWAY(")
 
 
 def cost_of(source: Type, target: Type) -> int:

@@ -33,6 +33,7 @@ from fieldrig_devices.iec.library.arguments import (
 )
 from fieldrig_devices.iec.library.overload import Overload
 from fieldrig_devices.iec.library.templates import (
+    AWAY,
     IMPLEMENTATIONS,
     REAL_FUNCTIONS,
     SHIFTS,
@@ -107,6 +108,14 @@ def of_today(overload: Overload) -> Overload:
     if overload.name not in conversions.TODAYS:
         return overload
     return _overload(f"{overload.name}.{TODAY}", overload.parameters, overload.result)
+
+
+def rounding_away(overload: Overload) -> Overload:
+    """Return the conversion of a real number to a whole one of CODESYS V3 and TwinCAT: halves away from zero."""
+    pair = conversions.pair(overload.name)
+    if pair is None or not conversions.is_rounding(*pair):
+        return overload
+    return _overload(f"{overload.name}.{AWAY}", overload.parameters, overload.result)
 
 
 def transferring(overload: Overload) -> Overload:

@@ -42,6 +42,8 @@ TODAY: Final = "TODAY"
 """The end of the name of a conversion to the text that CODESYS V3 and TwinCAT write."""
 TRANSFER: Final = "BITS"
 """The end of the name of a conversion that transfers bits, `DWORD_TO_REAL.BITS`."""
+AWAY: Final = "AWAY"
+"""The end of the name of a conversion that rounds halves away from zero, `REAL_TO_INT.AWAY`."""
 REAL_FUNCTIONS: Final = frozenset({"SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "SQRT", "EXP", "LN", "LOG"})
 SHIFTS: Final = frozenset({"SHL", "SHR", "ROL", "ROR"})
 
@@ -124,6 +126,11 @@ def implementation(name: str) -> Implementation:
     pair = conversions.pair(base)
     if type_name == TODAY:
         return Implementation(conversions.TODAYS[base], conversions.cost_of(*pair) if pair is not None else 0)
+    if type_name == AWAY and pair is not None:
+        source, target = pair
+        assert isinstance(source, Elementary)
+        assert isinstance(target, Elementary)
+        return Implementation(conversions.python_away(source, target), conversions.cost_of(source, target))
     if type_name == TRANSFER:
         return Implementation(conversions.TRANSFERS[base])
     if pair is not None and not type_name:

@@ -244,7 +244,7 @@ class Expressions:
     def _checked(self, value: Value, kind: SubrangeType | EnumType, emitter: Emitter) -> Value:
         """Return a value in the range of a subrange or an enumeration; another one is a fault (PD-359)."""
         value = emitter.cut(value)
-        ranges = [(kind.low, kind.high)] if isinstance(kind, SubrangeType) else kind.ranges
+        ranges = kind.ranges
         low, high = ranges[0][0], ranges[-1][1]
         if len(ranges) == 1 and low <= value.low and value.high <= high:
             return value
