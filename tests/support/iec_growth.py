@@ -146,6 +146,11 @@ WIDE: Final[dict[str, Callable[[int], str]]] = {
         + main(each(n, "l@ : L;"))
         + f"VAR_CONFIG\n{each(n, 'PLC_PRG.l@.i AT %IX@.0 : BOOL;')}\nEND_VAR"
     ),
+    "start values in a configuration": lambda n: (
+        f"TYPE S : STRUCT\n{each(n, 'm@ : INT;')}\nEND_STRUCT; END_TYPE\n"
+        + main("s : S;")
+        + f"VAR_CONFIG\n{each(n, 'PLC_PRG.s.m@ : INT := @;')}\nEND_VAR"
+    ),
     "programs": lambda n: main("", "p0();", each(n, "PROGRAM p@ VAR i : INT; END_VAR i := 1; END_PROGRAM")),
     "assignments": lambda n: main("", each(n, "x := x + 1;")),
     "conditions": lambda n: main("", each(n, "IF x = @ THEN y := 1; ELSE y := 2; END_IF;")),
@@ -325,6 +330,7 @@ DEEP: Final[dict[str, Callable[[int], str]]] = {
     "CASE": lambda n: main("", nested(n, "CASE x OF 1: ", "y := 1;", " END_CASE;")),
     "ELSE": lambda n: main("", nested(n, "IF b THEN x := 1; ELSE ", "x := 2;", " END_IF;")),
     "comments": lambda n: main("", nested(n, "(* ", "a", " *)") + ";"),
+    "paths in a configuration": lambda n: main("v : INT;") + f"VAR_CONFIG PLC_PRG.v{'.a' * n} : INT := 1; END_VAR",
     "structures in one another": lambda n: main(
         f"v : S{n - 1};",
         "v.a := 1;",

@@ -5,11 +5,15 @@ instance stands for the program that its type names, as `program_instances` has 
 go into the declarations of that program.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
 
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.dialect import Dialect
+
+_LONGEST: Final = 100
+"""Names in a path; types have fewer levels."""
 
 
 def configured(units: Sequence[tree.Unit], dialect: Dialect, resource: str) -> Sequence[tree.Unit]:
@@ -36,6 +40,28 @@ def _blocks(node: tree.Declaration) -> Iterator[tree.Variables]:
         yield from part.blocks
 
 
+@dataclass(slots=True)
+class _Start:
+    """The start value that a variable, or a part of one, is given here."""
+
+    name: str
+    whole: tree.Initial | None = None
+    parts: dict[str, "_Start"] = field(default_factory=dict)
+    """Those of its components, which count behind the one of the whole."""
+
+    def made(self, declared: tree.Initial | None, key: Callable[[str], str]) -> tree.Initial | None:
+        """Return the start value, where the declaration has `declared`."""
+        whole = declared if self.whole is None else self.whole
+        if not self.parts:
+            return whole
+        fields = {key(one.name): one for one in whole.fields} if isinstance(whole, tree.StructInitial) else {}
+        for name, part in self.parts.items():
+            value = part.made(fields[name].value if name in fields else None, key)
+            if value is not None:
+                fields[name] = tree.FieldInitial(part.name, value, position=value.position)
+        return tree.StructInitial(tuple(fields.values()), position=next(iter(fields.values())).position)
+
+
 class _Configured:
     def __init__(self, units: Sequence[tree.Unit], dialect: Dialect, resource: str) -> None:
         self._units, self._key = units, dialect.key
@@ -53,10 +79,10 @@ class _Configured:
             for instance in part.programs
         }
         """The programs of the resource that runs, by the names of their instances."""
-        self._starts: dict[str, dict[str, tree.Initial]] = {}
+        self._starts: dict[str, dict[str, _Start]] = {}
         """Start values by programs and their variables."""
         self._variables = {
-            self._key(one.name): {self._key(node.name): node for block in one.blocks for node in block.variables}
+            self._key(one.name): {self._key(node.name) for block in one.blocks for node in block.variables}
             for unit in units
             for one in unit.declarations
             if isinstance(one, tree.Pou) and one.kind is tree.PouKind.PROGRAM
@@ -96,27 +122,16 @@ class _Configured:
 
     def _is_start(self, path: Sequence[str], node: tree.Variable) -> bool:
         """True if a program takes the start value of a path."""
-        if node.initial is None or len(path) < 2:
+        if node.initial is None or not 2 <= len(path) <= _LONGEST:
             return False
         program, name = self._key(path[0]), self._key(path[1])
-        declared = self._variables.get(program, {}).get(name)
-        if declared is None:
+        if name not in self._variables.get(program, ()):
             return False
-        starts = self._starts.setdefault(program, {})
-        starts[name] = self._placed(starts.get(name, declared.initial), path[2:], node.initial)
+        start = self._starts.setdefault(program, {}).setdefault(name, _Start(path[1]))
+        for part in path[2:]:
+            start = start.parts.setdefault(self._key(part), _Start(part))
+        start.whole, start.parts = node.initial, {}
         return True
-
-    def _placed(self, within: tree.Initial | None, path: Sequence[str], value: tree.Initial) -> tree.Initial:
-        """Return a start value with the one of the part that a path leads to."""
-        if not path:
-            return value
-        fields = (
-            {self._key(field.name): field for field in within.fields} if isinstance(within, tree.StructInitial) else {}
-        )
-        name = self._key(path[0])
-        old = fields[name].value if name in fields else None
-        fields[name] = tree.FieldInitial(path[0], self._placed(old, path[1:], value), position=value.position)
-        return tree.StructInitial(tuple(fields.values()), position=value.position)
 
     # ---- start values
 
@@ -126,9 +141,9 @@ class _Configured:
             return node
         return replace(node, blocks=tuple(self._started(block, starts) for block in node.blocks))
 
-    def _started(self, block: tree.Variables, starts: dict[str, tree.Initial]) -> tree.Variables:
-        nodes = (
-            replace(node, initial=starts[self._key(node.name)]) if self._key(node.name) in starts else node
-            for node in block.variables
-        )
-        return replace(block, variables=tuple(nodes))
+    def _started(self, block: tree.Variables, starts: Mapping[str, _Start]) -> tree.Variables:
+        def started(node: tree.Variable) -> tree.Variable:
+            start = starts.get(self._key(node.name))
+            return node if start is None else replace(node, initial=start.made(node.initial, self._key))
+
+        return replace(block, variables=tuple(map(started, block.variables)))
