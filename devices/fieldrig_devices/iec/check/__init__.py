@@ -55,7 +55,12 @@ def check(
     project = Project(host, dialect, limits, extension)
     declarations = Declarations(project, frozenset(library_files), resource)
     declarations.declare(units)
-    links = configured.apply(project, declarations.config_blocks, declarations.variables.incomplete)
+    links = configured.apply(
+        project,
+        declarations.config_blocks,
+        declarations.variables.incomplete,
+        [node for node, _ in declarations.configurations],
+    )
     Tasks(project).configure(declarations.configurations)
     dispatchers = Dispatchers(project)
     dispatchers.begin()

@@ -257,6 +257,28 @@ def test_var_config_names_variables_with_an_incomplete_address() -> None:
     ]
 
 
+PAIR = """CONFIGURATION Cell RESOURCE Station ON Controller
+TASK T(INTERVAL := T#10ms, PRIORITY := 1);
+PROGRAM p1 WITH T : PLC_PRG; PROGRAM p2 WITH T : PLC_PRG;
+END_RESOURCE END_CONFIGURATION
+"""
+
+
+def test_var_config_begins_with_the_name_of_a_program_in_its_configuration() -> None:
+    config = "VAR_CONFIG Station.p1.x AT %QX3.1 : BOOL; p2.x AT %QX3.2 : BOOL; END_VAR"
+    found, mistakes = checked(program("x AT %Q* : BOOL;", "x := TRUE;"), PAIR, config, dialect=EDITION_3)
+    assert not [mistake for mistake in mistakes if not mistake.is_note], mistakes
+    assert found.pous["plc_prg"].variables["x"].location == Located("Q", 6, 1, Elementary.BOOL)
+    assert found.pous["p2"].variables["x"].location == Located("Q", 6, 2, Elementary.BOOL)
+
+
+def test_in_edition_3_var_config_gives_an_address_to_a_variable_without_one() -> None:
+    config = "VAR_CONFIG p1.y AT %QX3.1 : BOOL; p3.y AT %QX3.2 : BOOL; END_VAR"
+    assert [
+        message.partition(" ")[2] for message in messages(program("y : BOOL;"), PAIR, config, dialect=EDITION_3)
+    ] == ["there is no variable p3.y; a path PROGRAM.instance.variable"]
+
+
 @pytest.mark.parametrize(("second", "links"), [("%QX3.1", []), ("%QX3.2", ["PLC_PRG.a.x", "PLC_PRG.b.x"])])
 def test_instances_of_a_function_block_have_the_same_address_or_different_ones(second: str, links: list[str]) -> None:
     block = "FUNCTION_BLOCK B VAR x AT %Q* : BOOL; END_VAR x := TRUE; END_FUNCTION_BLOCK"
