@@ -257,25 +257,27 @@ def test_var_config_names_variables_with_an_incomplete_address() -> None:
     ]
 
 
-PAIR = """CONFIGURATION Cell RESOURCE Station ON Controller
+NAMED = """CONFIGURATION Cell RESOURCE Station ON Controller
 TASK T(INTERVAL := T#10ms, PRIORITY := 1);
-PROGRAM p1 WITH T : PLC_PRG; PROGRAM p2 WITH T : PLC_PRG;
+PROGRAM p1 WITH T : PLC_PRG; PROGRAM p2 WITH T : Other;
 END_RESOURCE END_CONFIGURATION
+PROGRAM Other VAR x AT %Q* : BOOL; END_VAR x := TRUE; END_PROGRAM
 """
 
 
-def test_var_config_begins_with_the_name_of_a_program_in_its_configuration() -> None:
+@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3, CODESYS])
+def test_var_config_begins_with_the_name_of_a_program_in_its_configuration(dialect: Dialect) -> None:
     config = "VAR_CONFIG Station.p1.x AT %QX3.1 : BOOL; p2.x AT %QX3.2 : BOOL; END_VAR"
-    found, mistakes = checked(program("x AT %Q* : BOOL;", "x := TRUE;"), PAIR, config, dialect=EDITION_3)
+    found, mistakes = checked(program("x AT %Q* : BOOL;", "x := TRUE;"), NAMED, config, dialect=dialect)
     assert not [mistake for mistake in mistakes if not mistake.is_note], mistakes
-    assert found.pous["plc_prg"].variables["x"].location == Located("Q", 6, 1, Elementary.BOOL)
-    assert found.pous["p2"].variables["x"].location == Located("Q", 6, 2, Elementary.BOOL)
+    places = [found.pous[name].variables["x"].location for name in ("plc_prg", "other")]
+    assert [(place.area, place.bit) for place in places if isinstance(place, Located)] == [("Q", 1), ("Q", 2)]
 
 
 def test_in_edition_3_var_config_gives_an_address_to_a_variable_without_one() -> None:
-    config = "VAR_CONFIG p1.y AT %QX3.1 : BOOL; p3.y AT %QX3.2 : BOOL; END_VAR"
+    config = "VAR_CONFIG p1.y AT %QX3.1 : BOOL; p2.x AT %QX3.3 : BOOL; p3.y AT %QX3.2 : BOOL; END_VAR"
     assert [
-        message.partition(" ")[2] for message in messages(program("y : BOOL;"), PAIR, config, dialect=EDITION_3)
+        message.partition(" ")[2] for message in messages(program("y : BOOL;"), NAMED, config, dialect=EDITION_3)
     ] == ["there is no variable p3.y; a path PROGRAM.instance.variable"]
 
 
