@@ -77,10 +77,14 @@ class Dialect:
     """`w.%X3`, `w.%B1`, `d.%W0`: bits, bytes and words of a larger value (edition 3, 6.5.5)."""
     reads_locals: bool = _rule(Origin.TOOLS)
     """`x := inst.local`: variables of an instance can be read from outside, as CODESYS V3 allows."""
+    writes_locals_of_its_kind: bool = _rule(Origin.TOOLS)
+    """`other.count := 3` in a method, for a local variable of another instance of the same function block."""
     has_joined_words: bool = _rule(Origin.TOOLS)
     """FUNCTIONBLOCK for FUNCTION_BLOCK, which exports of CoDeSys V2.3 have."""
     indexes_pointers: bool = _rule(Origin.TOOLS)
     """`p[2]` is what is two elements behind the target of a pointer, and `s[0]` the first character of a string."""
+    has_long_addresses: bool = _rule(Origin.TOOLS)
+    """Pointers go into integers of 64 bits and back, `address : ULINT := ADR(x)`, as on the controllers of today."""
     has_characters_of_strings: bool = _rule(Origin.STANDARD)
     """`s[1]` is the first character of a string, a CHAR or WCHAR (edition 3, 6.4.2)."""
     has_static_variables: bool = _rule(Origin.TODAY)
@@ -207,6 +211,8 @@ class Dialect:
     """`word.ready` is the bit with the number of the constant `ready`."""
     passes_alike: bool = _rule(Origin.TOOLS)
     """A `VAR_IN_OUT` of a bit string takes an unsigned integer of the same size, and the other way round."""
+    passes_any_pointer: bool = _rule(Origin.TOOLS)
+    """A `VAR_IN_OUT` of PVOID takes every pointer."""
     wraps_enumeration_values: bool = _rule(Origin.TOOLS)
     """A number of an enumeration that needs the sign bit of its type, `unknown := 65535`, is the negative number."""
     repeats_arguments: bool = _rule(Origin.TOOLS)

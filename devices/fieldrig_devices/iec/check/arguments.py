@@ -291,9 +291,10 @@ def _fits(context: Context, given: Type, wanted: Type) -> bool:
         return open_arrays.fits(given, wanted)
     if isinstance(given, EnumType) and context.mixes_integers:
         return wanted in (given, given.base)
-    if isinstance(given, PointerType) and wanted == PointerType(Elementary.BYTE) and context.project.dialect.has_heap:
+    dialect = context.project.dialect
+    if isinstance(given, PointerType) and wanted == PointerType(Elementary.BYTE) and dialect.passes_any_pointer:
         return not given.is_reference  # PVOID
-    if isinstance(given, Elementary) and isinstance(wanted, Elementary) and context.project.dialect.passes_alike:
+    if isinstance(given, Elementary) and isinstance(wanted, Elementary) and dialect.passes_alike:
         return given == wanted or (given.size == wanted.size and {given.family, wanted.family} == _ALIKE)
     return given == wanted or _is_longer_text(given, wanted) or dispatch.derives(context.project, given, wanted)
 

@@ -101,7 +101,7 @@ def _interface(context: Context, value: Expression, kind: InterfaceType, at: tre
 
 def _is_address(context: Context, kind: Type) -> bool:
     """True for pointers and integers; programs of today's tools compute with addresses of 64 bits, too."""
-    most = 8 if context.project.dialect.has_heap else 4
+    most = 8 if context.project.dialect.has_long_addresses else 4
     return isinstance(kind, PointerType) or (isinstance(kind, Elementary) and kind.is_integer and kind.size <= most)
 
 
@@ -117,7 +117,7 @@ def _pointer(value: Expression, kind: PointerType) -> Expression:
 
 def _elementary(context: Context, value: Expression, kind: Elementary, at: tree.Node) -> Expression | None:
     source = value.type
-    is_long = kind in _OF_LONG_ADDRESSES and context.project.dialect.has_heap
+    is_long = kind in _OF_LONG_ADDRESSES and context.project.dialect.has_long_addresses
     if isinstance(source, PointerType) and (kind in _OF_ADDRESSES or is_long):
         return constants.converted(value, kind)
     if not isinstance(source, Elementary):

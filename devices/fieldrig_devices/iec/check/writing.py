@@ -96,8 +96,8 @@ def _is_local(context: Context, declared: Variable, place: Component) -> bool:
 def _is_of_the_same_block(context: Context, kind: Type) -> bool:
     """True for an instance of the function block whose code this is, or of one that it extends."""
     own = context.block.type if context.block is not None else None
-    is_of_today = context.project.dialect.has_heap
-    return is_of_today and own is not None and dispatch.is_or_derives(context.project, own, kind)
+    is_allowed = context.project.dialect.writes_locals_of_its_kind
+    return is_allowed and own is not None and dispatch.is_or_derives(context.project, own, kind)
 
 
 def _variable_obstacle(context: Context, declared: Variable) -> tuple[str, str]:
