@@ -47,7 +47,7 @@ class _Start:
     name: str
     whole: tree.Initial | None = None
     parts: dict[str, "_Start"] = field(default_factory=dict)
-    """Those of its components, which count behind the one of the whole."""
+    """Start values of its components, which count behind the one of the whole."""
 
     def made(self, declared: tree.Initial | None, key: Callable[[str], str]) -> tree.Initial | None:
         """Return the start value, where the declaration has `declared`."""

@@ -55,12 +55,7 @@ def check(
     project = Project(host, dialect, limits, extension)
     declarations = Declarations(project, frozenset(library_files), resource)
     declarations.declare(units)
-    links = configured.apply(
-        project,
-        declarations.config_blocks,
-        declarations.variables.incomplete,
-        [node for node, _ in declarations.configurations],
-    )
+    links = configured.apply(project, declarations.config_blocks, declarations.variables.incomplete)
     Tasks(project).configure(declarations.configurations)
     dispatchers = Dispatchers(project)
     dispatchers.begin()

@@ -11,23 +11,18 @@ from fieldrig_devices.iec.types import BlockType
 
 
 def apply(
-    project: Project,
-    blocks: Sequence[tuple[tree.Variables, str]],
-    incomplete: Mapping[Variable, tree.Direct],
-    configurations: Sequence[tree.Configuration] = (),
+    project: Project, blocks: Sequence[tuple[tree.Variables, str]], incomplete: Mapping[Variable, tree.Direct]
 ) -> list[Link]:
     """Complete the addresses; a message for each that stays incomplete.
 
-    A variable of a function block with different addresses in its instances gets none; its links are returned.  A path
-    begins with a program, or with its name in one of the configurations, with or without that of the resource.
+    A variable of a function block with different addresses in its instances gets none; its links are returned.
     """
     open_ones = dict(incomplete)
-    programs = _programs(project, configurations)
     linked: dict[Variable, list[Link]] = {}
     for block, file in blocks:
         context = Context(project, None, file)
         for node in block.variables:
-            _complete(project, node, programs, incomplete, open_ones, context, linked)
+            _complete(project, node, incomplete, open_ones, context, linked)
     for variable, address in open_ones.items():
         if project.dialect.allows_open_addresses:
             what = f"{variable.name} AT %{address.area}* has no address in VAR_CONFIG"
@@ -52,13 +47,12 @@ def apply(
 def _complete(
     project: Project,
     node: tree.Variable,
-    programs: Mapping[str, str],
     incomplete: Mapping[Variable, tree.Direct],
     open_ones: dict[Variable, tree.Direct],
     context: Context,
     links: dict[Variable, list[Link]],
 ) -> None:
-    variable = _find(project, node, programs)
+    variable = _find(project, node)
     if variable is None:
         context.say(node, f"there is no variable {node.name}", "a path PROGRAM.instance.variable")
         return
@@ -74,25 +68,9 @@ def _complete(
     open_ones.pop(variable, None)
 
 
-def _programs(project: Project, configurations: Sequence[tree.Configuration]) -> dict[str, str]:
-    """Return the programs by the names that configurations give them, alone and behind that of their resource."""
-    known: dict[str, str] = {}
-    for node in configurations:
-        for instance in node.programs:
-            name = project.key(instance.name)
-            known.setdefault(name, instance.type)
-            known.setdefault(f"{project.key(node.resource)}.{name}", instance.type)
-    return known
-
-
-def _find(project: Project, node: tree.Variable, programs: Mapping[str, str]) -> Variable | None:
+def _find(project: Project, node: tree.Variable) -> Variable | None:
     first, *path = node.name.split(".")
     entity = project.find(project.key(first))
-    if not isinstance(entity, Pou | Variable):
-        key = project.key(first)
-        if path and (behind := f"{key}.{project.key(path[0])}") in programs:
-            key, path = behind, path[1:]
-        entity = project.find(project.key(programs[key])) if key in programs else None
     variable = entity.instance if isinstance(entity, Pou) else entity if isinstance(entity, Variable) else None
     for name in path:
         kind = variable.type if variable is not None else None

@@ -257,28 +257,12 @@ def test_var_config_names_variables_with_an_incomplete_address() -> None:
     ]
 
 
-NAMED = """CONFIGURATION Cell RESOURCE Station ON Controller
-TASK T(INTERVAL := T#10ms, PRIORITY := 1);
-PROGRAM p1 WITH T : PLC_PRG; PROGRAM p2 WITH T : Other;
-END_RESOURCE END_CONFIGURATION
-PROGRAM Other VAR x AT %Q* : BOOL; END_VAR x := TRUE; END_PROGRAM
-"""
-
-
-@pytest.mark.parametrize("dialect", [EPAS_4, EDITION_3, CODESYS])
-def test_var_config_begins_with_the_name_of_a_program_in_its_configuration(dialect: Dialect) -> None:
-    config = "VAR_CONFIG Station.p1.x AT %QX3.1 : BOOL; p2.x AT %QX3.2 : BOOL; END_VAR"
-    found, mistakes = checked(program("x AT %Q* : BOOL;", "x := TRUE;"), NAMED, config, dialect=dialect)
-    assert not [mistake for mistake in mistakes if not mistake.is_note], mistakes
-    places = [found.pous[name].variables["x"].location for name in ("plc_prg", "other")]
-    assert [(place.area, place.bit) for place in places if isinstance(place, Located)] == [("Q", 1), ("Q", 2)]
-
-
 def test_in_edition_3_var_config_gives_an_address_to_a_variable_without_one() -> None:
-    config = "VAR_CONFIG p1.y AT %QX3.1 : BOOL; p2.x AT %QX3.3 : BOOL; p3.y AT %QX3.2 : BOOL; END_VAR"
-    assert [
-        message.partition(" ")[2] for message in messages(program("y : BOOL;"), NAMED, config, dialect=EDITION_3)
-    ] == ["there is no variable p3.y; a path PROGRAM.instance.variable"]
+    config = "VAR_CONFIG PLC_PRG.y AT %QX3.1 : BOOL; END_VAR"
+    found, mistakes = checked(program("y : BOOL;"), config, dialect=EDITION_3)
+    assert not [mistake for mistake in mistakes if not mistake.is_note], mistakes
+    assert found.pous["plc_prg"].variables["y"].location == Located("Q", 6, 1, Elementary.BOOL)
+    assert "PLC_PRG.y has no incomplete address" in "\n".join(messages(program("y : BOOL;"), config))
 
 
 @pytest.mark.parametrize(("second", "links"), [("%QX3.1", []), ("%QX3.2", ["PLC_PRG.a.x", "PLC_PRG.b.x"])])
