@@ -210,3 +210,39 @@ def test_epas_has_no_methods() -> None:
 
 def messages_of_epas() -> list[str]:
     return [mistake.what for mistake in parse(TANK, "tank.st")[1]]
+
+
+@pytest.mark.parametrize("name", ["mark", "THIS^.mark"])
+def test_a_method_does_not_know_the_temporary_variables_of_its_block(name: str) -> None:
+    """They exist while the body of the block runs, and are found in no other place."""
+    block = f"""
+    FUNCTION_BLOCK B
+    VAR_TEMP mark : INT; END_VAR
+    VAR n : INT; END_VAR
+    METHOD Note n := {name}; END_METHOD
+    mark := 3;
+    END_FUNCTION_BLOCK
+    PROGRAM PLC_PRG VAR b : B; END_VAR b(); END_PROGRAM
+    """
+    (message,) = messages(block, dialect=EDITION_3)
+    assert "mark" in message
+
+
+def test_a_method_finds_a_global_variable_behind_a_temporary_one_of_its_block() -> None:
+    bench = IecBench(
+        """
+        VAR_GLOBAL mark : INT := 9; END_VAR
+        FUNCTION_BLOCK B
+        VAR_TEMP mark : INT; END_VAR
+        VAR n, own : INT; END_VAR
+        METHOD Note n := mark; END_METHOD
+        mark := 3;
+        Note();
+        own := mark;
+        END_FUNCTION_BLOCK
+        PROGRAM PLC_PRG VAR b : B; END_VAR b(); END_PROGRAM
+        """,
+        EDITION_3,
+    )
+    bench.cycle()
+    assert (bench["b.n"], bench["b.own"]) == (9, 3)

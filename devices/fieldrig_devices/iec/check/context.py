@@ -83,9 +83,19 @@ class Context:
     def find(self, name: str) -> Entity | None:
         wanted = self.key(name)
         entity: Entity | None = self.names.get(wanted)
+        if self.is_temporary_of_block(wanted):
+            entity = None
         if entity is None and self.is_library:
             entity = self.project.shadowed.get(wanted)
         return entity or self.project.find(self.listed.get(wanted, wanted).removeprefix(OUTSIDE))
+
+    def is_temporary_of_block(self, wanted: str) -> bool:
+        """True in a method for a VAR_TEMP of its function block, which exists only while the body of that runs."""
+        source = self.source
+        if source is None or source.outer is None or wanted in source.names:
+            return False
+        known = source.outer.names.get(wanted)
+        return known is not None and known.section is Section.TEMP
 
     def say(
         self,
@@ -120,6 +130,11 @@ class Context:
             return
         if intrinsics.is_standard(name):
             self.say(node, f"{name} is a FUNCTION", expected or "a value", f"{name}(...) calls it")
+            return
+        if self.is_temporary_of_block(self.key(name)):
+            assert self.block is not None
+            what = f"{name} is a VAR_TEMP of {self.block.name}, whose body alone knows it"
+            self.say(node, what, "a variable of VAR", f"give the method {name} as a VAR_INPUT")
             return
         entities = chain(self.names.items(), self.project.names.items())
         known = (getattr(entity, "name", name) for name, entity in entities)

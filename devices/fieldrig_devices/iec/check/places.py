@@ -182,7 +182,7 @@ def _own(context: Context, node: tree.Member) -> Meaning | None:
     source, name = context.source, context.key(node.name)
     assert source is not None
     declared = (source.outer or source).names.get(name)
-    if declared is not None:
+    if declared is not None and not context.is_temporary_of_block(name):
         return variable(context, declared) if access.allows_variable(context, declared, node) else None
     action = context.block.actions.get(name) if context.block is not None else None
     if action is None and not context.project.lacks_base(context.block):

@@ -25,11 +25,25 @@ class Instructions(Statements):
 
     def begins_with_instruction(self) -> bool:
         """True if the text from the present token on is IL: a line with an operator, perhaps behind labels."""
-        i = self.i
-        while self.kinds[i] == token.NAME and self.kinds[i + 1] == ":":
-            i += 2
+        return self._is_instruction(self.i)
+
+    def is_instruction_list(self) -> bool:
+        """True if the body from the present token on is IL.
+
+        Its first lines may also be functions with their arguments in brackets: a line of IL follows, and no semicolon.
+        """
+        i = self._behind_labels(self.i)
+        while self.kinds[i] == token.NAME and self.kinds[i + 1] == "(":
+            closing = self._closing(i + 1)
+            if closing is None or self.positions[closing + 1].line == self.positions[closing].line:
+                break
+            i = self._behind_labels(closing + 1)
+        return self._is_instruction(i if self.kinds[i] not in OUTER else self.i)
+
+    def _is_instruction(self, start: int) -> bool:
+        i = self._behind_labels(start)
         if self.kinds[i] in OUTER:
-            return i > self.i
+            return i > start
         if self.kinds[i] in _KEYWORDS or self._glued(i) is not None:
             return True
         if self.kinds[i] != token.NAME or self.texts[i].upper() not in SPELLINGS:
@@ -39,6 +53,21 @@ class Instructions(Statements):
         if self.kinds[i + 1] in _NO_OPERATOR:
             return False
         return self.kinds[i + 1] == token.END or self.kinds[i + 2] not in (";", "=")
+
+    def _behind_labels(self, i: int) -> int:
+        while self.kinds[i] == token.NAME and self.kinds[i + 1] == ":":
+            i += 2
+        return i
+
+    def _closing(self, at: int) -> int | None:
+        """Return the place of the bracket that closes the one at `at`; None if no bracket does before a semicolon."""
+        height = 0
+        while self.kinds[at] not in OUTER and self.kinds[at] != ";":
+            height += (self.kinds[at] == "(") - (self.kinds[at] == ")")
+            if height == 0:
+                return at
+            at += 1
+        return None
 
     def _glued(self, at: int) -> re.Match[str] | None:
         """Return the operator and the number of a token such as LD2#1001, which lacks a blank (manual 2218)."""

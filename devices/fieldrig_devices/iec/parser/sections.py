@@ -42,7 +42,7 @@ class Bodies(Instructions):
             return tree.NativeBody(position=position)
         if language == "SFC" or (not language and self._is_chart()):
             return self._chart(position)
-        if language == "IL" or (not language and self.begins_with_instruction()):
+        if language == "IL" or (not language and self.is_instruction_list()):
             return tree.IlBody(self.instructions(), position=position)
         return tree.StBody(self.statements(), position=position)
 

@@ -37,6 +37,8 @@ EXAMPLES = [
         {"ERG": True},
     ),
     ("Erg : INT;", "LD 2\nMUL 2\nADD 3\nST Erg", {"Erg": 7}),
+    ("Erg : INT;", "LIMIT(\nMN := 1,\nIN := 9,\nMX := 4\n)\nST Erg", {"Erg": 4}),  # IEC 61131-3: a call in lines
+    ("Erg : INT;", "begin: MAX(IN1 := 2, IN2 := (1 + 4) * 2)\nST Erg", {"Erg": 10}),
     ("Erg : INT;", "LD 2\nMUL ( 2\nADD 3\n) ST Erg", {"Erg": 10}),
     (  # PD-L19: Var1 * 2^Counter
         "Counter : INT := 5; Var1 : INT := 3; Erg : INT;",
