@@ -128,14 +128,14 @@ class Rpdo(Service):
         self._report(emcy.Error.RPDO_TIMEOUT)
 
     def _report(self, problem: "emcy.Error | None", info: bytes = b"") -> None:
-        """Report a problem instead of the previous one; None clears it."""
+        """Report a problem instead of the previous one; None clears it.  RPDOs with the same problem have one EMCY."""
         if problem is self._problem:
             return
         before, self._problem = self._problem, problem
         if problem is not None:
-            self._errors.raise_error(problem, emcy.COMMUNICATION, info)
+            self._errors.raise_error(problem, emcy.COMMUNICATION, info, self._number, is_shared=True)
         if before is not None:
-            self._errors.clear_error(before)
+            self._errors.clear_error(before, self._number)
 
     def _multiplexed(self, mode: Mode) -> Unpack:
         return self._on_message_from if mode is Mode.SOURCE else self._on_message_to

@@ -426,6 +426,19 @@ def test_deadline_that_is_taken_away_takes_its_error_with_it(bench: CanopenBench
     assert NO_ERROR in bench.send("605#2b 00 14 05 00 00 00 00")
 
 
+DEADLINE_OF_RPDO_2 = "2b 01 14 05 64 00 00 00"
+
+
+def test_a_problem_of_two_rpdos_ends_with_the_last_of_them(bench: CanopenBench) -> None:
+    bench.write(DEADLINE_OF_100_MS, DEADLINE_OF_RPDO_2)
+    bench.send(START, "205#01 02 03 04", "305#01 00 02 00 03 00 04 00")
+    assert bench.after(100) == [TIMEOUT]
+    assert bench.send("205#01 02 03 04") == []
+    assert bench.point("1001:00") == 0x11
+    assert bench.send("305#01 00 02 00 03 00 04 00") == [NO_ERROR]
+    assert bench.point("1001:00") == 0
+
+
 def test_synchronous_rpdo_after_the_window_waits_for_the_next_sync(bench: CanopenBench) -> None:
     bench.write(type_of_rpdo_1(1), "23 07 10 00 88 13 00 00")  # 5 ms
     bench.send(START, SYNC)
