@@ -58,6 +58,7 @@ class PulseSource(Device):
         self._points = {
             "pulse": Point(lambda: self._is_high, about="1 ms long"),
             "state": Point(lambda: STATES[self._is_high], states=STATES),
+            "word": Point(lambda: STATES[self._is_high], about="the same without saying which texts there are"),
             "pulses": Point(lambda: self.pulses, about="number so far"),
             "level": Point(lambda: sin(tau * self._seconds()), unit="m"),
             "ramp": Point(lambda: self._seconds() % 1, unit="V"),

@@ -37,9 +37,11 @@ class FakeReader:
 
     @staticmethod
     def _column(name: str) -> Any:
-        states = ["off", "ready", "on"] if name.endswith("state") else []
+        is_open = name.endswith("message")
+        states = ["off", "ready", "on"] if name.endswith("state") else ["ready"] if is_open else []
         kind = "text" if states else "truth" if name.endswith("lamp") else "number"
-        return SimpleNamespace(name=name, kind=kind, unit="V", states=states, is_held=name.startswith("wires/"))
+        is_held = name.startswith("wires/")
+        return SimpleNamespace(name=name, kind=kind, unit="V", states=states, is_held=is_held, is_open=is_open)
 
 
 class ScopeBench:

@@ -94,7 +94,8 @@ class RecordSet:
                 self._texts[number] = Texts(of_it.states)
             elif of_it.is_whole:
                 self._whole.add(number)
-            self.columns.append(Column(name, of_it.sort, of_it.unit, list(of_it.states)))
+            is_open = of_it.sort is Sort.TEXT and not of_it.states
+            self.columns.append(Column(name, of_it.sort, of_it.unit, list(of_it.states), is_open=is_open))
         for name, keys in parts.items():
             self._begin_part(found_parts[name], [number for number, _ in keys], [key for _, key in keys], rhythm)
 

@@ -48,6 +48,8 @@ class Column(NamedTuple):
     """The texts of a `TEXT`, by their values.  The list grows when the signal has a text that it never had before."""
     is_held: bool = False
     """True if there is a sample for each change, so that each value holds until the next one."""
+    is_open: bool = False
+    """True for a text of which the part does not say which ones there are: others may come."""
 
 
 class Described(NamedTuple):
@@ -143,4 +145,5 @@ def column_of(data: Any) -> Column:
         raise MalformedError(f"kind: {shown(sort)}")
     states = items(field(data, "states", list), str, 1 << 16, "states")
     is_held = field(data, "is_held", bool)
-    return Column(field(data, "name", str), Sort(sort), field(data, "unit", str), states, is_held)
+    is_open = field(data, "is_open", bool)
+    return Column(field(data, "name", str), Sort(sort), field(data, "unit", str), states, is_held, is_open)

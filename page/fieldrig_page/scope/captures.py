@@ -25,6 +25,7 @@ class Trace(NamedTuple):
     holds: bool
     track: Track
     column: int
+    is_open: bool = False
 
 
 class Capture(NamedTuple):
@@ -91,5 +92,7 @@ def cut(signals: Iterable[Signal], first_ns: int, end_ns: int) -> dict[str, Trac
     for track, together in by_track((signal.track, signal) for signal in signals):
         part = track.cut([signal.column for signal in together], first_ns, end_ns)
         for column, signal in enumerate(together):
-            found[signal.name] = Trace(signal.name, signal.kind, signal.unit, signal.states, signal.holds, part, column)
+            found[signal.name] = Trace(
+                signal.name, signal.kind, signal.unit, signal.states, signal.holds, part, column, signal.is_open
+            )
     return found

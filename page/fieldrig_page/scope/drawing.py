@@ -26,6 +26,8 @@ class Drawn(Protocol):
     @property
     def states(self) -> Sequence[str]: ...
     @property
+    def is_open(self) -> bool: ...
+    @property
     def holds(self) -> bool: ...
     @property
     def track(self) -> Track | None: ...
@@ -67,6 +69,7 @@ def _column(name: str, drawn: Drawn | None, trouble: str) -> dict[str, Any]:
             "kind": "",
             "unit": "",
             "states": [],
+            "is_open": False,
             "holds": False,
             "is_there": False,
             "trouble": trouble,
@@ -76,6 +79,7 @@ def _column(name: str, drawn: Drawn | None, trouble: str) -> dict[str, Any]:
         "kind": drawn.kind,
         "unit": drawn.unit,
         "states": list(drawn.states),
+        "is_open": drawn.is_open,
         "holds": drawn.holds,
         "is_there": drawn.track is not None,
         "trouble": trouble,

@@ -67,8 +67,7 @@ class Hunt:
         trigger = setup.trigger
         self._signal = signals.get(trigger.signal) if trigger is not None else None
         self._range: Range | None = None
-        if trigger is not None and self._signal is not None:
-            self._range = trigger.range_of(self._signal.states)
+        self._bind()
         self._picture: _Picture | None = None
         self._track = self._signal.track if self._signal is not None else None
         self._next = self._epoch = 0
@@ -77,6 +76,14 @@ class Hunt:
         self.hits = 0
         self.is_done = False
         """True if it has caught the only one that it was armed for."""
+
+    def _bind(self) -> None:
+        """Take the range of values of the trigger, unless it is a text that its signal has not had yet."""
+        trigger, signal = self._setup.trigger, self._signal
+        if trigger is None or signal is None:
+            return
+        if not (trigger.kind == "state" and signal.is_open and trigger.what not in signal.states):
+            self._range = trigger.range_of(signal.states)
 
     @property
     def is_struck(self) -> bool:
@@ -98,6 +105,8 @@ class Hunt:
     def _search(self, track: Track, now_s: float) -> None:
         if track.epoch != self._epoch:
             self._epoch, self._next, self._picture = track.epoch, track.base, None
+        if self._range is None:
+            self._bind()
         if self._range is None or self._signal is None:
             return
         while self._picture is None and not self.is_done and self._next < track.end:

@@ -44,6 +44,8 @@ class Signal:
         """True if there is a sample for each change."""
         self.kind, self.unit = "", ""
         self.states: Sequence[str] = ()
+        self.is_open = False
+        """True if it may have texts that are not among `states` yet."""
         self.trouble: RigError | None = None
         """Why it cannot be recorded."""
         self.track: Track | None = None
@@ -159,7 +161,7 @@ class Recordings:
             return
         for signal, column in zip(signals, columns, strict=True):
             signal.kind, signal.unit, signal.states = str(column.kind), column.unit, column.states
-            signal.is_held = column.is_held
+            signal.is_held, signal.is_open = column.is_held, column.is_open
         self._recordings.append(recording)
         alike = [each for each in self._recordings if each.signals[0].rhythm == rhythm]
         if len(alike) > MOST_READERS:

@@ -148,6 +148,24 @@ def test_the_trigger_is_chosen_by_hand_and_counts_on(browser: Browser, pulses: S
         expect(page.locator(".scope .pill").first).to_contain_text("2 triggers")
 
 
+def test_a_text_that_was_not_seen_yet_is_typed_and_caught(browser: Browser, tmp_path: Path) -> None:
+    with ServedRig(rig_file(tmp_path, "", 60_000)) as rig:
+        rig.ask("rig/pause")
+        with opened(browser, rig, path="/scope") as page:
+            remember(page, {"signals": ["source/word"], "window_ns": 100 * MS})
+            chosen(page, "Trigger").select_option("state of a signal")
+            enters = page.get_by_label("Enters", exact=True)
+            enters.fill("high")
+            enters.press("Enter")
+            chosen(page, "Mode").select_option("single")
+            expect(page.locator(".scope .pill").first).to_have_text("waiting for the trigger")
+            rig.ask("rig/step", {"ns": 61 * S})
+            until_caught(page)
+            page.get_by_role("button", name="Cursors").click()
+            page.get_by_label("Cursor A").fill("501")
+            expect(page.locator(".scope-values tbody tr").first).to_contain_text("highwaitingother")
+
+
 def test_a_window_is_typed_and_caught_where_the_signal_enters_it(browser: Browser, pulses: ServedRig) -> None:
     """A sine of 1 m and 1 Hz enters the window above 0.9 m once in a second."""
     with opened(browser, pulses, path="/scope") as page:

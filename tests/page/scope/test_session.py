@@ -151,6 +151,30 @@ async def test_a_wrong_signal_is_said_and_takes_nothing_from_the_others() -> Non
 
 
 @in_loop
+async def test_a_text_that_its_signal_has_not_had_yet_is_waited_for() -> None:
+    bench = ScopeBench()
+    trigger = {"kind": "state", "signal": "io/message", "what": "run"}
+    page = await bench.page(signals=["io/message"], window_ns=10 * MS, mode="single", trigger=trigger)
+    bench.feed([at * MS for at in range(20)], [0.0] * 20)
+    page.look()
+    assert (page.status["state"], page.status["trouble"]) == ("armed", "")
+    (column,) = page.columns
+    assert (column["states"], column["is_open"]) == (["ready"], True)
+    signal = bench.recordings.want("another page", ["io/message"], "cycle")["io/message"]
+    signal.states = ["ready", "stop", "run"]
+    bench.feed([at * MS for at in range(20, 40)], [1.0] * 10 + [2.0] * 10)
+    page.look()
+    assert page.status["state"] == "caught"
+    assert page.status["capture"]["trigger_ns"] == page.status["capture"]["first_ns"] + 5 * MS
+    refused = await bench.page(
+        signals=["io/state"], window_ns=10 * MS, mode="single", trigger={**trigger, "signal": "io/state"}
+    )
+    bench.feed([0], [0.0], reader=1)
+    refused.look()
+    assert "has no state 'run'" in refused.status["trouble"]
+
+
+@in_loop
 async def test_a_wire_holds_its_value_until_what_is_known() -> None:
     bench = ScopeBench()
     page = await bench.page(signals=["wires/lamp"], window_ns=100 * MS)

@@ -85,9 +85,10 @@ export function Trigger({ setup, columns, middles, onChange }) {
       ${trigger && WHATS[trigger.kind] && select('When it', trigger.what, WHATS[trigger.kind], 'what')}
       ${trigger && ['edge', 'level'].includes(trigger.kind) && numeric('Level', 'level')}
       ${trigger?.kind === 'window' && html`${numeric('From', 'level')}${numeric('To', 'high')}`}
-      ${trigger?.kind === 'state' && (column?.states.length
+      ${trigger?.kind === 'state' && (column?.states.length && !column.is_open
         ? select('Enters', trigger.what, column.states.map((state) => [state, state]), 'what')
-        : html`<label>Enters <${Typed} value=${trigger.what} onGiven=${(what) => change({ what })} /></label>`)}
+        : html`<label>Enters <${Typed} list="scope-texts" value=${trigger.what} onGiven=${(what) => change({ what })} /></label>
+          <datalist id="scope-texts">${(column?.states ?? []).map((text) => html`<option value=${text} />`)}</datalist>`)}
       ${trigger?.kind === 'message' && html`${select('Bus', trigger.part, parts.buses.map((name) => [name, name]), 'part')}
         <label>With the words <${Typed} value=${trigger.words.join(' ')} onGiven=${(text) => change({ words: text.split(/\s+/).filter(Boolean) })} /></label>`}
       ${trigger?.kind === 'fault' && select('Of', trigger.part, [['', 'any part'], ...[...parts.devices, ...parts.buses].map((name) => [name, name])], 'part')}
