@@ -56,8 +56,16 @@ def has_tests(path: Path) -> bool:
 
 
 def test_files(paths: Sequence[Path]) -> list[Path]:
-    """Return the files with TEST blocks.  UsageError for a file that cannot be read."""
-    return [file for path in paths for file in files_in(path) if has_tests(file)]
+    """Return the files with TEST blocks.  UsageError for a file that cannot be read.
+
+    In a folder, a document of another kind has none, though a report of earlier tests shows their text.
+    """
+    return [
+        file
+        for path in paths
+        for file in files_in(path)
+        if has_tests(file) and (file == path or not _is_foreign(read_text(file)))
+    ]
 
 
 def read(path: Path, dialect: Dialect) -> Read:

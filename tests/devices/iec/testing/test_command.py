@@ -196,3 +196,9 @@ def test_suites_are_found_by_any_form_of_a_path(tmp_path: Path, monkeypatch: pyt
 def test_the_word_in_a_text_or_comment_begins_no_test(tmp_path: Path, text: str, is_test: bool) -> None:
     written(tmp_path, a=text)
     assert has_tests(tmp_path / "a.st") is is_test
+
+
+def test_a_report_in_the_folder_of_the_tests_is_no_test_file(folder: Path) -> None:
+    for _ in range(2):
+        done = iec_test(folder, "--junit", folder / "report.xml")
+        assert done.stdout.splitlines()[-1].startswith("4 tests: 2 passed, 1 failed, 1 skipped in ")
