@@ -1,9 +1,10 @@
 """Runs the tests of a program with each change of it."""
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
@@ -110,11 +111,30 @@ def results(
         stack.enter_context(stands.kept())
         judged: Iterator[Result] = map(trial.result, waiting)
         if workers > 1:
-            begin = partial(_begin, trial)
-            pool = stack.enter_context(ProcessPoolExecutor(workers, get_context("spawn"), begin))
-            judged = pool.map(_of_worker, waiting)
+            judged = _by_workers(trial, waiting, workers)
         for change in changes:
             yield Result(change, fates[change]) if change in fates else next(judged)
+
+
+def _by_workers(trial: "Trial", waiting: Sequence[Change], workers: int) -> Iterator[Result]:
+    """Yield the fates in their order.  A change that its process dies of, such as for its memory, has been noticed."""
+    begin, done = partial(_begin, trial), 0
+    while done < len(waiting):
+        with ProcessPoolExecutor(workers, get_context("spawn"), begin) as pool, suppress(BrokenProcessPool):
+            for result in pool.map(_of_worker, waiting[done:]):
+                yield result
+                done += 1
+        if done < len(waiting):  # one of those that ran has killed its process; the first of them tries alone
+            yield _alone(begin, waiting[done])
+            done += 1
+
+
+def _alone(begin: Callable[[], None], change: Change) -> Result:
+    with ProcessPoolExecutor(1, get_context("spawn"), begin) as pool:
+        try:
+            return pool.submit(_of_worker, change).result()
+        except BrokenProcessPool:
+            return Result(change, Fate.NOTICED)
 
 
 def with_changes(limits: Limits, longest_s: float) -> Limits:

@@ -114,6 +114,28 @@ def test_a_change_that_never_ends_is_noticed(tmp_path: Path) -> None:
     assert found[5, "i := i + 1;", ""] == "noticed"
 
 
+DEADLY = """\
+import os
+
+import fieldrig
+
+
+def test_counts():
+    counter = fieldrig.program("counter.st", dialect="edition-3").block("Counter")
+    if counter(up=True, limit=2).count != 1:
+        os._exit(9)
+"""
+
+
+def test_a_change_that_its_process_dies_of_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written(tmp_path, counter=COUNTER)
+    (tmp_path / "test_counter.py").write_text(DEADLY)
+    monkeypatch.chdir(tmp_path)
+    found = fates(tmp_path / "test_counter.py", "-j", 2, "--most", 6)
+    assert len(found) == 6
+    assert "noticed" in found.values()
+
+
 def test_at_most_so_many_are_tried(tmp_path: Path) -> None:
     written(tmp_path, counter=COUNTER, counter_test=WEAK)
     assert len(fates(tmp_path, "--most", 3)) == 3
