@@ -158,10 +158,17 @@ class Probes:
         self._halted.discard(thread)
         return is_own
 
-    def clear(self) -> None:
-        """End all goals.  A search goes on: it is in a branch of the past, where this is repeated."""
-        self._goals.clear()
-        self._counts = {name: count for name, count in self._counts.items() if name in self._searches}
+    @property
+    def due(self) -> list[str]:
+        """The names of the goals, also of those that are reached."""
+        return [name for name in self._counts if name not in self._searches]
+
+    def end(self, names: Sequence[str]) -> None:
+        """End goals.  A search goes on: it is in a branch of the past, where this is repeated."""
+        for name in names:
+            self._goals.pop(name, None)
+            if name not in self._searches:
+                self._counts.pop(name, None)
         self._hook()
 
     def reload(self) -> None:

@@ -25,7 +25,7 @@ from fieldrig_devices.languages.debugging.debuggee import (
     ThreadView,
     Variable,
 )
-from fieldrig_devices.languages.debugging.probes import Place, Probes, Search
+from fieldrig_devices.languages.debugging.probes import MOST_PROBES, Place, Probes, Search
 from fieldrig_devices.languages.debugging.probes import shown as found_shown
 from fieldrig_devices.languages.debugging.stepping import Stepping
 from fieldrig_devices.languages.debugging.stops import Stop
@@ -363,11 +363,13 @@ class DebugService:
         """Begin a search of the given name in what runs from now on; with `stop_at`, stop where it found something.
 
         `places` and `names` are breakpoints and variables that get another value; `thread` and `depth` instead stand
-        for lines of a thread with at most that number of callers.  Without a name, no stop is due any more.
+        for lines of a thread with at most that number of callers.  Without a name, the answer has the names of the
+        stops that are due; those in `over` are not due any more.  A stop of another name stays, as where the past is
+        repeated on the way to it.
         """
         if "probe" not in message:
-            self._probes.clear()
-            return {}
+            self._probes.end(items(message.get("over", []), str, MOST_PROBES, "over"))
+            return {"due": self._probes.due}
         name = field(message, "probe", str)
         if "stop_at" in message:
             self._probes.aim(name, field(message, "stop_at", int))

@@ -122,7 +122,7 @@ class Travel:
         self._check()
         answer = go()
         self._is_held = True
-        self._ask({"command": "probe"})
+        self._ask({"command": "probe", "over": self._ask({"command": "probe"})["due"]})
         self._ask({"command": "watch", "names": names})
         there = self._ask({"command": "breakpoints"})["breakpoints"]
         for file in sorted({stop["file"] for stop in (*stops, *there)}):

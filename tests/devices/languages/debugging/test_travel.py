@@ -127,6 +127,16 @@ def test_back_to_a_line_that_ran_long_ago(session: Session) -> None:
     assert session.value("Main.top") == "30"
 
 
+def test_a_way_back_over_an_earlier_one_stops_where_it_should(session: Session) -> None:
+    """The end of the first way back is repeated on the second one, whose stop it has to leave alone."""
+    session.do(f"break {IF}", "continue", "continue", "reverse-continue", "delete", "watch Main.b")
+    session.do("continue", "continue")
+    after = int(session.value("Main.b"))
+    for back in (1, 2):
+        session.do("reverse-continue")
+        assert (place(session), int(session.value("Main.b"))) == (CALL, after - 2 * back)
+
+
 def test_reverse_continue_goes_from_breakpoint_to_breakpoint(session: Session) -> None:
     session.do(f"break {CALL} if a = 20", f"break {TOP}")
     session.do("reverse-continue")
