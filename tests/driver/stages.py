@@ -22,7 +22,7 @@ REPORTS = Path("build") / "tests"
 BYTECODE = Path("build") / "bytecode"
 PRODUCT = ("emulator", "bus", "devices", "page", "configs")
 NODE = Path("tests") / "real" / "node"
-GUEST_LIMIT_S = 1200
+GUEST_LIMIT_S = 2400
 FOREIGN = "tests/real"
 BROWSER = "tests/page/browser"
 # A test that starts a whole rig, or runs behind others, can wait long for a busy host; its own limits say earlier
@@ -137,7 +137,7 @@ def guest_stage(
     around: Callable[[], AbstractContextManager[Mapping[str, str]]] = lambda: nullcontext({}),
 ) -> Stage:
     """A stage in user-mode Linux; what it knows of failed tests is in its reports, which alone outlive the guest."""
-    where = (*marked(name, FOREIGN), "-o", f"cache_dir={REPORTS / f'{name}-cache'}")
+    where = (*marked(name, FOREIGN), "-o", f"cache_dir={REPORTS / f'{name}-cache'}", *PATIENT)
     command, again = pytest_command(name, name, *where), only_failed(name, name, *where)
 
     @contextmanager
