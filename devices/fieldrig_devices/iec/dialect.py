@@ -54,6 +54,8 @@ class Dialect:
     has_enumeration_attributes: bool = _rule(Origin.TOOLS)
     """The attributes 'strict' and 'qualified_only' of CODESYS V3 and TwinCAT: such an enumeration takes its own values
     and their numbers alone, and these are known behind its name alone."""
+    has_input_operators: bool = _rule(Origin.STANDARD)
+    """In IL, inputs of the standard function blocks are operators: `CU counter` calls it with the accumulator as CU."""
     has_signed_long_times: bool = _rule(Origin.STANDARD)
     """LTIME#-5s; the LTIME of CODESYS and TwinCAT has no sign, and reaches twice as far."""
     has_jumps_in_st: bool = _rule(Origin.TODAY)

@@ -20,7 +20,7 @@ from fieldrig_devices.iec.elementary import Elementary
 from fieldrig_devices.iec.instructions import SPELLINGS, SYMBOLS
 from fieldrig_devices.iec.library import intrinsics
 from fieldrig_devices.iec.program import AnyStatement, Expression
-from fieldrig_devices.iec.types import Type
+from fieldrig_devices.iec.types import BlockType, Type
 
 LARGEST: Final = 32
 """Operations in one expression; a longer list is computed in parts."""
@@ -28,6 +28,8 @@ _OPERATORS: Final = frozenset(operator for operator, _, _ in SPELLINGS.values())
 _PASSING: Final = frozenset({"", "CAL", "JMP", "RET"})
 """Operators that leave the accumulator as it is and do not read it, if they are not conditional."""
 _ACTING: Final = frozenset({"ST", "S", "R", "CAL", "JMP", "RET"})
+_INPUTS: Final = frozenset({"S", "R", "S1", "R1", "CLK", "CU", "CD", "PV", "IN", "PT"})
+"""Inputs of the standard function blocks that are operators (IEC 61131-3, tables of IL)."""
 _NO_BLANK: Final = re.compile(
     r"(LD|ST|AND|OR|XOR|ADD|SUB|MUL|DIV|MOD|GT|GE|EQ|NE|LE|LT|NOT|ROL|ROR|SHL|SHR)(\w+)", re.IGNORECASE
 )
@@ -111,6 +113,9 @@ class _Instructions:
                 self._line(line, number)
 
     def _line(self, line: tree.IlInstruction, number: int) -> None:
+        if self._is_input(line):
+            self._feed(line, number)
+            return
         match line.operator:
             case "LD":
                 self._load(line)
@@ -382,6 +387,29 @@ class _Instructions:
         elif condition is not None:
             self._made.append(program.If(condition, made, line=line.position.line))
 
+    def _is_input(self, line: tree.IlInstruction) -> bool:
+        """True for an operator that is an input of its operand, an instance of a function block: CU counter."""
+        if not self._context.project.dialect.has_input_operators or line.operator.upper() not in _INPUTS:
+            return False
+        operand = line.operands[0] if len(line.operands) == 1 else None
+        known = self._context.find(operand.text) if isinstance(operand, tree.Name) else None
+        kind = known.type if isinstance(known, program.Variable) else None
+        if not isinstance(kind, BlockType) or kind.pou is None:
+            return False
+        given = kind.pou.variables.get(self._context.key(line.operator))
+        return given is not None and given.section is tree.Section.INPUT
+
+    def _feed(self, line: tree.IlInstruction, number: int) -> None:
+        """Call the instance with the accumulator as the input."""
+        if self._needed(line) is None:
+            return
+        if self._is_read_behind(number):
+            self._keep(line)
+        if self._accumulator is not None:
+            argument = tree.Argument(self._accumulator, line.operator, position=line.position)
+            call = tree.Call(line.operands[0], (argument,), position=line.position)
+            self._made += blocks.call_statement(self._expressions, call, line.position.line)
+
     def _return(self, line: tree.IlInstruction, number: int) -> None:
         back = program.Return(line=line.position.line)
         if not line.is_conditional:
@@ -408,7 +436,11 @@ def _count(line: tree.IlInstruction) -> str:
 
 
 def _acts(line: tree.IlInstruction) -> bool:
-    return line.operator in _ACTING or any(_acts(inner) for inner in line.deferred or ())
+    return (
+        line.operator in _ACTING
+        or line.operator.upper() in _INPUTS
+        or any(_acts(inner) for inner in line.deferred or ())
+    )
 
 
 def _typed(value: Expression) -> Type:

@@ -4,7 +4,7 @@ import pytest
 from iec_check import messages
 from iec_program import IecBench, program
 
-from fieldrig_devices.iec.dialect import CODESYS, EPAS_4, Dialect
+from fieldrig_devices.iec.dialect import CODESYS, EDITION_3, EPAS_4, Dialect
 
 LOOP = """Loop:
 LD Counter
@@ -179,3 +179,41 @@ def test_the_accumulator_has_32_bits(dialect: Dialect) -> None:
     bench = IecBench(program(declared, lines), dialect, name="main.il")
     bench.cycle()
     assert [bench[name] for name in "dnsmb"] == [65536, 900_000_000, -5888, 900_000_000, True]
+
+
+# IEC 61131-3, tables of IL: inputs of the standard function blocks are operators
+
+INPUTS = """LD limit
+PV counter
+LD clear
+R counter
+LDN pulse
+ST pulse
+CU counter
+ST pulse
+LD counter.Q
+S full
+LD TRUE
+S1 latch"""
+
+
+def test_inputs_of_function_blocks_are_operators() -> None:
+    declarations = "counter : CTU; limit : INT := 2; clear, pulse, full : BOOL; latch : SR;"
+    bench = IecBench(program(declarations, INPUTS), EDITION_3)
+    found = []
+    for _ in range(4):
+        bench.cycle()
+        found.append((bench["counter.CV"], bench["full"], bench["latch.Q1"]))
+    assert found == [(1, False, True), (1, False, True), (2, True, True), (2, True, True)]
+
+
+@pytest.mark.parametrize("dialect", [EPAS_4, CODESYS])
+def test_inputs_are_operators_in_edition_3_alone(dialect: Dialect) -> None:
+    (message,) = messages(program("late : TON;", "LD TRUE\nIN late"), dialect=dialect)
+    assert "IN is neither an operator of IL nor a function" in message
+
+
+@pytest.mark.parametrize(("lines", "expected"), [("LD 5\nIN late", "BOOL"), ("LD TRUE\nCU late", "CU is neither")])
+def test_an_input_as_operator_has_the_rules_of_a_call(lines: str, expected: str) -> None:
+    (message,) = messages(program("late : TON;", lines), dialect=EDITION_3)
+    assert expected in message
