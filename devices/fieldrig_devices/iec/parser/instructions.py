@@ -144,13 +144,15 @@ class Instructions(Statements):
         """Read what follows the operator in its line."""
         if self.is_next_line() or self.kinds[self.i] in (")", ";") or self.kinds[self.i] in OUTER:
             return
-        if self.kinds[self.i] == "(" and line.operator in BRACKETS:
+        is_bracket = self.kinds[self.i] == "("
+        has_names = is_bracket and self.kinds[self.i + 1] == token.NAME and self.kinds[self.i + 2] in (":=", "=>")
+        if is_bracket and line.operator in BRACKETS and (line.is_negated or not has_names):
             line.deferred = self._deferred()
         elif line.operator == "CAL":
             line.operands = (self._called(),)
         elif line.operator == "JMP":
             line.operands = (tree.Name(self.name("a label"), position=self.positions[self.i - 1]),)
-        elif self.kinds[self.i] == "(" and line.operator not in ("LD", "ST", "S", "R", "NOT", "RET"):
+        elif is_bracket and line.operator not in ("LD", "ST", "S", "R", "NOT", "RET"):
             name = tree.Name(line.operator, position=self.positions[at])
             line.operator = "LD"
             line.operands = (tree.Call(name, self.arguments(), position=self.positions[at]),)

@@ -38,6 +38,8 @@ EXAMPLES = [
     ),
     ("Erg : INT;", "LD 2\nMUL 2\nADD 3\nST Erg", {"Erg": 7}),
     ("Erg : INT;", "LIMIT(\nMN := 1,\nIN := 9,\nMX := 4\n)\nST Erg", {"Erg": 4}),  # IEC 61131-3: a call in lines
+    ("Erg : BOOL;", "EQ(\nIN1 := INT#2,\nIN2 := INT#3\n)\nSTN Erg", {"Erg": True}),  # an operator is a function as well
+    ("Erg : INT;", "LD 1\nADD(IN1 := 2, IN2 := 3)\nST Erg", {"Erg": 5}),
     ("Erg : INT;", "begin: MAX(IN1 := 2, IN2 := (1 + 4) * 2)\nST Erg", {"Erg": 10}),
     ("Erg : INT;", "LD 2\nMUL ( 2\nADD 3\n) ST Erg", {"Erg": 10}),
     (  # PD-L19: Var1 * 2^Counter
