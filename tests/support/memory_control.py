@@ -23,6 +23,7 @@ class MemoryControl:
         self.asked: list[str] = []
         """The paths of all questions so far."""
         self._answers: dict[str, Answer] = {}
+        self._around: dict[str, Callable[[], object]] = {}
         self._listeners: dict[str, list[Callable[[str, bytes], None]]] = {}
         self._streams: list[MemoryStream] = []
         self._lives: set[str] = set()
@@ -38,6 +39,9 @@ class MemoryControl:
 
     def serve(self, path: str, answer: Answer) -> None:
         self._answers[path] = answer
+
+    def around(self, verbs: Collection[str], look: Callable[[], object]) -> None:
+        self._around |= dict.fromkeys(verbs, look)
 
     def silence(self, path: str) -> None:
         """Serve a path no longer, as when the process behind it has ended."""
@@ -77,10 +81,15 @@ class MemoryControl:
 
     async def ask(self, path: str, message: Any, timeout_s: float) -> Any:
         self.asked.append(path)
+        look = self._around.get(path.rpartition("/")[2], lambda: None)
         for pattern, answer in self._answers.items():
             if _fits(pattern, path):
-                async with asyncio.timeout(timeout_s):
-                    return await _answer(answer, path, message)
+                look()
+                try:
+                    async with asyncio.timeout(timeout_s):
+                        return await _answer(answer, path, message)
+                finally:
+                    look()
         raise NoAnswerError(f"there is no answer to {path}", "the rig may have been stopped")
 
     async def ask_bytes(self, path: str, message: Any, timeout_s: float) -> bytes:

@@ -81,6 +81,7 @@ class Control:
         self._loop = asyncio.get_running_loop()
         self._kept: list[Any] = []  # what is declared lives as long as its object
         self._tasks: set[asyncio.Task[None]] = set()
+        self._around: dict[str, Callable[[], object]] = {}
         self._is_open = True
         self._samples = 0
         """Published messages that were handed over, and not handled yet."""
@@ -106,6 +107,10 @@ class Control:
                     _refuse(query, f"{MOST_QUESTIONS} questions wait for their answers", "ask again later")
 
         self._keep(self.session.declare_queryable(key(self.rig, path), _directly(on_query)))
+
+    def around(self, verbs: Sequence[str], look: Callable[[], object]) -> None:
+        """Call `look` before and after each question with one of these verbs is answered."""
+        self._around |= dict.fromkeys(verbs, look)
 
     def publish(self, path: str, message: Any) -> None:
         """Publish a message for all listeners."""
@@ -245,7 +250,12 @@ class Control:
             with query:
                 _refuse(query, f"{MOST_QUERIES} questions wait for their answers", "ask again later")
             return
+        look = self._around.get(_last_part(query.key_expr))
+        if look is not None:
+            look()
         task = self._loop.create_task(_answer(query, prefix, answer, self._questions.pace))
+        if look is not None:
+            task.add_done_callback(lambda _task: look())
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 

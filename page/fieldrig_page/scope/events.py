@@ -1,7 +1,7 @@
 """Faults, conditions and events of a rig, with their instants, for the time line under the scope and for triggers.
 
-A process looks twice a second whether a fault has begun or ended (`fieldrig.control.notices`).  So each has two
-instants: it happened after the first one, and not later than the second.
+A process looks whether a fault has begun or ended when one is added or cleared, and twice a second
+(`fieldrig.control.notices`).  So each has two instants: it happened after the first one, and not later than the second.
 """
 
 from collections import deque

@@ -66,6 +66,24 @@ async def refuse(_verb: str, _message: Any) -> Any:
 
 
 @in_loop
+async def test_who_looks_around_the_questions_of_a_verb_sees_the_state_before_and_after_each(endpoint: str) -> None:
+    async with rig_and_process(endpoint) as (rig, process):
+        faults: list[Any] = []
+        seen: list[int] = []
+
+        async def add(_verb: str, message: Any) -> Any:
+            faults.append(message)
+            return len(faults)
+
+        rig.serve("device/belt/*", add)
+        rig.around(("add_fault", "clear_fault"), lambda: seen.append(len(faults)))
+        assert await process.ask("device/belt/add_fault", {}, 5) == 1
+        await until(lambda: seen == [0, 1])
+        assert await process.ask("device/belt/faults", {}, 5) == 2
+        assert seen == [0, 1]
+
+
+@in_loop
 async def test_a_query_is_answered_with_its_verb_and_message(endpoint: str) -> None:
     async with rig_and_process(endpoint) as (rig, process):
         rig.serve("rig/*", echo)

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from fieldrig.clock import MS
 from fieldrig.control.notices import Notice, Watched, in_words, taken
 
 DROP = {"what": "drop", "identifier": 0x185, "applied": 0}
@@ -13,10 +14,10 @@ class Part:
     def __init__(self) -> None:
         self.faults: dict[int, dict[str, Any]] = {}
         self.conditions: dict[str, str] = {}
-        self._watched = Watched("can0", lambda: self.faults, lambda: self.conditions)
+        self.watched = Watched("can0", lambda: self.faults, lambda: self.conditions)
 
     def told(self) -> list[str]:
-        return [in_words(notice) for notice in self._watched.look()]
+        return [in_words(notice) for notice, _ in self.watched.look()]
 
 
 def test_a_fault_is_told_when_it_begins_and_when_it_is_over() -> None:
@@ -30,6 +31,15 @@ def test_a_fault_is_told_when_it_begins_and_when_it_is_over() -> None:
     part.faults = {1: {**DROP, "state": "over"}}
     assert part.told() == ["fault 1: over"]
     assert part.told() == []
+
+
+def test_the_end_of_a_fault_with_a_limited_time_is_known_to_a_millisecond_by_what_was_left_of_it() -> None:
+    part = Part()
+    instants = iter((10 * MS, 12 * MS, 510 * MS, 511 * MS))
+    part.faults = {1: {**DROP, "state": "on", "left_ms": 300}}
+    assert [span for _, span in part.watched.look(lambda: next(instants))] == [None]
+    part.faults = {1: {**DROP, "state": "over"}}
+    assert [span for _, span in part.watched.look(lambda: next(instants))] == [(309 * MS, 312 * MS)]
 
 
 def test_a_fault_that_is_cleared_is_over() -> None:
