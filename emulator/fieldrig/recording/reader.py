@@ -220,15 +220,18 @@ class Assembler:
             del self._waiting[early]
         self._hand_over()
 
-    def restart(self, tracks: Sequence[Sequence[int]], columns: Sequence[Column]) -> None:
-        """Go on with another recording of the same columns, after the process was restarted."""
+    def restart(self, tracks: Sequence[Sequence[int]], columns: Sequence[Column], lost: int = LEAST_LOST) -> None:
+        """Go on with another recording of the same columns, after the process was restarted or its rig went back.
+
+        `lost` is the number of rows that count as lost between the two.
+        """
         for number, column in enumerate(columns):
             self._learn(number, column.states)
         self._waiting.clear()
         self.next = 0
         self._tracks = tracks
         self._rows_next, self._missed = [0] * len(tracks), [0] * len(tracks)
-        self._unknown = LEAST_LOST
+        self._unknown = lost
 
     def _hand_over(self) -> None:
         while (due := self._waiting.pop(self.next, None)) is not None:
@@ -364,7 +367,8 @@ class _Stream:
             self._assembler = Assembler(self._process, tracks, self.columns, self._on_rows)
         else:
             assert self._assembler is not None
-            self._assembler.restart(tracks, columns)
+            is_all_there = answer.get("back_ns") == self.begin_ns <= self._assembler.complete_ns
+            self._assembler.restart(tracks, columns, LEAST_LOST if not is_all_there else 0)
 
     def start(self) -> None:
         """Hand over rows from now on."""

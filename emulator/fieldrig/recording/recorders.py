@@ -126,6 +126,8 @@ class Recorders:
         self._epoch_ns, self._is_lossless = epoch_ns, is_lossless
         self._recordings: dict[str, _Recording] = {}
         self._is_closed = False
+        self._back_ns: int | None = None
+        """The instant to which a rig in virtual time last went back."""
         self._alive: set[str] | None = None
         """The owners that show their life; None before the first recording."""
         self._heard_s: dict[str, float] = {}
@@ -186,6 +188,7 @@ class Recorders:
             "tracks": record_set.tracks,
             "epoch_ns": self._epoch_ns,
             "now_ns": self._times.now_ns(),
+            "back_ns": self._back_ns,
         }
 
     def _check_room(self, signals: Sequence[str], rhythm: Rhythm) -> float:
@@ -252,7 +255,8 @@ class Recorders:
             self._flusher.cancel()
 
     def forget(self) -> None:
-        """End all recordings, as a restart would: their readers begin them again."""
+        """End all recordings in a rig that went back: their readers begin them again."""
+        self._back_ns = self._times.now_ns()
         for name in tuple(self._recordings):
             self._end(name)
 

@@ -181,6 +181,28 @@ async def test_a_process_that_was_restarted_is_read_on() -> None:
     process.close()
 
 
+@pytest.mark.parametrize("ran_on_ns", [0, 1])
+@in_loop
+async def test_a_rig_that_went_back_has_lost_rows_only_if_it_ran_on_before_it_was_read_again(ran_on_ns: int) -> None:
+    line, rows, complete = HandLine(), list[Rows](), list[int]()
+    source, process = process_on(line)
+    listener = Reader(line, ["hand/x"], "cycle", rows.append, complete.append)
+    await listener.begin()
+    for _ in range(3):
+        source.cycle()
+    process.flush()
+    await until(lambda: source.at_ns in complete)
+    source.at_ns = 1_000_000
+    process.forget()
+    source.at_ns += ran_on_ns
+    await until(lambda: source.hand.cycles)
+    source.cycle()
+    process.flush()
+    await listener.end()
+    assert [part.lost for part in rows] == [0, reader.LEAST_LOST if ran_on_ns else 0]
+    process.close()
+
+
 @in_loop
 async def test_changes_come_with_their_instants_and_the_present_values_first() -> None:
     line, rows, complete = HandLine(), list[Rows](), list[int]()
