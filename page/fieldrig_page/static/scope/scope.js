@@ -10,6 +10,7 @@ import { Files, Signals, Trigger, USUAL, WINDOWS } from './setup.js';
 const TALK_MS = 200; // between two changes of the numbers beside the canvas
 const HEIGHT = 420;
 const COMPACT = 240;
+const EMPTY = 160; // without a signal, what can be chosen is nearer
 const MOST_EVENTS = 500;
 const LIVE = { isStopped: false, capture: null, view: null, cursors: [], arm: 0 };
 
@@ -43,7 +44,7 @@ export function Scope({ role, signals = [], usual = {}, isAddressed = false, isC
   const colours = useMemo(() => Array.from({ length: 64 }, (_, row) => colour(row, isDark)), [isDark]);
   const isStill = status.capture !== null && status.capture !== undefined;
   const zeroNs = isStill ? status.capture.trigger_ns ?? status.capture.first_ns : 0;
-  const height = heightOf(columns, isCompact ? COMPACT : HEIGHT);
+  const height = heightOf(columns, isCompact ? COMPACT : setup.signals.length > 0 ? HEIGHT : EMPTY);
 
   useEffect(() => { sessionStorage.setItem(place, JSON.stringify({ setup, look })); }, [setup, look]);
   const wish = {
