@@ -34,10 +34,20 @@ class Live {
     return () => this.#handlers.get(type).delete(handler);
   }
 
-  // Shows a topic from now on; null: nothing more.
+  // Shows a topic from now on, and returns what ends that, unless another wish for the topic has replaced this one: what
+  // is drawn no longer is cleaned up after what is drawn in its place has begun.
   want(topic, wish) {
-    if (wish === null) this.#wishes.delete(topic);
-    else this.#wishes.set(topic, wish);
+    const own = { wish };
+    this.#wishes.set(topic, own);
+    this.#askNow(topic, wish);
+    return () => {
+      if (this.#wishes.get(topic) !== own) return;
+      this.#wishes.delete(topic);
+      this.#askNow(topic, null);
+    };
+  }
+
+  #askNow(topic, wish) {
     if (this.state === 'open' || this.state === 'silent') this.#ask(topic, wish);
   }
 
@@ -89,7 +99,7 @@ class Live {
     role = hello.role;
     this.#pause = FIRST_PAUSE_MS;
     this.#become('open');
-    for (const [topic, wish] of this.#wishes) this.#ask(topic, wish);
+    for (const [topic, { wish }] of this.#wishes) this.#ask(topic, wish);
   }
 
   async #onClose({ code, reason }) {
@@ -146,10 +156,7 @@ export function useLive(type, reduce, initial) {
 
 // Wants a topic for as long as the component is shown.
 export function useWish(topic, wish) {
-  useEffect(() => {
-    live.want(topic, wish);
-    return () => live.want(topic, null);
-  }, [topic, JSON.stringify(wish)]);
+  useEffect(() => live.want(topic, wish), [topic, JSON.stringify(wish)]);
 }
 
 // Why the server refused topics that the page wanted, as pairs of both, until there is a frame of the topic.

@@ -22,6 +22,16 @@ NOTE_STATES = """async () => {
 }"""
 """Notes the states of the connection, each of which may be over before a test looks."""
 
+END_LATE = """async () => {
+    const { live } = await import('/static/live.js');
+    const endFirst = live.want('values', { points: ['tank/level'] });
+    live.want('values', { points: ['tank/inflow'] });
+    endFirst();
+    window.heard = [];
+    live.on('values', (frame) => heard.push(...Object.keys(frame.values)));
+}"""
+"""Ends what is wanted of a topic after another wish has replaced it, as Preact does it on a busy host."""
+
 pytestmark = pytest.mark.real
 
 
@@ -74,6 +84,13 @@ def test_a_view_that_was_opened_while_the_server_was_away_is_filled_when_it_is_b
         page.unroute_all(behavior="wait")
         os.kill(lab.status()["ui"]["pid"], signal.SIGKILL)
         expect(devices).to_have_text(["tank", "io", "sensor", "drive"])
+
+
+def test_what_is_drawn_no_longer_ends_nothing_of_what_is_drawn_in_its_place(browser: Browser, lab: ServedRig) -> None:
+    with opened(browser, lab, path="/faults") as page:
+        expect(page.get_by_role("heading", name="New fault")).to_be_visible()
+        page.evaluate(END_LATE)
+        until(lambda: page.evaluate("heard") == ["tank/inflow"])
 
 
 def test_an_address_of_a_part_that_the_rig_does_not_have_says_so_and_what_it_has(

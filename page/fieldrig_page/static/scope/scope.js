@@ -57,8 +57,9 @@ export function Scope({ role, signals = [], usual = {}, isAddressed = false, isC
     cursors_ns: look.cursors,
   };
   // A wish replaces the one before it.  To want nothing in between would end the recording and disarm the trigger.
-  useEffect(() => { if (width > 0) live.want('scope', wish); }, [JSON.stringify(wish)]);
-  useEffect(() => () => live.want('scope', null), []);
+  const ends = useRef(() => {});
+  useEffect(() => { if (width > 0) ends.current = live.want('scope', wish); }, [JSON.stringify(wish)]);
+  useEffect(() => () => ends.current(), []);
 
   const drawing = useRef(null); // the newest way to draw, for frames that come between two renderings
   drawing.current = () => {
