@@ -30,7 +30,7 @@ END_LATE = """async () => {
     window.heard = [];
     live.on('values', (frame) => heard.push(...Object.keys(frame.values)));
 }"""
-"""Ends what is wanted of a topic after another wish has replaced it, as Preact does it on a busy host."""
+"""Ends what is wanted of a topic after something else of it is wanted, as Preact does it on a busy host."""
 
 pytestmark = pytest.mark.real
 
