@@ -135,7 +135,7 @@ def run(
     store = Corpus(corpus)
     store.come_from(origin)
     luggage = luggage_of(given) if dask else None
-    identity = identity_of(given, Path(origin.file))
+    identity = identity_of(given, Path(origin.file), luggage)
     with Bench(given) as bench, ClusterCrew(dask, luggage) if dask and luggage else LocalCrew(bench, workers) as crew:
         tally, told, is_interrupted = Tally(crew), list[str](), False
         one = Search(given, bench, tally, store, seed, part, identity)

@@ -14,7 +14,7 @@ from fieldrig.errors import ConfigError, RigError
 from fieldrig_devices.search.outcome import Outcome, Record
 from fieldrig_devices.search.piece import Piece, Run, acts_text
 from fieldrig_devices.search.plan import Plan
-from fieldrig_devices.search.rig_files import luggage_of
+from fieldrig_devices.search.rig_files import Luggage, luggage_of
 
 PACKAGES: Final = ("fieldrig", "fieldrig_bus", "fieldrig_devices")
 
@@ -64,8 +64,8 @@ class Memory:
         return sha256((self._identity or b"") + repr(words).encode()).digest()[:16]
 
 
-def identity_of(plan: Plan, plan_file: Path) -> bytes | None:
-    """Return what is the same as long as all outcomes are.
+def identity_of(plan: Plan, plan_file: Path, luggage: Luggage | None = None) -> bytes | None:
+    """Return what is the same as long as all outcomes are; `luggage` is that of the plan, if it is known already.
 
     It is None for a plan whose master may depend on anything, and for a rig that cannot be loaded, which the search
     says with all mistakes.
@@ -73,7 +73,7 @@ def identity_of(plan: Plan, plan_file: Path) -> bytes | None:
     if plan.scenario.master is not None:
         return None
     try:
-        luggage = luggage_of(plan)
+        luggage = luggage or luggage_of(plan)
     except (ConfigError, RigError):
         return None
     content: Mapping[str, bytes] = {str(name): data for name, data in luggage.files.items()}

@@ -80,7 +80,8 @@ def hear(end: End, frame: Frame, unit: int = 7, pdu: str = READ) -> None:
 
 def say_in_vain(bench: OutsideBench, end: End, data: bytes) -> None:
     """Wait until the bytes have been received, and ignored."""
-    session = bench.hub._ports[0]._session
+    port = bench.hub._ports[0]
+    session = getattr(port, "_intake", port)._session
     before = session.foreign + session._framer.errors
     end.write(data)
     bench.pump(lambda: session.foreign + session._framer.errors > before)

@@ -83,7 +83,7 @@ class Context:
     def find(self, name: str) -> Entity | None:
         wanted = self.key(name)
         entity: Entity | None = self.names.get(wanted)
-        if self.is_temporary_of_block(wanted):
+        if entity is not None and self.is_temporary_of_block(wanted):
             entity = None
         if entity is None and self.is_library:
             entity = self.project.shadowed.get(wanted)
