@@ -19,6 +19,7 @@ from types import SimpleNamespace
 from typing import Any, Final, NoReturn
 
 import pytest
+from tests.driver.time_limits import TimeLimits
 
 MOST_AT_ONCE: Final = 20
 """Longest part in tests: less would separate tests that share a fixture, more would let processes end late."""
@@ -115,13 +116,12 @@ class Forks:
                 part = NO_PART if self._session.shouldfail else self._next()
                 fork.part += part
                 fork.connection.send(part)
-            case int(number):
+            case int(number), reports:
                 fork.part.remove(number)
-            case report:
                 hook = self._config.hook
-                hook.pytest_runtest_logreport(
-                    report=hook.pytest_report_from_serializable(config=self._config, data=report)
-                )
+                for data in reports:
+                    report = hook.pytest_report_from_serializable(config=self._config, data=data)
+                    hook.pytest_runtest_logreport(report=report)
 
     def _next(self) -> range:
         return self._again.pop() if self._again else next(self._parts, NO_PART)
@@ -151,6 +151,8 @@ class Worker:
 
     def __init__(self, session: pytest.Session, connection: Connection) -> None:
         self._session, self._config, self._connection = session, session.config, connection
+        self._reports: list[dict[str, Any]] = []
+        """The reports of the test that runs."""
 
     def run(self, folder: Path) -> NoReturn:
         """Run tests to the end, with temporary files in `folder`."""
@@ -180,6 +182,8 @@ class Worker:
             if plugins.has_plugin(name):
                 plugins.unregister(name=name)
         plugins.register(SimpleNamespace(_tw=reporter._tw), "terminalreporter")
+        if hasattr(self._config.hook, "pytest_timeout_set_timer"):
+            plugins.register(TimeLimits())
         plugins.register(self)
 
     def _work(self) -> int:
@@ -197,7 +201,8 @@ class Worker:
         items: list[Any] = [self._session.items[number] for number in part]
         for number, (item, following) in zip(part, pairwise([*items, self._session]), strict=True):
             self._config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-            self._connection.send(number)
+            self._connection.send((number, self._reports))
+            self._reports = []
             if self._session.shouldfail or self._session.shouldstop:
                 return False
         return True
@@ -208,4 +213,4 @@ class Worker:
         return part
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        self._connection.send(self._config.hook.pytest_report_to_serializable(config=self._config, report=report))
+        self._reports.append(self._config.hook.pytest_report_to_serializable(config=self._config, report=report))

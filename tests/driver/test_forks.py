@@ -116,3 +116,13 @@ def test_one(number, before):
 """
     output, _ = (process := forked(tmp_path, text)).communicate()
     assert process.returncode == 0, output
+
+
+def test_a_test_that_exceeds_its_limit_is_named_with_the_place_where_it_was(tmp_path: Path) -> None:
+    text = "import time\ndef test_before(): pass\ndef test_endless(): time.sleep(600)\ndef test_after(): pass\n"
+    options = "-p", "pytest_timeout", "--timeout-method=thread", "--timeout=0.1"
+    output, _ = (process := forked(tmp_path, text, *options)).communicate()
+    assert process.returncode == pytest.ExitCode.TESTS_FAILED, output
+    assert "1 failed, 2 passed" in output
+    assert "the process that ran this test ended with 1" in output
+    assert "in test_endless\n" in output, "the stack of the thread"
