@@ -15,6 +15,7 @@ from fieldrig_bus.modbus.codec import REQUEST_ON_ASCII, REQUEST_ON_RTU
 from fieldrig_bus.modbus.identification import INDIVIDUAL_TOO
 from fieldrig_devices.dialogues import Dialogue, ModbusDialogues, ModbusExchange
 from fieldrig_devices.from_recording.answer_log import AnswerLog
+from fieldrig_devices.from_recording.line_rate import LineRate
 from fieldrig_devices.from_recording.register_log import (
     HOLDING_REGISTERS,
     MASK_WRITE,
@@ -174,6 +175,7 @@ class ModbusLog:
         self.start_ns = self.end_ns = 0
         self.broadcasts = 0
         self.is_line = self.is_ascii = False
+        self.rate = LineRate()
         self._server_of: dict[str, str] = {}
         """The servers of clients, which are connections in a capture of a network."""
         self._dialogues = ModbusDialogues()
@@ -215,6 +217,8 @@ class ModbusLog:
         if exchange.unit not in log.units:
             log.units[exchange.unit] = UnitLog(self._room)
         log.units[exchange.unit].take(exchange)
+        if exchange.response and exchange.end_ns is not None:
+            log.rate.take_exchange(len(exchange.request), len(exchange.response), exchange.end_ns - exchange.begin_ns)
 
     def _sender(self, exchange: ModbusExchange) -> str:
         """Return the server of an exchange; that of a request without an answer is the last one that its client had."""

@@ -15,8 +15,6 @@ from fieldrig_devices.from_recording.modbus_unit import UnitModel
 from fieldrig_devices.from_recording.parts import RigPart, comment, unknown_lines
 
 FIRST_PORT: Final = 5_020
-BAUD: Final = 19_200
-"""The default of the specification (V1.02, 3.2)."""
 UNIT_IDS: Final = range(1, 248)
 DEVICE_ITSELF: Final = (255, 0)
 """Unit ids of a device on TCP that is no gateway (guide V1.0b, 4.4.2)."""
@@ -27,7 +25,7 @@ NO_TARGET: Final = frozenset({10, 11})
 def modbus_part(name: str, log: ModbusLog, source: str, prefix: str, place: int) -> RigPart:
     """Return the part for a bus; `place` numbers the buses, `prefix` begins the names of the devices."""
     remarks: list[str] = []
-    line = LineTiming(baud=BAUD) if log.is_line else None
+    line = _timing(log) if log.is_line else None
     models = [
         UnitModel(f"{prefix}unit{asked_as}", unit_id, asked_as, unit, (log.start_ns, log.end_ns), line)
         for asked_as, unit_id, unit in _units(log, remarks)
@@ -97,7 +95,7 @@ def _bus(name: str, log: ModbusLog, remarks: list[str], place: int, direct: int 
     yield f"  {name}:"
     if log.is_line:
         yield f"    kind: modbus.{'ascii' if log.is_ascii else 'rtu'}"
-        yield f"    baud: {BAUD}  # the recording does not say it: set that of your line"
+        yield from _format(log)
         yield f"    pty: {name}"
     else:
         yield "    kind: modbus.tcp"
@@ -106,6 +104,20 @@ def _bus(name: str, log: ModbusLog, remarks: list[str], place: int, direct: int 
             yield "    unknown_unit: silence"
         if direct is not None:
             yield f"    direct_unit: {direct}"
+
+
+def _timing(log: ModbusLog) -> LineTiming:
+    form = log.rate.rate(is_ascii=log.is_ascii).form
+    return LineTiming("ascii" if log.is_ascii else "rtu", form.baud, form.bits_per_character)
+
+
+def _format(log: ModbusLog) -> Iterator[str]:
+    form, words = log.rate.rate(is_ascii=log.is_ascii)
+    yield f"    baud: {form.baud}  # {words}"
+    if log.is_ascii:
+        yield f"    data_bits: {form.data_bits}"
+    yield f"    parity: {form.parity}"
+    yield f"    stop_bits: {form.stop_bits}"
 
 
 def _device(bus: str, model: UnitModel, table: PurePosixPath) -> Iterator[str]:
