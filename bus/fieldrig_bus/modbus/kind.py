@@ -31,6 +31,11 @@ class ModbusBus(ModelBus[OnModbus]):
         """Timing and format of the serial line; None on TCP."""
         return None
 
+    @property
+    def timing_at_port(self) -> LineTiming | None:
+        """Timing of a line that masters meet at its port, and members of the bus do not; None elsewhere."""
+        return None
+
     def effects(self) -> ModbusEffects:
         timing, form = self.line or (None, None)
         return ModbusEffects(self.settings.faults, timing, form)

@@ -74,6 +74,10 @@ class _ModbusLine(ModbusBus):
         settings: ModbusLineSettings = self.settings
         return settings.timing(self.mode, settings.baud), settings.format(settings.baud)
 
+    @property
+    def timing_at_port(self) -> LineTiming | None:
+        return None if self.settings.servers else self.line[0]
+
     def model(self) -> BusModel[Any]:
         settings: ModbusLineSettings = self.settings
         if not settings.servers:

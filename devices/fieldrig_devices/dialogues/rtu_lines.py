@@ -83,6 +83,11 @@ class RtuLines:
         for line in self._lines.values():
             yield from line.end()
 
+    def carries_modbus(self, bus: str) -> bool:
+        """Return whether this is a serial line that was found to carry Modbus."""
+        line = self._lines.get(bus)
+        return line is not None and line.is_modbus is True
+
     @property
     def skipped(self) -> dict[str, int]:
         """The bytes of each line with Modbus that are in no frame."""

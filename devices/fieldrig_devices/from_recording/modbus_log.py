@@ -175,7 +175,8 @@ class ModbusLog:
         self.start_ns = self.end_ns = 0
         self.broadcasts = 0
         self.is_line = self.is_ascii = False
-        self.rate = LineRate()
+        self.rate: LineRate | None = None
+        """What shows the rate of a line that was captured byte by byte; the messages of a bus do not have its times."""
         self._server_of: dict[str, str] = {}
         """The servers of clients, which are connections in a capture of a network."""
         self._dialogues = ModbusDialogues()
@@ -193,6 +194,12 @@ class ModbusLog:
             self._waiting[0][0] < entry.time_ns - PATIENCE_NS or len(self._waiting) > MOST_WAITING
         ):
             self._take_exchange(heappop(self._waiting)[2])
+
+    def take_bytes(self, entry: TraceEntry) -> None:
+        """Take bytes of a line, in front of the messages that they complete."""
+        if self.rate is None:
+            self.rate = LineRate()
+        self.rate.take(entry)
 
     def end(self, start_ns: int, end_ns: int) -> None:
         """Take what the recording, which is from `start_ns` to `end_ns`, has left open."""
@@ -217,8 +224,8 @@ class ModbusLog:
         if exchange.unit not in log.units:
             log.units[exchange.unit] = UnitLog(self._room)
         log.units[exchange.unit].take(exchange)
-        if exchange.response and exchange.end_ns is not None:
-            log.rate.take_exchange(len(exchange.request), len(exchange.response), exchange.end_ns - exchange.begin_ns)
+        if self.rate is not None and exchange.response and exchange.end_ns is not None:
+            self.rate.take_exchange(len(exchange.request), len(exchange.response), exchange.end_ns - exchange.begin_ns)
 
     def _sender(self, exchange: ModbusExchange) -> str:
         """Return the server of an exchange; that of a request without an answer is the last one that its client had."""

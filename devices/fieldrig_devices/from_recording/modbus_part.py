@@ -10,6 +10,7 @@ from fieldrig.text.ranges import ranges
 from fieldrig_bus.modbus.framing import LineTiming
 from fieldrig_devices.from_recording.bus_words import never_answered
 from fieldrig_devices.from_recording.columns import csv_of
+from fieldrig_devices.from_recording.line_rate import LineRate
 from fieldrig_devices.from_recording.modbus_log import ModbusLog, UnitLog
 from fieldrig_devices.from_recording.modbus_unit import UnitModel
 from fieldrig_devices.from_recording.parts import RigPart, comment, unknown_lines
@@ -25,7 +26,7 @@ NO_TARGET: Final = frozenset({10, 11})
 def modbus_part(name: str, log: ModbusLog, source: str, prefix: str, place: int) -> RigPart:
     """Return the part for a bus; `place` numbers the buses, `prefix` begins the names of the devices."""
     remarks: list[str] = []
-    line = _timing(log) if log.is_line else None
+    line = None if log.rate is None else _timing(log.rate, is_ascii=log.is_ascii)
     models = [
         UnitModel(f"{prefix}unit{asked_as}", unit_id, asked_as, unit, (log.start_ns, log.end_ns), line)
         for asked_as, unit_id, unit in _units(log, remarks)
@@ -106,13 +107,13 @@ def _bus(name: str, log: ModbusLog, remarks: list[str], place: int, direct: int 
             yield f"    direct_unit: {direct}"
 
 
-def _timing(log: ModbusLog) -> LineTiming:
-    form = log.rate.rate(is_ascii=log.is_ascii).form
-    return LineTiming("ascii" if log.is_ascii else "rtu", form.baud, form.bits_per_character)
+def _timing(rate: LineRate, *, is_ascii: bool) -> LineTiming:
+    form = rate.rate(is_ascii=is_ascii).form
+    return LineTiming("ascii" if is_ascii else "rtu", form.baud, form.bits_per_character)
 
 
 def _format(log: ModbusLog) -> Iterator[str]:
-    form, words = log.rate.rate(is_ascii=log.is_ascii)
+    form, words = (log.rate or LineRate()).rate(is_ascii=log.is_ascii)
     yield f"    baud: {form.baud}  # {words}"
     if log.is_ascii:
         yield f"    data_bits: {form.data_bits}"

@@ -61,7 +61,7 @@ class Recording:
         line, count = self._lines.get(entry.bus) or (RtuLine(), 0)
         self._lines[entry.bus] = line, count + 1
         if isinstance(log, ModbusLog):
-            log.rate.take(entry)
+            log.take_bytes(entry)
         for message in line.take(entry):
             log.take(number, message)
 

@@ -1,9 +1,17 @@
-"""The messages of a log as the buses of a rig have them: Modbus on serial lines, and the servers of a network."""
+"""The messages of a log as the buses of a rig have them: Modbus on serial lines, and the servers of a network.
+
+Answers in a capture of a serial line have had their time on it.  Where the port of a rig takes that time, and its
+members do not, an answer is expected when its frame began.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping
 
 from fieldrig.config.rig_file import RigConfig
 from fieldrig.traces.trace import TraceEntry
+from fieldrig_bus.modbus.codec import decode
+from fieldrig_bus.modbus.framing import LineTiming
+from fieldrig_bus.modbus.kind import ModbusBus
+from fieldrig_bus.modbus.message import ModbusResponse
 from fieldrig_devices.dialogues.modbus_servers import ModbusServers, bus_of_server, plain_bus
 from fieldrig_devices.dialogues.rtu_lines import RtuLines
 from fieldrig_devices.replay.log_names import bus_in
@@ -36,6 +44,36 @@ def lines_of(
             seen.add(entry.bus)
             yield entry
 
-    for entry in ModbusServers(bus_of).of(RtuLines(is_read_by_rig).of(noted() if given else entries)):
+    lines = RtuLines(is_read_by_rig)
+    captured = _without_line(lines, lines.of(noted() if given else entries), config, given)
+    for entry in ModbusServers(bus_of).of(captured):
         seen.add(entry.bus)
         yield entry
+
+
+def _without_line(
+    lines: RtuLines, entries: Iterable[TraceEntry], config: RigConfig, given: Mapping[str, str]
+) -> Iterator[TraceEntry]:
+    """Yield the messages; answers of captured lines are earlier by their frames, but not before their requests."""
+    timings, asked_ns = dict[str, LineTiming | None](), dict[str, int]()
+    for entry in entries:
+        bus = entry.bus
+        if entry.family != "modbus" or not lines.carries_modbus(bus):
+            yield entry
+            continue
+        if bus not in timings:
+            timings[bus] = _timing_of(bus, config, given)
+        timing = timings[bus]
+        message = decode(entry.data)  # it was encoded from the bytes of the line
+        if timing is None or not isinstance(message, ModbusResponse):
+            asked_ns[bus] = entry.time_ns
+            yield entry
+            continue
+        began_ns = entry.time_ns - timing.frame_ns(len(message.pdu))
+        yield entry._replace(time_ns=max(began_ns, asked_ns.get(bus, began_ns)))
+
+
+def _timing_of(bus: str, config: RigConfig, given: Mapping[str, str]) -> LineTiming | None:
+    name = bus_in(config, bus, "modbus", given)
+    of_rig = config.buses[name].bus if name in config.buses else None
+    return of_rig.timing_at_port if isinstance(of_rig, ModbusBus) else None

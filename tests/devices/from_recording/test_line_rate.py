@@ -6,11 +6,13 @@ from typing import Any
 
 import pytest
 from made_rigs import keys_of, rig_file, save
+from pymodbus.framer import FramerRTU
 
 from fieldrig.clock import MS, S
 from fieldrig.traces.trace import TraceEntry
-from fieldrig_bus.modbus import codec
+from fieldrig_bus.modbus.codec import encode
 from fieldrig_bus.modbus.message import LineState, ModbusRequest, ModbusResponse
+from fieldrig_devices.replay.calls import replay
 
 # 6.3 on a serial line, unit 11h, with the checksums of pymodbus
 REQUEST, RESPONSE = bytes.fromhex("1103006B00037687"), bytes.fromhex("110306022B00000064C8BA")
@@ -33,14 +35,19 @@ def characters(
 
 
 def sizes(*answers: tuple[int, float]) -> list[TraceEntry]:
-    """Return exchanges in whole frames, as registers that are read and ms until the answer."""
+    """Return exchanges in frames with a stamp at their ends, as registers that are read and ms until the answer."""
     entries = []
     for turn, (quantity, answer_ms) in enumerate(answers * 2):
-        request = ModbusRequest(7, struct.pack(">BHH", 3, 100, quantity), turn, LineState(1, 0))
-        response = ModbusResponse(7, bytes((3, 2 * quantity)) + bytes(2 * quantity), turn)
-        entries.append(TraceEntry(turn * S, "line", "modbus", "master", codec.encode(request)))
-        entries.append(TraceEntry(round(turn * S + answer_ms * MS), "line", "modbus", "unit", codec.encode(response)))
+        request = framed(struct.pack(">BBHH", 7, 3, 100, quantity))
+        response = framed(bytes((7, 3, 2 * quantity)) + bytes(2 * quantity))
+        entries.append(TraceEntry(turn * S, "line", "serial", "master", b"\0" + request))
+        entries.append(TraceEntry(round(turn * S + answer_ms * MS), "line", "serial", "unit", b"\0" + response))
     return entries
+
+
+def framed(body: bytes) -> bytes:
+    """Return a frame with the checksum of pymodbus."""
+    return body + FramerRTU.compute_CRC(body).to_bytes(2, "big")
 
 
 def made(entries: list[TraceEntry], folder: Path) -> Path:
@@ -112,3 +119,26 @@ def test_a_format_in_the_recording_is_that_of_the_line(
     ]
     line = line_of([head, *frames], tmp_path)
     assert (line["baud"], line["parity"], line["stop_bits"]) == expected
+
+
+@pytest.mark.parametrize("baud", [1200, 9600])
+def test_a_rig_of_a_slow_line_plays_its_recording_without_a_difference(tmp_path: Path, baud: int) -> None:
+    """The longest answer is 779 ms on the line at 1200 bit/s, which the rig adds at its port alone."""
+    answers = [(quantity, 6 + (2 * quantity + 5) * 11_000 / baud) for quantity in (1, 10, 40)]
+    path = made(sizes(*answers), tmp_path)
+    assert line_in(path)["baud"] == baud
+    assert not replay(tmp_path / "line.jsonl", path, time_tolerance_ns=1 * MS).differences
+
+
+def test_the_answers_of_a_bus_have_no_time_of_a_line(tmp_path: Path) -> None:
+    """A trace of a rig has the instants of its members, who do not wait for characters."""
+    request = ModbusRequest(7, struct.pack(">BHH", 3, 100, 40), 1, LineState(1, 0))
+    response = ModbusResponse(7, bytes((3, 80)) + bytes(80), 1)
+    entries = [
+        TraceEntry(turn * S + after_ms * MS, "line", "modbus", "", encode(message))
+        for turn in range(3)
+        for after_ms, message in ((0, request), (2, response))
+    ]
+    path = made(entries, tmp_path)
+    assert line_in(path)["baud"] == 19_200
+    assert keys_of(path)["devices"]["unit7"]["turnaround_ms"] == 2
