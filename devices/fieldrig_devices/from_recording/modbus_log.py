@@ -176,7 +176,7 @@ class ModbusLog:
         self.broadcasts = 0
         self.is_line = self.is_ascii = False
         self.rate: LineRate | None = None
-        """What shows the rate of a line that was captured byte by byte; the messages of a bus do not have its times."""
+        """The signs of the rate of a line that was captured as bytes; messages of a bus do not have its times."""
         self._server_of: dict[str, str] = {}
         """The servers of clients, which are connections in a capture of a network."""
         self._dialogues = ModbusDialogues()
