@@ -48,6 +48,11 @@ PROGRAMS: Final[tuple[tuple[bytes, str, str], ...]] = (
         "an adapter of Lawicel (SLCAN)",
         "give the line to slcand of can-utils, and record with candump -L",
     ),
+    (
+        rb"[^\n]{0,60}?\b(?:TX|RX|SENT|SEND|RECV)\b[^\n]{0,30}?(?:\b(?:0x)?[0-9A-F]{1,2}\b[ ,]{1,2}){4}",
+        "a serial line as text",
+        "capture its bytes as pcap with link type USER0, or make one of their hex numbers: text2pcap -l 147",
+    ),
 )
 """The first words of logs, the programs that write them, and the remedy."""
 ENDINGS: Final = {

@@ -181,6 +181,10 @@ def test_a_packed_log_is_said_to_be_packed(head: bytes, name: str, tmp_path: Pat
         ("t1232AABB\rT18FEF10010\r", "an adapter of Lawicel (SLCAN)"),
         ("   Chn Identifier Flg   DLC  D0...1...2...3...4...5...6..D7       Time     Dir\n", "Kvaser CANKing"),
         ("ASCII Trace IXXAT Minimon 3 Version: 3.4\n", "IXXAT"),
+        ("[RTU]>Tx > 12:01:02:345 - 01  03  00  00  00  0A  C5  CD\n", "a serial line as text"),
+        ("Tx:000001-01 03 00 00 00 0A C5 CD\n", "a serial line as text"),
+        ("DEBUG transaction:140 SEND: 0x1 0x3 0x0 0x0 0x0 0x1 0x84 0xa\n", "a serial line as text"),
+        ("12.11.2023 10:11:12.123 [TX] - 01 03 00 00 00 01 84 0A \n", "a serial line as text"),
     ],
 )
 @pytest.mark.parametrize("ending", ["txt", "log", "trc", "csv"])
