@@ -14,6 +14,8 @@ _TCP: Final = 6
 _EXTENSIONS: Final = frozenset({0, 43, 60})
 """Headers of IPv6 that may come before that of TCP: hop by hop, routing, destination."""
 _VLAN: Final = frozenset({0x8100, 0x88A8, 0x9100})
+_PPPOE: Final = 0x8864
+"""A session of PPP over Ethernet, with a head of 6 bytes (RFC 2516, 4)."""
 _MOST_TAGS: Final = 8
 _TCP_HEAD: Final = struct.Struct("!HHIIBB")
 
@@ -75,6 +77,8 @@ def _ethernet(packet: bytes) -> bytes | None:
     for _ in range(_MOST_TAGS):
         kind = int.from_bytes(packet[at : at + 2], "big")
         if kind not in _VLAN:
+            if kind == _PPPOE and len(packet) >= at + 8:
+                return _ppp(packet[at + 8 :])
             return packet[at + 2 :] if kind in (0x0800, 0x86DD) else None
         at += 4
     return None

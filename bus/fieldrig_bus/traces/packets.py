@@ -51,6 +51,8 @@ _ESCAPED: Final = [
 ]
 MOST_BUSES: Final = 255
 """Interfaces of a cooked capture that have a bus of their own."""
+PPP_LINE: Final = "-ppp"
+"""The end of the name of the line below a network of PPP, because a bus has messages of one family."""
 LEFT_OUT: Final = "packets without messages of a bus that is known are left out"
 
 
@@ -176,4 +178,4 @@ def _ppp_entry(link: Link, time_ns: int, packet: bytes) -> TraceEntry:
     check = crc_hqx(frame.translate(BITS_REVERSED), 0xFFFF) ^ 0xFFFF
     whole = frame + check.to_bytes(2, "big").translate(BITS_REVERSED)
     escaped = b"".join(map(_ESCAPED.__getitem__, whole))
-    return TraceEntry(time_ns, link.bus, "serial", sender, b"\0\x7e" + escaped + b"\x7e")
+    return TraceEntry(time_ns, f"{link.bus}{PPP_LINE}", "serial", sender, b"\0\x7e" + escaped + b"\x7e")

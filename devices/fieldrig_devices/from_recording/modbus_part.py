@@ -26,7 +26,7 @@ NO_TARGET: Final = frozenset({10, 11})
 def modbus_part(name: str, log: ModbusLog, source: str, prefix: str, place: int) -> RigPart:
     """Return the part for a bus; `place` numbers the buses, `prefix` begins the names of the devices."""
     remarks: list[str] = []
-    line = None if log.rate is None else _timing(log.rate, is_ascii=log.is_ascii)
+    line = _timing(log.rate, is_ascii=log.is_ascii) if log.is_line and log.rate is not None else None
     models = [
         UnitModel(f"{prefix}unit{asked_as}", unit_id, asked_as, unit, (log.start_ns, log.end_ns), line)
         for asked_as, unit_id, unit in _units(log, remarks)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from ipaddress import IPv6Address
 from itertools import pairwise
+from pathlib import Path
 from random import Random
 
 import pytest
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 from fieldrig.errors import UsageError
 from fieldrig.traces.oddities import Oddities
 from fieldrig.traces.trace import TraceEntry
+from fieldrig.traces.trace_files import read_trace, write
 from fieldrig_bus.can.codec import decode, encode
 from fieldrig_bus.can.frame import CanFrame
 from fieldrig_bus.can.notices import BusState, CanState
@@ -90,6 +92,8 @@ LINKS = [
     (1, bytes(12) + b"\x08\x00" + IP + bytes(6)),
     (1, bytes(12) + bytes.fromhex("8100 0005 88a8 0006 0800") + IP),
     (1, bytes(12) + b"\x86\xdd" + ipv6(ASK)),
+    (1, bytes(12) + bytes.fromhex("8864 1100 0001 0000 0021") + IP),
+    (1, bytes(12) + bytes.fromhex("8100 0005 8864 1100 0001 0000 0057") + ipv6(ASK)),
     (9, bytes.fromhex("ff03 0021") + IP),
     (9, bytes.fromhex("21") + IP),
     (12, IP),
@@ -181,6 +185,17 @@ def test_a_capture_of_ppp_is_read_as_the_bytes_of_the_line() -> None:
     assert first.data == second.data
     assert first.data[:4] == b"\0\x7e\xff\x7d"
     assert PppFinder().feed("", first.data[1:]) == [lcp]
+
+
+def test_the_line_below_modbus_over_ppp_is_a_bus_of_its_own(tmp_path: Path) -> None:
+    """A bus has messages of one family: in pcapng Modbus was written as bytes of the line."""
+    packets = [bytes.fromhex("ff03 c021 01 01 0008 0304 c023"), bytes.fromhex("ff03 0021") + IP]
+    log, copy = tmp_path / "a.pcap", tmp_path / "a.pcapng"
+    log.write_bytes(capture(9, packets))
+    write(read_trace(log), copy)
+    for path in (log, copy):
+        found = [(entry.bus, entry.family) for entry in read_trace(path)]
+        assert found == [("modbus-ppp", "serial"), ("modbus", "modbus")]
 
 
 def test_a_stream_is_put_together_from_any_segments() -> None:
