@@ -56,6 +56,11 @@ def call_of(name: str) -> Call | None:
     return Call(kind, target[1], words)
 
 
+def is_of_an_arrival(name: str) -> bool:
+    """Return whether a place is true as a message arrives: it follows the places that count the same message."""
+    return name.startswith("message(")
+
+
 _FORMS: Final = {
     "message": "message(can0, id=0x181)",
     "count": "count(can0, id=0x181)",

@@ -8,6 +8,7 @@ from fieldrig.device import Value
 from fieldrig.errors import ControlError
 from fieldrig.link import Link
 from fieldrig.points.names import split_point
+from fieldrig_devices.scenarios.calls import is_of_an_arrival
 from fieldrig_devices.scenarios.places import MEMBER, DevicePoint, End, RigPlace, place_of
 from fieldrig_devices.scenarios.sending import message_of
 
@@ -46,7 +47,8 @@ class Followed:
 
     def add_all(self, names: Iterable[str]) -> dict[str, Value]:
         """Follow places that are read at the end of each instant, and return their values."""
-        added = {name: self.add(name, is_read=True) for name in dict.fromkeys(names)}
+        in_order = sorted(dict.fromkeys(names), key=is_of_an_arrival)
+        added = {name: self.add(name, is_read=True) for name in in_order}
         return {name: value for name, value in added.items() if value is not None}
 
     def read(self, name: str) -> Value:

@@ -8,7 +8,7 @@ from fieldrig.device import Value
 from fieldrig.faults.note import FaultNote
 from fieldrig.real.bus_inbox import Batch
 from fieldrig_bus.wires import Signal
-from fieldrig_devices.scenarios.calls import Call
+from fieldrig_devices.scenarios.calls import Call, is_of_an_arrival
 from fieldrig_devices.scenarios.messages import Messages
 
 Change = tuple[int, str, Value]
@@ -21,7 +21,8 @@ class Traffic:
     def __init__(self, config: RigConfig, calls: Sequence[Call], signals: Sequence[tuple[str, str]]) -> None:
         """`calls` are of messages, `signals` are those of buses with their keys.  ControlError for a wrong one."""
         self._buses = {name: entry.bus for name, entry in config.buses.items()}
-        self._calls = [(call, Messages(config, call.target, call.words)) for call in calls]
+        in_order = sorted(calls, key=lambda call: is_of_an_arrival(str(call)))
+        self._calls = [(call, Messages(config, call.target, call.words)) for call in in_order]
         self._signals = set(signals)
         self._counts = dict.fromkeys((str(call) for call, _ in self._calls), 0)
 

@@ -51,6 +51,9 @@ NODE = "message(can0, node=io, service=boot-up)"
         ("count(can0, id=0x705) >= 3", False),
         ("since(can0, node=sensor) > 0.99", True),
         ("since(can0, node=sensor) > 1", False),
+        ("message(can0, id=0x705) and count(can0, id=0x705) == 1", True),
+        ("message(can0, id=0x705) and count(can0, id=0x705) == 0", False),  # it is counted when it arrives
+        ("message(can0, node=sensor) and since(can0, node=sensor) > 0", False),
         ("io/1000:00 == 0xF0191", True),
         ("io/nmt.state == operational", False),
         ("io/nmt.state == pre_operational and contains(io/1008:00, 'IO')", True),
