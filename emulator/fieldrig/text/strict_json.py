@@ -8,7 +8,7 @@ from typing import Any
 def strict_json(value: Any, *, ensure_ascii: bool = False, indent: int | None = None) -> str:
     """Return a value as JSON of RFC 8259.
 
-    A number that is not finite becomes "nan", "inf" or "-inf", the words by which `fieldrig set` takes it.
+    A number that is not finite becomes "nan", "inf" or "-inf".  Tools read such numbers and write none.
     """
     try:
         return json.dumps(value, ensure_ascii=ensure_ascii, indent=indent, allow_nan=False)

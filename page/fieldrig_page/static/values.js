@@ -122,9 +122,9 @@ function Value({ device, point, value, trouble, role, onWritten }) {
   if (trouble) return html`<span class="late-text">${trouble}</span>`;
   const text = shown(value);
   if (text.includes('\n') && !point.writable) return html`<${Lines} name=${`${device}/${point.key}`} text=${text} />`;
-  if (!point.writable || role !== 'operate') return html`<span title=${text}>${text}</span>${meaning(point, value)}`;
+  if (!point.writable || role !== 'operate') return html`<span title=${whole(value)}>${text}</span>${meaning(point, value)}`;
   return html`
-    <button class="quietly" title=${text} aria-label=${`${point.key}, ${`${text} ${point.unit}`.trim()}, change`} onClick=${() => setOpen(true)}>${text === '' ? '(empty)' : text}</button>${meaning(point, value)}
+    <button class="quietly" title=${whole(value)} aria-label=${`${point.key}, ${`${text} ${point.unit}`.trim()}, change`} onClick=${() => setOpen(true)}>${text === '' ? '(empty)' : text}</button>${meaning(point, value)}
     ${isOpen && html`<${Edit} device=${device} point=${point} value=${value} onWritten=${onWritten} onClose=${() => setOpen(false)} />`}`;
 }
 
@@ -170,7 +170,7 @@ function Edit({ device, point, value, onWritten, onClose }) {
 function fieldOf(point, value, field) {
   if (point.states) return html`<select ref=${field}>${point.states.map((state) => html`<option selected=${state === value}>${state}</option>`)}</select>`;
   if (typeof value === 'boolean') return html`<select ref=${field}><option selected=${value}>true</option><option selected=${!value}>false</option></select>`;
-  return html`<input ref=${field} type="text" inputmode=${typeof value === 'number' ? 'decimal' : 'text'} defaultValue=${shown(value)} spellcheck=${false} />`;
+  return html`<input ref=${field} type="text" inputmode=${typeof value === 'number' ? 'decimal' : 'text'} defaultValue=${whole(value)} spellcheck=${false} />`;
 }
 
 // What is in the field, in the type of the present value; a text that is no number goes as it is, and the rig says why not.
@@ -194,7 +194,8 @@ async function write(device, key, value) {
 const isWhole = (value) => !Number.isInteger(value) || Number.isSafeInteger(value);
 
 function shown(value) {
-  if (value === undefined || value === null) return '';
-  if (typeof value === 'number' && !Number.isInteger(value)) return String(Number(value.toPrecision(7)));
-  return String(value);
+  return typeof value === 'number' && !Number.isInteger(value) ? String(Number(value.toPrecision(7))) : whole(value);
 }
+
+// With all its digits: what a person writes without a change has to be what was there.
+const whole = (value) => (value === undefined || value === null ? '' : String(value));

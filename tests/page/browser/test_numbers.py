@@ -13,12 +13,15 @@ pytestmark = pytest.mark.real
 
 LARGE = 2**53 + 1
 """The first whole number that JavaScript has not (ECMA-262, `Number.MAX_SAFE_INTEGER`)."""
+FINE = 0.12345678901234568
+"""A float with more digits than a list shows."""
 TABLE = f"""
 holding_registers:
   - {{address: 0, name: date, type: u32, initial: 20260131}}
   - {{address: 2, name: total, type: u64, initial: {LARGE}}}
   - {{address: 6, name: ratio, type: f32, initial: 0.25}}
   - {{address: 8, name: sensor, type: f32}}
+  - {{address: 10, name: factor, type: f64, initial: {FINE}}}
 input_registers:
   - {{address: 0, name: turns, type: u32, source: {{kind: counter, per_s: 1000, first: 73113480}}}}
 """
@@ -89,6 +92,15 @@ def test_a_whole_number_of_64_bits_is_shown_and_written_with_all_its_digits(
         page.get_by_role("button", name="Write").click()
         expect(page.get_by_role("button", name=f"total, {LARGE + 2}, change")).to_be_visible()
         assert counters.value("store/total") == LARGE + 2
+
+
+def test_a_float_that_is_written_without_a_change_keeps_all_its_digits(browser: Browser, counters: ServedRig) -> None:
+    with opened(browser, counters, path="/values/store") as page:
+        page.get_by_role("button", name="factor, 0.1234568, change").click()
+        expect(page.get_by_role("textbox", name="new value")).to_have_value(str(FINE))
+        page.get_by_role("button", name="Write").click()
+        expect(page.get_by_role("dialog")).to_have_count(0)
+        assert counters.value("store/factor") == FINE
 
 
 def test_what_is_typed_into_the_trigger_stays_while_samples_come(browser: Browser, counters: ServedRig) -> None:
