@@ -45,6 +45,7 @@ FOLLOWING_WINDOW: Final = 0x6065
 FOLLOWING_TIME: Final = 0x6066
 POSITION_WINDOW: Final = 0x6067
 POSITION_TIME: Final = 0x6068
+VELOCITY_SENSOR: Final = 0x6069
 VELOCITY_DEMAND: Final = 0x606B
 VELOCITY_ACTUAL: Final = 0x606C
 VELOCITY_WINDOW: Final = 0x606D
@@ -75,6 +76,7 @@ PROFILE_TYPE: Final = 0x6086
 TORQUE_SLOPE: Final = 0x6087
 TORQUE_PROFILE: Final = 0x6088
 ENCODER_RESOLUTION: Final = 0x608F
+VELOCITY_RESOLUTION: Final = 0x6090
 GEAR_RATIO: Final = 0x6091
 FEED_CONSTANT: Final = 0x6092
 HOMING_METHOD: Final = 0x6098
@@ -161,6 +163,7 @@ NAMES: Final = {
     POSITION_RANGE: "Position range limit",
     POSITION_LIMIT: "Software position limit",
     ENCODER_RESOLUTION: "Position encoder resolution",
+    VELOCITY_RESOLUTION: "Velocity encoder resolution",
     GEAR_RATIO: "Gear ratio",
     FEED_CONSTANT: "Feed constant",
     HOMING_SPEED: "Homing speeds",

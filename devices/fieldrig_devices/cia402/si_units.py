@@ -6,8 +6,7 @@ drive has no feed constant, its user unit is the angle of 60A8h.  A velocity who
 from the user unit of positions.  Turns and other angles are those of the shaft behind the gear if positions are angles
 or lengths, otherwise those of the motor.  608Bh to 608Eh are the same of the older edition, as far as their unit is
 min-1.  Where no unit is known, a velocity is user units of positions per second times 6096h, and an acceleration is
-them per second squared times 6097h.  Left out: the unit of the jerk, which is that of accelerations per second, and
-6090h.
+them per second squared times 6097h.  Left out: the unit of the jerk, which is that of accelerations per second.
 """
 
 from collections.abc import Callable

@@ -38,6 +38,7 @@ from fieldrig_devices.cia402.single.shared_wires import SharedWires
 from fieldrig_devices.cia402.single.sync_watch import SYNC_LOST, SyncWatch
 from fieldrig_devices.cia402.single.terminals import Inputs
 from fieldrig_devices.cia402.single.unit_objects import UnitObjects
+from fieldrig_devices.cia402.single.velocity_sensor import show_velocity
 from fieldrig_devices.drives.position_wire import PositionWire
 
 LARGEST_LOAD_NM: Final = 1e6
@@ -131,6 +132,7 @@ class Cia402Drive(Device):
         for index in declared.constants & {RATED_TORQUE, RATED_CURRENT}:
             dictionary.find(index, 0).watchers.append(self._on_rated)
         self._rate()
+        show_velocity(dictionary, self.motor)
         self.node.attach(_Awake(self._on_rated))
         units = UnitObjects(dictionary, lambda said: axis.use_units(said, declared.defaults_in(said)))
         self.node.attach(units)

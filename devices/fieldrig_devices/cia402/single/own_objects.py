@@ -11,7 +11,8 @@ from fieldrig_devices.cia402 import objects, si_units
 from fieldrig_devices.cia402.eds_file import axis_objects, pdo_objects, write
 from fieldrig_devices.cia402.homing_methods import ALL_METHODS
 from fieldrig_devices.cia402.node_objects import MORE, NodeFacts, communication, head
-from fieldrig_devices.cia402.objects import EMPTY_PDOS, I8, RECEIVED, ROWS, TRANSMITTED, U32, Row
+from fieldrig_devices.cia402.objects import EMPTY_PDOS, I8, I32, RECEIVED, ROWS, TRANSMITTED, U32, Row
+from fieldrig_devices.drives.motor import INCREMENTS_PER_TURN
 
 EDS: Final = Path(__file__).with_name("cia402-drive.eds")
 """The EDS file of the drive, for a CANopen master."""
@@ -48,7 +49,13 @@ def _rows() -> list[Row]:
         Row(si_units.VELOCITY, None, "SI unit velocity", U32, "rw", si_units.INCREMENT_VELOCITIES),
         Row(si_units.ACCELERATION, None, "SI unit acceleration", U32, "rw", si_units.INCREMENT_ACCELERATIONS),
     ]
-    return [row for row in rows if row.index != objects.HOMING_METHODS] + methods + units
+    name = objects.NAMES[objects.VELOCITY_RESOLUTION]
+    sensor = [
+        Row(objects.VELOCITY_SENSOR, None, "Velocity sensor actual value", I32, "ro", is_mappable=True),
+        Row(objects.VELOCITY_RESOLUTION, 1, f"{name}, encoder increments per second", U32, "rw", INCREMENTS_PER_TURN),
+        Row(objects.VELOCITY_RESOLUTION, 2, f"{name}, motor revolutions per second", U32, "rw", 1),
+    ]
+    return [row for row in rows if row.index != objects.HOMING_METHODS] + methods + units + sensor
 
 
 def eds_text() -> str:
