@@ -81,15 +81,22 @@ def compile_project(
     resource: str = "",
     extension: Extension | None = None,
     on_progress: Progress = lambda stage, done, total: None,
+    in_advance: bool = True,
 ) -> Compiled:
     """Compile a project; CompileError with all mistakes if it has any.
 
     With `previous`, the layout of the running program, variables of the same name and type keep their places, so that
     the result can be loaded as an online change.  `limits` are those of the controller, and `resource` is the name of
     the RESOURCE that it runs if the project has several.  An `extension` adds what tests of programs need.
+
+    The Python of all routines is made `in_advance`, for the process that runs them; without it each becomes Python when
+    it is first called, which is less work where few are.
     """
     with collection.paused():
-        return _compiled(files, host, dialect, limits, previous, costs or Costs(), resource, extension, on_progress)
+        compiled = _compiled(files, host, dialect, limits, previous, costs or Costs(), resource, extension, on_progress)
+        if in_advance:
+            _compile_routines(compiled.code, lambda done, total: on_progress("compile", done, total))
+        return compiled
 
 
 def _compiled(
@@ -126,6 +133,12 @@ def _compiled(
     return build(program, host, costs, limits, previous, tuple(files), tuple(mistakes), on_progress)
 
 
+def _compile_routines(lowered: Lowered, on_progress: Callable[[int, int], None]) -> None:
+    has_marks = bool(lowered.marked.hits)
+    names = names_of(len(lowered.constants), len(lowered.natives), has_marks=has_marks)
+    prepare(lowered.routines, names, rules_of(len(lowered.constants), has_marks=has_marks), on_progress)
+
+
 def compile_units(
     libraries: Sequence[Unit],
     units: Sequence[Unit],
@@ -135,6 +148,9 @@ def compile_units(
     uncovered: Collection[str] = (),
 ) -> Compiled:
     """Compile units that have been read already, with those parts of the libraries that are needed.
+
+    No Python is made in advance: suites reach so little of their libraries that a small one takes three quarters of the
+    time.
 
     CompileError with all mistakes if there are any.  Coverage leaves out the POUs whose names in small letters are
     `uncovered`, and so do changes of programs.
@@ -188,7 +204,7 @@ def build(
     on_progress: Progress = lambda stage, done, total: None,
     uncovered: Collection[str] = (),
 ) -> Compiled:
-    """Place and lower a checked program, and compile its Python."""
+    """Place and lower a checked program."""
     placed = layout.place(program, previous)
     natives: dict[str, NativeFunction | NativeBlock] = {**memory_functions.natives()}
     for library in host.libraries:
@@ -207,9 +223,6 @@ def build(
         pou.body = []
         for action in pou.actions.values():
             action.body = []
-    names = names_of(len(lowered.constants), len(lowered.natives), has_marks=bool(lowered.marked.hits))
-    rules = rules_of(len(lowered.constants), has_marks=bool(lowered.marked.hits))
-    prepare(lowered.routines, names, rules, lambda done, total: on_progress("compile", done, total))
     return compiled
 
 

@@ -240,6 +240,8 @@ class Code:
         scope = self._scopes[build]
         scope |= {**self._texts.tables(number), f"stops_{number}": self.stops[number]}
         code = self._texts.in_advance(number, build) or self._texts.compiled(number, build)
+        if build is Build.FAST:
+            self.routines[number].fast = code  # another run time of the same program need not compile it again
         function = sandbox.bind(marshal.loads(code), scope)[f"routine_{number}"]
         self._functions[build][number] = function
         return function

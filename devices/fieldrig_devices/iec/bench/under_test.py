@@ -114,6 +114,7 @@ class UnderTest:
                 previous=None if previous is None else previous.layout,
                 resource=self._resource,
                 extension=extension,
+                in_advance=False,
             )
         except CompileError as wrong:
             told = with_files_to_give(wrong.mistakes, [Path(file.name) for file in self._files], self.dialect)
