@@ -1,6 +1,7 @@
 """A program of IEC 61131-3 under test in Python (`fieldrig.program`)."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from fieldrig.errors import ArgumentError, RigError
@@ -8,6 +9,7 @@ from fieldrig.programs import ProgramBench, checked_duration
 from fieldrig_devices.iec.bench.function import Function
 from fieldrig_devices.iec.bench.instance import Block, told
 from fieldrig_devices.iec.bench.mocked import PythonMock
+from fieldrig_devices.iec.bench.owner import Functions
 from fieldrig_devices.iec.bench.python_values import cell_of, literal, write
 from fieldrig_devices.iec.bench.strategies import values_of
 from fieldrig_devices.iec.bench.under_test import UnderTest
@@ -16,7 +18,7 @@ from fieldrig_devices.iec.bench.wrappers import BLOCK, Wrapper
 from fieldrig_devices.iec.program import Pou
 from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.tree import PouKind
-from fieldrig_devices.iec.types import ArrayType
+from fieldrig_devices.iec.types import ArrayType, BlockType
 from fieldrig_devices.languages.source_file import SourceFile
 
 
@@ -25,6 +27,7 @@ class IecBench(ProgramBench):
         """ConfigError with every mistake of the program."""
         self._program = UnderTest(files, dialect, resource)
         self._begin()
+        self._program.on_renewed, self._program.on_method = self._bind_all, self._methods_at
 
     def _begin(self) -> None:
         self._used: dict[str, int] = {}
@@ -143,8 +146,7 @@ class IecBench(ProgramBench):
         if pou.instance is None:
             self._used[pou.name] = number = self._used.get(pou.name, 0) + 1
             wrapper = Wrapper(pou.name, number, tuple((key, literal(value)) for key, value in init.items()))
-            if self._program.add(wrapper):
-                self._bind_all()
+            self._program.add(wrapper)
         block = Block(self._program, pou.name)
         self._bind(wrapper, block, pou.name)
         self._blocks.append((wrapper, block))
@@ -163,8 +165,7 @@ class IecBench(ProgramBench):
         if pou.kind is not PouKind.FUNCTION:
             raise ArgumentError(f"{pou.name} is no function", f'expected block("{pou.name}")')
         wrapper = Wrapper(pou.name, 1)
-        if self._program.add(wrapper):
-            self._bind_all()
+        self._program.add(wrapper)
         return Function(self._program, wrapper, self._program.calls[wrapper].own)
 
     def _bind_all(self) -> None:
@@ -179,27 +180,30 @@ class IecBench(ProgramBench):
             assert pou.instance is not None, "a program has an instance"
             block._bind(pou.type, pou.instance.offset, program.runner_of(program.runtime.thread(pou)))
             return
-        caller, base = program.of_wrapper(wrapper)
-        instance, calls = caller.variables[program.dialect.key(BLOCK)], program.calls[wrapper]
-        own = {name.lower(): caller.variables[program.dialect.key(name)] for name in calls.own.inputs.values()}
-        in_outs = {name: (one.type, base + one.offset) for name, one in own.items()}
-        pointers = {
-            name.lower(): base + caller.variables[program.dialect.key(pointer)].offset
-            for name, pointer in calls.own.pointers.items()
-        }
-        functions = {
-            part: {name: Function(program, wrapper, call) for name, call in known.items()}
+        calls = program.calls[wrapper]
+        _, address = program.variable(wrapper, BLOCK)
+        in_outs = {name.lower(): program.variable(wrapper, own) for name, own in calls.own.inputs.items()}
+        pointers = {name.lower(): program.variable(wrapper, own)[1] for name, own in calls.own.pointers.items()}
+        opens = {name.lower(): partial(program.fit, calls.own, name) for name in calls.own.opens}
+        block._bind(pou.type, address, program.runner(wrapper), in_outs, self._functions(wrapper), pointers, opens)
+
+    def _functions(self, wrapper: Wrapper, instance: int | None = None) -> Functions:
+        """Return what `Call`s of methods and properties a wrapper has, as functions."""
+        program, calls = self._program, self._program.calls[wrapper]
+        return {
+            part: {name: Function(program, wrapper, call, instance) for name, call in known.items()}
             for part, known in (("", calls.methods), ("GET", calls.getters), ("SET", calls.setters))
         }
-        block._bind(pou.type, base + instance.offset, program.runner(wrapper), in_outs, functions, pointers)
+
+    def _methods_at(self, kind: BlockType, address: int) -> Functions:
+        wrapper = Wrapper(kind.name, 0, is_pointer=True)
+        self._program.add(wrapper)
+        return self._functions(wrapper, address)
 
     def mock(self, name: str, call: Callable[..., Any] | None = None, *, returns: Any = None) -> PythonMock:
         if call is not None and not callable(call):
             raise ArgumentError(f"{call!r} cannot take the place of {name}", "expected a function")
-        made, is_new = self._program.mock(name, call if call is not None else lambda *inputs: returns)
-        if is_new:
-            self._bind_all()
-        return made
+        return self._program.mock(name, call if call is not None else lambda *inputs: returns)
 
     def _told_of_values(self) -> list[str]:
         return [*self._told_of_tasks(), *(line for _, block in self._blocks for line in block._told())]

@@ -8,7 +8,7 @@ from typing import Any, Final
 from fieldrig.errors import ArgumentError
 from fieldrig.text.nearest import closest
 from fieldrig_devices.iec.bench.changes import MOST_CHANGES, Change
-from fieldrig_devices.iec.bench.owner import Owner
+from fieldrig_devices.iec.bench.owner import Functions, Owner
 from fieldrig_devices.iec.bench.python_values import Placed, at, checker_of, write
 from fieldrig_devices.iec.bench.views import view
 from fieldrig_devices.iec.layout import members, storage
@@ -53,13 +53,31 @@ class Instance(Placed):
         self._keep(_kind=kind, _address=address, _parts=parts)
 
     def __getattr__(self, name: str) -> Any:
+        key, functions = name.lower(), self._functions_for(name)
+        if key in functions.get("", ()):
+            return functions[""][key]
+        if key in functions.get("GET", ()):
+            return functions["GET"][key]()
         symbol = self._symbol(name)
         if isinstance(symbol.type, BlockType):
             return Instance(self._bench, symbol.path, symbol.type, symbol.steps[0])
         return view(self._bench.runtime, symbol)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        write(self._bench.runtime, self._symbol(name), value)
+        key, functions = name.lower(), self._functions_for(name)
+        if key in functions.get("SET", ()):
+            functions["SET"][key](value)
+        elif key in functions.get("GET", ()):
+            raise ArgumentError(f"{self._path}.{name} cannot be set", "it is a property without SET")
+        elif key in functions.get("", ()):
+            raise ArgumentError(f"{self._path}.{name} cannot be set", f"it is a method: {name}(...) calls it")
+        else:
+            write(self._bench.runtime, self._symbol(name), value)
+
+    def _functions_for(self, name: str) -> Functions:
+        """Return the methods and properties, if the name is that of one."""
+        is_variable = name.lower() in self._parts
+        return {} if is_variable else self._bench.functions_at(self._kind, self._address, name)
 
     def _symbol(self, name: str) -> Symbol:
         """Return a variable.  AttributeError, with the nearest name, for an unknown one."""
@@ -101,12 +119,13 @@ class Instance(Placed):
 class Block(Instance):
     """An instance under test.  A call gives it inputs, runs its code once, and returns it."""
 
-    __slots__ = ("_checks", "_functions", "_history", "_in_outs", "_pointers", "_run")
+    __slots__ = ("_checks", "_functions", "_history", "_in_outs", "_opens", "_pointers", "_run")
 
     _checks: dict[str, tuple[Callable[[Any], Value], int]]
     _history: deque[tuple[int, list[Value]]]
-    _functions: Mapping[str, Mapping[str, Callable[..., Any]]]
+    _functions: Functions
     _in_outs: Mapping[str, tuple[Type, int]]
+    _opens: Mapping[str, Callable[[Any], None]]
     _pointers: Mapping[str, int]
     _run: Callable[[], None]
 
@@ -120,36 +139,27 @@ class Block(Instance):
         address: int,
         run: Callable[[], None],
         in_outs: Mapping[str, tuple[Type, int]] = MappingProxyType({}),
-        functions: Mapping[str, Mapping[str, Callable[..., Any]]] = MappingProxyType({}),
+        functions: Functions = MappingProxyType({}),
         pointers: Mapping[str, int] = MappingProxyType({}),
+        opens: Mapping[str, Callable[[Any], None]] = MappingProxyType({}),
     ) -> None:
         """Use the code of the program as it is now.
 
         `in_outs` are the variables behind VAR_IN_OUT; `functions` are the methods, and GET and SET of properties;
-        `pointers` are the addresses of the pointers to the instances that are passed to VAR_IN_OUT.
+        `pointers` are the addresses of the pointers to the instances that are passed to VAR_IN_OUT; `opens` give an
+        argument without a type of its own the one that a value needs.
         """
         before = self._offsets()
         self._place_at(kind, address)
-        self._keep(_run=run, _in_outs=in_outs, _functions=functions, _pointers=pointers, _checks={})
+        self._keep(_run=run, _in_outs=in_outs, _functions=functions, _pointers=pointers, _opens=opens, _checks={})
         if self._offsets() != before:
             self._history.clear()
 
     def _offsets(self) -> dict[str, int]:
         return {name: one.offset for name, one in self._parts.items()}
 
-    def __getattr__(self, name: str) -> Any:
-        key = name.lower()
-        if key in self._functions.get("", ()):
-            return self._functions[""][key]
-        getter = self._functions.get("GET", {}).get(key)
-        return getter() if getter is not None else super().__getattr__(name)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        setter = self._functions.get("SET", {}).get(name.lower())
-        if setter is not None:
-            setter(value)
-        else:
-            super().__setattr__(name, value)
+    def _functions_for(self, name: str) -> Functions:
+        return self._functions
 
     def __call__(self, *unnamed: Any, **inputs: Any) -> "Block":
         if unnamed:
@@ -162,6 +172,8 @@ class Block(Instance):
         return self
 
     def _give(self, name: str, value: Any) -> None:
+        if (fit := self._opens.get(name.lower())) is not None:
+            fit(value)
         pointer = self._pointers.get(name.lower())
         if pointer is not None:
             to = PointerType(self._in_outs[name.lower()][0])

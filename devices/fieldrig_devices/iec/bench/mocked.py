@@ -1,16 +1,20 @@
 """Python functions in the place of functions and blocks of a program."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from inspect import signature
+from types import MappingProxyType
 from typing import Any
 
 from fieldrig.errors import ArgumentError
 from fieldrig_devices.iec.bench.instance import Instance
 from fieldrig_devices.iec.bench.owner import Owner
 from fieldrig_devices.iec.bench.python_values import at, read, write
-from fieldrig_devices.iec.program import Space
+from fieldrig_devices.iec.bench.views import Structure, structure
+from fieldrig_devices.iec.program import Pou, Space
+from fieldrig_devices.iec.symbols import Symbol
 from fieldrig_devices.iec.testing.mocks import Mock
 from fieldrig_devices.iec.tree import PouKind, Section
+from fieldrig_devices.iec.types import OpenArrayType
 
 
 class PythonMock:
@@ -31,10 +35,28 @@ class PythonMock:
         """Let the code of the program run again."""
         self.is_on = False
 
-    def _check(self, arguments: Iterable[Any], words: str) -> None:
+    def _wants_outputs(self) -> bool:
+        try:
+            return "outputs" in signature(self._call).parameters
+        except ValueError:  # a function in C that does not tell its parameters
+            return False
+
+    def _outputs(self, pou: Pou, base: int) -> Structure:
+        """Return VAR_OUTPUT and VAR_IN_OUT of a function, for the mock to read and to write."""
+        found = [
+            Symbol(one.name, one.name, one.type, steps=(base + one.offset, *((0,) if one.is_reference else ())))
+            for one in pou.variables.values()
+            if one.section in (Section.OUTPUT, Section.IN_OUT)
+            and one.name[:1] != "$"
+            and one.space is not Space.GLOBAL
+            and not isinstance(one.type, OpenArrayType)
+        ]
+        return structure(self._bench.runtime, f"outputs of {pou.name}", found)
+
+    def _check(self, arguments: Iterable[Any], words: str, named: Mapping[str, Any] = MappingProxyType({})) -> None:
         """ArgumentError if the Python function does not take these arguments."""
         try:
-            signature(self._call).bind(*arguments)
+            signature(self._call).bind(*arguments, **named)
         except TypeError as wrong:
             raise ArgumentError(f"the mock of {self.name} cannot be called: {wrong}", f"it gets {words}") from None
         except ValueError:  # a function in C that does not tell its parameters
@@ -56,7 +78,8 @@ class PythonMock:
             self._check([instance], "its instance")
             self._call(instance)
             return
-        self._check(inputs.values(), f"its inputs: {', '.join(inputs)}")
-        value = self._call(*inputs.values())
+        outputs = {"outputs": self._outputs(pou, base)} if self._wants_outputs() else {}
+        self._check(inputs.values(), f"its inputs: {', '.join(inputs)}", outputs)
+        value = self._call(*inputs.values(), **outputs)
         if pou.result is not None:
             write(runtime, at(pou.result.type, base + pou.result.offset, f"the result of {pou.name}"), value)

@@ -15,7 +15,7 @@ array                           list, in the order of the indices
 
 from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, date, datetime, time, timedelta
-from math import isfinite
+from math import isfinite, isinf
 from typing import Any, Final
 
 from fieldrig.errors import ArgumentError
@@ -24,6 +24,7 @@ from fieldrig_devices.iec.bench.owner import Owner
 from fieldrig_devices.iec.elementary import UNITS_NS, Elementary, Family
 from fieldrig_devices.iec.layout import storage
 from fieldrig_devices.iec.literal_texts import long_time_text, real_text, string_text
+from fieldrig_devices.iec.memory import limited
 from fieldrig_devices.iec.runtime import Runtime
 from fieldrig_devices.iec.symbols import Symbol, parts
 from fieldrig_devices.iec.types import ArrayType, BlockType, EnumType, PointerType, Type, Value
@@ -165,6 +166,13 @@ def _plain(runtime: Runtime, kind: Type, stored: object, value: Any) -> Value:
         return counts
     if isinstance(stored, Elementary) and not stored.is_real and isinstance(value, float):
         raise ValueError("expected a whole number")
+    if (
+        stored is Elementary.REAL
+        and isinstance(value, int | float)
+        and isfinite(value)
+        and isinf(float(limited(value, stored)))
+    ):
+        raise ValueError("expected at most 3.402823E38")
     if not isinstance(value, bool | int | float | str):
         raise ValueError(f"expected a value of {kind}")
     return value

@@ -11,7 +11,9 @@ from fieldrig.system.stopwatch import Stopwatch
 from fieldrig.text.nearest import closest
 from fieldrig_devices.iec.bench.changes import Changes
 from fieldrig_devices.iec.bench.mocked import PythonMock
-from fieldrig_devices.iec.bench.wrappers import BenchExtension, Calls, Wrapper
+from fieldrig_devices.iec.bench.open_arguments import Shape, shape_of
+from fieldrig_devices.iec.bench.owner import Functions
+from fieldrig_devices.iec.bench.wrappers import BenchExtension, Call, Calls, Wrapper
 from fieldrig_devices.iec.compiler import Compiled, compile_project
 from fieldrig_devices.iec.dialect import DIALECTS
 from fieldrig_devices.iec.loaded import LoadedProgram
@@ -26,7 +28,7 @@ from fieldrig_devices.iec.testing.gathered import with_files_to_give
 from fieldrig_devices.iec.testing.judge import Judge
 from fieldrig_devices.iec.testing.mocks import Mock, Mocks
 from fieldrig_devices.iec.thread import Fault, Thread
-from fieldrig_devices.iec.types import Value
+from fieldrig_devices.iec.types import BlockType, Type, Value
 from fieldrig_devices.languages.mistakes import CompileError
 from fieldrig_devices.languages.source_file import SourceFile
 
@@ -48,6 +50,11 @@ class UnderTest:
         self._wrappers: list[Wrapper] = []
         self._mocks: Sequence[Mock] = ()
         self.calls: Mapping[Wrapper, Calls] = {}
+        self._shapes: dict[str, Shape] = {}
+        self.on_renewed: Callable[[], None] = lambda: None
+        """Called when code and places of variables have changed."""
+        self.on_method: Callable[[BlockType, int], Functions] = lambda kind, address: {}
+        """Called for the methods of an instance that no wrapper has."""
         self._python: dict[str, PythonMock] = {}
         self._raised: BaseException | None = None
         self.events: list[str] = []
@@ -104,7 +111,7 @@ class UnderTest:
     # ---- compiling
 
     def _compiled(self, previous: Compiled | None) -> Compiled:
-        extension = BenchExtension(self._wrappers, list(self._python))
+        extension = BenchExtension(self._wrappers, list(self._python), self._shapes)
         try:
             compiled = compile_project(
                 self._files,
@@ -140,25 +147,48 @@ class UnderTest:
         for path, value in forced.items():
             self.runtime.force(self.runtime.find(path), value)
         self.changes.begin(self.now_ns, self.cells)  # variables may be at other places now
+        self.on_renewed()
 
     def _cells_of(self, wrapper: Wrapper) -> list[Value]:
         pou, base = self.of_wrapper(wrapper)
         assert pou.type is not None, "a wrapper is a block"
         return self.cells[base : base + pou.type.size]
 
-    def add(self, wrapper: Wrapper) -> bool:
-        """Add a wrapper, if it is not there yet; true if the program was compiled again for it."""
+    def add(self, wrapper: Wrapper) -> None:
+        """Add a wrapper, if it is not there yet."""
         if wrapper in self._wrappers:
-            return False
+            return
         self._wrappers.append(wrapper)
         try:
             self.renew(wrapper)
         except RigError:
             self._wrappers.remove(wrapper)
             raise
-        return True
+
+    def fit(self, call: Call, name: str, value: Any) -> None:
+        """Give an argument of a call the type that a value needs, if the argument has none of its own."""
+        if name not in call.opens:
+            return
+        own, spec = call.opens[name]
+        before, shape = self._shapes.get(own), shape_of(spec, value, f"{call.shown}.{name}")
+        if shape == before:
+            return
+        self._shapes[own] = shape
+        try:
+            self.renew()
+        except RigError:
+            del self._shapes[own]
+            if before is not None:
+                self._shapes[own] = before
+            raise
 
     # ---- names
+
+    def functions_at(self, kind: BlockType, address: int, name: str) -> Functions:
+        line = (kind.name, *(kind.pou.also if kind.pou is not None else ()))
+        if not any(self.dialect.key(f"{one}.{name}") in self.compiled.program.pous for one in line):
+            return {}
+        return self.on_method(kind, address)
 
     def pou(self, name: str) -> Pou:
         """Return a unit of the program, or a method such as "Drive.Move".  ArgumentError for an unknown one."""
@@ -185,6 +215,14 @@ class UnderTest:
         """Return the block that calls, and the address of its instance."""
         program, key = self.compiled.program, self.dialect.key
         return program.pous[key(wrapper.pou)], program.globals[key(wrapper.instance)].offset
+
+    def variable(self, wrapper: Wrapper, name: str) -> tuple[Type, int]:
+        """Return type and address of a variable of the block that calls, or of an argument beside it."""
+        pou, base = self.of_wrapper(wrapper)
+        key = self.dialect.key(name)
+        own = pou.variables.get(key)
+        found = self.compiled.program.globals[key] if own is None else own
+        return found.type, found.offset if own is None else base + own.offset
 
     # ---- running
 
@@ -214,13 +252,13 @@ class UnderTest:
 
     # ---- mocks
 
-    def mock(self, name: str, call: Callable[..., Any]) -> tuple[PythonMock, bool]:
-        """Put a mock in the place of a unit; true if the program was compiled again for it."""
+    def mock(self, name: str, call: Callable[..., Any]) -> PythonMock:
+        """Put a mock in the place of a unit."""
         pou = self.pou(name)
         before, made = self._python.get(pou.name), PythonMock(self, pou.name, call)
         self._python[pou.name] = made
         if any(mock.pou.name == pou.name for mock in self._mocks):
-            return made, False
+            return made
         try:
             self.renew()
         except RigError:
@@ -228,7 +266,7 @@ class UnderTest:
             if before is not None:
                 self._python[pou.name] = before
             raise
-        return made, True
+        return made
 
     def _mocked(self, number: int, address: int) -> bool:
         """Answer a call by Python; false if the code of the program is to run."""

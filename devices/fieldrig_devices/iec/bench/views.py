@@ -19,8 +19,14 @@ def view(runtime: Runtime, symbol: Symbol) -> Any:
     if symbol.is_value:
         return read(runtime, symbol)
     inside = [part for part in parts(symbol) if part.name[:1] != "$"]
-    kind = Array if isinstance(symbol.type, ArrayType) else Structure
-    return kind(symbol.path, inside, _writer(runtime), [view(runtime, part) for part in inside])
+    if not isinstance(symbol.type, ArrayType):
+        return structure(runtime, symbol.path, inside)
+    return Array(symbol.path, inside, _writer(runtime), [view(runtime, part) for part in inside])
+
+
+def structure(runtime: Runtime, path: str, inside: Sequence[Symbol]) -> "Structure":
+    """Return variables as the components of one structure."""
+    return Structure(path, inside, _writer(runtime), [view(runtime, part) for part in inside])
 
 
 Write = Callable[[Symbol, Any], Any]

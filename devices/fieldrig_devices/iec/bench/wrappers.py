@@ -6,6 +6,7 @@ from typing import Final
 from zlib import crc32
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.bench.open_arguments import Shape, closed, is_any, is_open
 from fieldrig_devices.iec.dialect import EDITION_3
 from fieldrig_devices.iec.parser import parse_body
 from fieldrig_devices.iec.testing.extension import CaseExtension, begin_unit
@@ -26,15 +27,21 @@ class Wrapper:
     number: int
     init: tuple[tuple[str, str], ...] = ()
     """The arguments of FB_init, by name, as constants of the language."""
+    is_pointer: bool = False
+    """True for one that calls methods of the instance that its pointer leads to, and has none of its own."""
 
     @property
     def pou(self) -> str:
         # Names count to their 32nd character in EPAS-4 (PD-350), so that of the block would not tell them apart.
-        return f"BENCH {crc32(repr((self.name.casefold(), self.init)).encode()):08x} {self.number}"
+        return f"BENCH {crc32(repr((self.name.casefold(), self.init, self.is_pointer)).encode()):08x} {self.number}"
 
     @property
     def instance(self) -> str:
         return f"{self.pou} instance"
+
+    def open(self, own: str) -> str:
+        """Return the global variable of an argument whose type changes with its value, so that nothing else moves."""
+        return f"{self.pou} {own}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +58,8 @@ class Call:
     """The action of the wrapper that makes the call; empty for its body."""
     pointers: Mapping[str, str] = field(default_factory=dict)
     """The VAR_IN_OUT that are instances, each with the pointer of the wrapper to the instance that is passed."""
+    opens: Mapping[str, tuple[str, tree.TypeSpec]] = field(default_factory=dict)
+    """The arguments that are an ARRAY[*] or an ANY, each with its global variable and its declared type."""
 
 
 @dataclass(slots=True)
@@ -66,16 +75,17 @@ class Calls:
 class BenchExtension(CaseExtension):
     """Adds the wrappers to the program."""
 
-    def __init__(self, wrappers: Sequence[Wrapper], mocked: Sequence[str]) -> None:
+    def __init__(self, wrappers: Sequence[Wrapper], mocked: Sequence[str], shapes: Mapping[str, Shape]) -> None:
+        """`shapes` are those of the arguments whose type comes with their value, by `Wrapper.open`."""
         super().__init__(mocked)
-        self._wrappers = wrappers
+        self._wrappers, self._shapes = wrappers, shapes
         self.calls: dict[Wrapper, Calls] = {}
 
     def units(self, units: Sequence[tree.Unit]) -> Sequence[tree.Unit]:
         known = {one.name.casefold(): one for unit in units for one in unit.declarations if isinstance(one, tree.Pou)}
         made: list[tree.Declaration] = []
         for wrapper in self._wrappers:
-            declared = _Declared(wrapper, known)
+            declared = _Declared(wrapper, known, self._shapes)
             made += declared.declarations()
             self.calls[wrapper] = declared.calls
         plain = [replace(unit, tests=()) for unit in units]  # tests of the same file do not matter here
@@ -86,13 +96,15 @@ class BenchExtension(CaseExtension):
 class _Declared:
     """The declarations of one wrapper."""
 
-    def __init__(self, wrapper: Wrapper, known: Mapping[str, tree.Pou]) -> None:
-        self._wrapper, self._pou = wrapper, known.get(wrapper.name.casefold())
+    def __init__(self, wrapper: Wrapper, known: Mapping[str, tree.Pou], shapes: Mapping[str, Shape]) -> None:
+        self._wrapper, self._pou, self._shapes = wrapper, known.get(wrapper.name.casefold()), shapes
         self._line, self._known = _line_of(self._pou, known), known
         self._variables: dict[str, tree.Variable] = {}
+        self._globals: dict[str, tree.Variable] = {}
         self._actions: list[tree.Action] = []
         self._pointers: dict[str, str] = {}
         """The pointers of the call that is made now."""
+        self._tested: tree.Expression = tree.Name(BLOCK)
         self._body = self._of_function() if self._is_function else self._of_block()
 
     @property
@@ -104,49 +116,49 @@ class _Declared:
         kind, body = tree.PouKind.FUNCTION_BLOCK, tree.StBody(self._body)
         made = tree.Pou(kind, wrapper.pou, None, blocks, body, tuple(self._actions))
         instance = tree.Variable(wrapper.instance, tree.NamedType(wrapper.pou))
-        return [made, tree.Variables(tree.Section.GLOBAL, (instance,))]
+        return [made, tree.Variables(tree.Section.GLOBAL, (instance, *self._globals.values()))]
 
     def _add(self, name: str, spec: tree.TypeSpec, initial: tree.Initial | None = None) -> str:
         self._variables.setdefault(name.casefold(), tree.Variable(name, spec, initial))
         return name
 
-    def _arguments(
+    def _given(
         self, blocks: Iterable[tree.Variables], sections: Collection[tree.Section], prefix: str = ""
-    ) -> tuple[list[tree.Argument], dict[str, str], dict[str, str]]:
-        """Give each parameter a variable; return the arguments of the call, and the variables of inputs and outputs."""
-        arguments, inputs, outputs = list[tree.Argument](), dict[str, str](), dict[str, str]()
+    ) -> "_Given":
+        """Give each parameter in these sections a variable."""
+        given = _Given()
         for block in (block for block in blocks if block.section in sections):
             for variable in block.variables:
-                if variable.name in inputs or variable.name in outputs:
-                    continue
-                own = self._add(f"{prefix}{variable.name}", variable.type, variable.initial)
-                is_output = block.section is tree.Section.OUTPUT
-                passed: tree.Expression = tree.Name(own)
-                if block.section is tree.Section.IN_OUT and self._is_block(variable.type):
-                    pointer = self._pointers[variable.name] = self._add(f"TO {own}", tree.PointerSpec(variable.type))
-                    passed = tree.Dereference(tree.Name(pointer))
-                arguments.append(tree.Argument(passed, variable.name, is_output=is_output))
-                if not is_output:
-                    inputs[variable.name] = own
-                if block.section is not tree.Section.INPUT:
-                    outputs[variable.name] = own
-        return arguments, inputs, outputs
+                if variable.name not in given.inputs and variable.name not in given.outputs:
+                    self._give(given, variable, block.section, prefix)
+        return given
+
+    def _give(self, given: "_Given", variable: tree.Variable, section: tree.Section, prefix: str) -> None:
+        name = variable.name
+        if is_open(variable.type):
+            own = self._add_open(f"{prefix}{name}", variable.type)
+            given.opens[name] = own, variable.type
+        else:
+            own = self._add(f"{prefix}{name}", variable.type, variable.initial)
+        is_output = section is tree.Section.OUTPUT
+        passed: tree.Expression = tree.Name(own)
+        if section is tree.Section.IN_OUT and self._is_block(variable.type):
+            pointer = given.pointers[name] = self._add(f"TO {own}", tree.PointerSpec(variable.type))
+            passed = tree.Dereference(tree.Name(pointer))
+        given.arguments.append(tree.Argument(passed, name, is_output=is_output))
+        if not is_output:
+            given.inputs[name] = own
+        if section is not tree.Section.INPUT:
+            given.outputs[name] = own
+
+    def _add_open(self, name: str, spec: tree.TypeSpec) -> str:
+        own = self._wrapper.open(name)
+        self._globals[own.casefold()] = tree.Variable(own, closed(spec, self._shapes.get(own)))
+        return own
 
     def _is_block(self, spec: tree.TypeSpec) -> bool:
         pou = self._known.get(spec.name.casefold()) if isinstance(spec, tree.NamedType) else None
         return pou is not None and pou.kind.has_instances
-
-    def _with_own_instances(
-        self, statement: tree.AnyStatement, inputs: Mapping[str, str]
-    ) -> tuple[tuple[tree.AnyStatement, ...], dict[str, str]]:
-        """Return a call behind lines that let unset pointers refer to instances of the wrapper, and the pointers."""
-        pointers, self._pointers = self._pointers, {}
-        made: list[tree.AnyStatement] = []
-        for name, pointer in pointers.items():
-            own = tree.Call(tree.Name("ADR"), (tree.Argument(tree.Name(inputs[name])),))
-            nothing = tree.Binary("=", tree.Name(pointer), tree.Literal(tree.LiteralKind.INTEGER, 0))
-            made.append(tree.If((tree.Branch(nothing, (tree.Assign(tree.Name(pointer), own),)),)))
-        return (*made, statement), pointers
 
     def _called(self, call: tree.Call, result: tree.TypeSpec | None, name: str) -> tuple[tree.AnyStatement, str]:
         """Return the statement of a call, and the variable with its result."""
@@ -157,24 +169,42 @@ class _Declared:
     def _of_function(self) -> tuple[tree.AnyStatement, ...]:
         pou = self._pou
         assert pou is not None, "a function is known"
-        arguments, inputs, outputs = self._arguments(pou.blocks, _ARGUMENTS)
-        statement, result = self._called(tree.Call(tree.Name(pou.name), tuple(arguments)), pou.result, RESULT)
-        statements, pointers = self._with_own_instances(statement, inputs)
-        self.calls = Calls(Call(pou.name, inputs, outputs, result, pointers=pointers))
-        return statements
+        given = self._given(pou.blocks, _ARGUMENTS)
+        statement, result = self._called(tree.Call(tree.Name(pou.name), tuple(given.arguments)), pou.result, RESULT)
+        self.calls = Calls(given.call(pou.name, result))
+        return given.before(statement)
 
     def _of_block(self) -> tuple[tree.AnyStatement, ...]:
+        if self._wrapper.is_pointer:
+            return self._of_pointer()
         blocks = [block for one in self._line for block in one.blocks]
-        arguments, inputs, outputs = self._arguments(blocks, (tree.Section.IN_OUT,))
+        given = self._given(blocks, (tree.Section.IN_OUT,))
+        self._give_any(given, blocks)
         init = tuple(tree.Argument(_constant(text), name) for name, text in self._wrapper.init)
         self._add(BLOCK, tree.NamedType(self._wrapper.name, init))
-        call = tree.CallStatement(tree.Call(tree.Name(BLOCK), tuple(arguments)))
-        statements, pointers = self._with_own_instances(call, inputs)
-        self.calls = Calls(Call(self._wrapper.name, inputs, outputs, pointers=pointers))
+        self._methods(given.call(self._wrapper.name))
+        return given.before(tree.CallStatement(tree.Call(tree.Name(BLOCK), tuple(given.arguments))))
+
+    def _of_pointer(self) -> tuple[tree.AnyStatement, ...]:
+        self._add(BLOCK, tree.PointerSpec(tree.NamedType(self._wrapper.name)))
+        self._tested = tree.Dereference(tree.Name(BLOCK))
+        self._methods(_Given().call(self._wrapper.name))
+        return ()
+
+    def _methods(self, own: Call) -> None:
+        self.calls = Calls(own)
         for method in (method for one in self._line for method in one.methods):
             if method.name.casefold() not in _IMPLICIT:
                 self._method(method)
-        return statements
+
+    def _give_any(self, given: "_Given", blocks: Iterable[tree.Variables]) -> None:
+        """Pass a variable to each ANY of the block that the test has given; the others stay empty."""
+        for variable in (one for block in blocks if block.section is tree.Section.INPUT for one in block.variables):
+            if is_any(variable.type):
+                own = self._wrapper.open(variable.name)
+                given.opens[variable.name] = own, variable.type
+                if own in self._shapes:
+                    self._give(given, variable, tree.Section.INPUT, "")
 
     def _method(self, method: tree.Method) -> None:
         calls, name = self.calls, method.name.casefold()
@@ -182,23 +212,45 @@ class _Declared:
         if name in known:
             return  # the one of a block above is hidden by it
         action = f"{method.accessor or 'METHOD'} {method.name}"
-        member = tree.Member(tree.Name(BLOCK), method.name)
+        member = tree.Member(self._tested, method.name)
         statement: tree.AnyStatement | None = None
-        inputs, outputs, result = dict[str, str](), dict[str, str](), ""
+        given, result = _Given(), ""
         if method.accessor == "GET" and method.result is not None:
             result = self._add(f"{action} result", method.result)
             statement = tree.Assign(tree.Name(result), member)
         elif method.accessor and method.result is not None:
-            inputs = {method.name: self._add(f"{action} value", method.result)}
-            statement = tree.Assign(member, tree.Name(inputs[method.name]))
+            given.inputs[method.name] = self._add(f"{action} value", method.result)
+            statement = tree.Assign(member, tree.Name(given.inputs[method.name]))
         elif not method.accessor:
-            arguments, inputs, outputs = self._arguments(method.blocks, _ARGUMENTS, f"{action} ")
-            call = tree.Call(member, tuple(arguments))
+            given = self._given(method.blocks, _ARGUMENTS, f"{action} ")
+            call = tree.Call(member, tuple(given.arguments))
             statement, result = self._called(call, method.result, f"{action} result")
         if statement is not None:
-            statements, pointers = self._with_own_instances(statement, inputs)
-            self._actions.append(tree.Action(action, tree.StBody(statements)))
-            known[name] = Call(f"{self._wrapper.name}.{method.name}", inputs, outputs, result, action, pointers)
+            self._actions.append(tree.Action(action, tree.StBody(given.before(statement))))
+            known[name] = given.call(f"{self._wrapper.name}.{method.name}", result, action)
+
+
+@dataclass(slots=True)
+class _Given:
+    """The arguments of one call, and the names of the variables behind them (`Call` has the meanings)."""
+
+    arguments: list[tree.Argument] = field(default_factory=list)
+    inputs: dict[str, str] = field(default_factory=dict)
+    outputs: dict[str, str] = field(default_factory=dict)
+    pointers: dict[str, str] = field(default_factory=dict)
+    opens: dict[str, tuple[str, tree.TypeSpec]] = field(default_factory=dict)
+
+    def before(self, statement: tree.AnyStatement) -> tuple[tree.AnyStatement, ...]:
+        """Return a call behind lines that let unset pointers refer to instances of the wrapper."""
+        made: list[tree.AnyStatement] = []
+        for name, pointer in self.pointers.items():
+            own = tree.Call(tree.Name("ADR"), (tree.Argument(tree.Name(self.inputs[name])),))
+            nothing = tree.Binary("=", tree.Name(pointer), tree.Literal(tree.LiteralKind.INTEGER, 0))
+            made.append(tree.If((tree.Branch(nothing, (tree.Assign(tree.Name(pointer), own),)),)))
+        return (*made, statement)
+
+    def call(self, shown: str, result: str = "", action: str = "") -> Call:
+        return Call(shown, self.inputs, self.outputs, result, action, self.pointers, self.opens)
 
 
 def _line_of(pou: tree.Pou | None, known: Mapping[str, tree.Pou]) -> list[tree.Pou]:
