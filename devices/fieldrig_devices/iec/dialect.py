@@ -224,6 +224,8 @@ class Dialect:
     opens_subranges: bool = _rule(Origin.TOOLS)
     """At run time a variable of a subrange takes every number of its integer type: CODESYS V3 and TwinCAT compare with
     the limits in CheckRangeSigned and CheckRangeUnsigned alone, if the project has them."""
+    has_chart_flags: bool = _rule(Origin.TOOLS)
+    """Variables named SFCInit, SFCReset, SFCPause and so on, if the program declares them, steer its charts."""
     allows_numbers_between: bool = _rule(Origin.TODAY)
     """At run time, a variable of an enumeration takes each number from its first to its last value (manual 846: the
     validity of the number is checked)."""

@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fieldrig_devices.iec import tree
+from fieldrig_devices.iec.check import sfc_flags
 from fieldrig_devices.iec.check.charts import check_chart
 from fieldrig_devices.iec.check.context import Context
 from fieldrig_devices.iec.check.statements import Statements
@@ -76,12 +77,23 @@ class _Chart:
         self._position = body.position
         self._origins: dict[int, tree.Node] = {}
         """The steps and transitions, by the statements that run while they are active, or when they fire."""
+        self._stores: list[tree.Expression] = []
+        """The variables that keep named actions on: stored ones, and BOOL variables."""
+        self._flags = sfc_flags.declared_flags(context)
 
     def cycle(self) -> list[AnyStatement]:
         for step in self._steps:
             self._declare_step(step)
         self._sections = {self._context.key(step.name): self._routines(step) for step in self._steps}
         self._now = self._hidden("now", Elementary.TIME)
+        self._run()
+        self._steer()
+        made = Statements(self._context).body(self._made)
+        come_from(made, self._origins)
+        return made
+
+    def _run(self) -> None:
+        """Add the statements of a cycle that is not held up."""
         self._add(_assign(self._now, tree.Call(Name("TIME"), ())))
         for step in self._steps:
             self._time(step)
@@ -93,9 +105,43 @@ class _Chart:
             self._position = step.position
             self._add(_assign(_flag(step.name, "_x"), _flag(step.name, "x")))
         self._test_and_switch()
-        made = Statements(self._context).body(self._made)
-        come_from(made, self._origins)
-        return made
+
+    # ---- 0: what the program wants of the chart (`sfc_flags`)
+
+    def _steer(self) -> None:
+        """Begin with what the flags of the program want, and let the cycle run only if they do not hold it up."""
+        run, self._made, self._position = tuple(self._made), [], tree.NOWHERE
+        init, again = self._flags.get(sfc_flags.INIT), sfc_flags.any_of(self._flags, sfc_flags.INIT, sfc_flags.RESET)
+        if again is not None:
+            self._if(again, *self._beginning())
+        if init is not None:
+            first = next(step for step in self._steps if step.is_initial)
+            self._if(init, _assign(_flag(first.name, "_x"), _FALSE))
+        self._name_step()
+        held = sfc_flags.any_of(self._flags, sfc_flags.INIT, sfc_flags.PAUSE)
+        if held is None:
+            self._made += run
+        else:
+            branch = tree.Branch(_not(held), run, position=tree.NOWHERE)
+            self._add(tree.If((branch,), position=tree.NOWHERE))
+        self._name_step()
+
+    def _beginning(self) -> list[tree.AnyStatement]:
+        """Return what leaves all steps and actions but the initial step, which goes on if it is active."""
+        made: list[tree.AnyStatement] = []
+        for step in self._steps:
+            made.append(_assign(_flag(step.name, "x"), _TRUE if step.is_initial else _FALSE))
+            if not step.is_initial:
+                made.append(_assign(_flag(step.name, "_x"), _FALSE))
+        made += [_assign(store, _FALSE) for store in self._stores]
+        fired = self._flags.get(sfc_flags.FIRED)
+        return [*made, _assign(fired, _FALSE)] if fired is not None else made
+
+    def _name_step(self) -> None:
+        name = self._flags.get(sfc_flags.STEP)
+        if name is not None:
+            for step in self._steps:
+                self._if(_flag(step.name, "x"), _assign(name, tree.Literal(tree.LiteralKind.STRING, step.name)))
 
     # ---- variables
 
@@ -187,6 +233,7 @@ class _Chart:
         if owner is not None and self._context.key(control.name) in owner.actions:
             self._if(runs, tree.CallStatement(tree.Call(action, (), position=self._position)))
         else:
+            self._stores.append(action)
             self._add(_assign(action, runs))
 
     def _kept(self, name: str, reasons: Sequence[tree.Expression]) -> tree.Expression:
@@ -223,6 +270,7 @@ class _Chart:
     ) -> tree.Expression:
         """Store that the step was active, and since when; R clears it."""
         is_on, begin = self._hidden("on", Elementary.BOOL), self._hidden("begin", Elementary.TIME)
+        self._stores.append(is_on)
         self._if(_and(_flag(step, "x"), _not(is_on)), _assign(is_on, _TRUE), _assign(begin, self._now))
         if is_reset is not None:
             self._if(is_reset, _assign(is_on, _FALSE))
@@ -241,6 +289,7 @@ class _Chart:
         if not sets:
             return []
         stored = self._hidden("stored", Elementary.BOOL)
+        self._stores.append(stored)
         self._if(_any(sets), _assign(stored, _TRUE))
         if is_reset is not None:
             self._if(is_reset, _assign(stored, _FALSE))
@@ -250,6 +299,7 @@ class _Chart:
 
     def _test_and_switch(self) -> None:
         fired: list[tuple[tree.Transition, Name]] = []
+        held, tipped = self._flags.get(sfc_flags.RESET), self._tipped()
         left = self._with_alternatives()
         for transition in self._transitions:
             self._position = transition.position
@@ -257,10 +307,13 @@ class _Chart:
             taken = [left[key] for key in self._keys(transition) if key in left]
             enabled = _all([*(_flag(step, "x") for step in transition.sources), *(_not(other) for other in taken)])
             self._add(_assign(name, _FALSE))
-            self._if(enabled, _assign(name, transition.condition, transition.condition.position))
+            if held is not None:
+                enabled = _and(enabled, _not(held))
+            self._if(enabled, *self._tested(name, transition, tipped))
             if taken:
                 self._if(name, *(_assign(other, _TRUE) for other in taken))
             fired.append((transition, name))
+        self._note_fired([name for _, name in fired])
         for transition, name in fired:
             self._position = transition.position
             self._if(name, *(statement for step in transition.sources for statement in self._leave(step)))
@@ -268,6 +321,34 @@ class _Chart:
         for transition, name in fired:
             self._position = transition.position
             self._if(name, *(self._enter(step) for step in transition.targets))
+
+    def _note_fired(self, fired: Sequence[Name]) -> None:
+        flag = self._flags.get(sfc_flags.FIRED)
+        if flag is not None and fired:
+            self._add(_assign(flag, _FALSE))
+            for name in fired:
+                self._if(name, _assign(flag, _TRUE))
+
+    def _tipped(self) -> Name | None:
+        """Return whether the program moves the chart on by hand in this cycle; None if it has no such flags."""
+        mode = self._flags.get(sfc_flags.TIP_MODE)
+        if mode is None:
+            return None
+        tip, tipped, before = self._flags[sfc_flags.TIP], self._hidden("tipped", Elementary.BOOL), "tip before"
+        last = self._hidden(before, Elementary.BOOL)
+        self._position = tree.NOWHERE
+        self._add(_assign(tipped, _and(_and(mode, tip), _not(last))))
+        self._add(_assign(last, tip))
+        return tipped
+
+    def _tested(self, name: Name, transition: tree.Transition, tipped: Name | None) -> list[tree.AnyStatement]:
+        """Return the test of a transition whose steps are active."""
+        test = _assign(name, transition.condition, transition.condition.position)
+        if tipped is None:
+            return [test]
+        mode = self._flags[sfc_flags.TIP_MODE]
+        by_hand = tree.Branch(mode, (_assign(name, tipped),), position=transition.position)
+        return [tree.If((by_hand,), (test,), position=transition.position)]
 
     def _with_alternatives(self) -> dict[str, Name]:
         """Return, for each step with several transitions, a variable that is set when one of them fires: the first one
