@@ -121,6 +121,8 @@ class Dialect:
     """EXPT of two integers is an LREAL where no integer is wanted, as in CODESYS V3 and TwinCAT."""
     rounds_halves_away: bool = _rule(Origin.TOOLS)
     """REAL_TO_INT(2.5) is 3 and that of -2.5 is -3, as CODESYS V3 and TwinCAT have it; otherwise the even neighbour."""
+    has_chart_flags: bool = _rule(Origin.TOOLS)
+    """Variables named SFCInit, SFCReset, SFCPause and so on, if the program declares them, steer its charts."""
     truncates_to_32_bits: bool = _rule(Origin.TOOLS)
     """TRUNC is a DINT where no integer is wanted, as in CODESYS V3 and TwinCAT; in CoDeSys V2.3 it is an INT."""
     allows_trailing_commas: bool = _rule(Origin.TODAY)
@@ -224,8 +226,6 @@ class Dialect:
     opens_subranges: bool = _rule(Origin.TOOLS)
     """At run time a variable of a subrange takes every number of its integer type: CODESYS V3 and TwinCAT compare with
     the limits in CheckRangeSigned and CheckRangeUnsigned alone, if the project has them."""
-    has_chart_flags: bool = _rule(Origin.TOOLS)
-    """Variables named SFCInit, SFCReset, SFCPause and so on, if the program declares them, steer its charts."""
     allows_numbers_between: bool = _rule(Origin.TODAY)
     """At run time, a variable of an enumeration takes each number from its first to its last value (manual 846: the
     validity of the number is checked)."""

@@ -170,6 +170,7 @@ FUNCTIONS: Final[Mapping[str, Callable[..., Value]]] = {
     "NARROW": characters.narrowed,
     "NARROW_CODE": characters.narrowed_code,
     "DT_TEXT_OF_TODAY": texts.todays_dt_text,
+    "TIME_OF_TEXT_OF_TODAY": texts.todays_time,
     "TIME_TEXT_OF_TODAY": literal_texts.time_text,
     "REAL_TEXT_OF_TODAY": partial(texts.todays_real_text, Elementary.REAL),
     "LREAL_TEXT_OF_TODAY": partial(texts.todays_real_text, Elementary.LREAL),
@@ -285,12 +286,14 @@ def _to_time(given: Elementary, wanted: Elementary) -> str:
 
 
 TODAYS: Final[Mapping[str, str]] = {
-    "DT_TO_STRING": "DT_TEXT_OF_TODAY({0})",
-    "TIME_TO_STRING": "TIME_TEXT_OF_TODAY({0})",
-    "REAL_TO_STRING": "REAL_TEXT_OF_TODAY({0})",
-    "LREAL_TO_STRING": "LREAL_TEXT_OF_TODAY({0})",
+    **{
+        f"{kind}_TO_{text.name}": f"{kind}_TEXT_OF_TODAY({{0}})"
+        for kind in ("DT", "TIME", "REAL", "LREAL")
+        for text in _TEXTS
+    },
+    **{f"{text.name}_TO_TIME": "TIME_OF_TEXT_OF_TODAY({0})" for text in _TEXTS},
 }
-"""The conversions to texts that CODESYS V3 and TwinCAT write otherwise, with their Python."""
+"""The conversions of texts that CODESYS V3 and TwinCAT make otherwise, with their Python."""
 
 
 def is_rounding(source: Plain, target: Plain) -> bool:

@@ -164,8 +164,10 @@ def _read_real(text: str) -> float:
     return float(text) if _REAL.fullmatch(text := text.strip()) else 0.0
 
 
-def _time_reader(kind: Elementary) -> Callable[[str], int | None]:
-    prefixes, value_of = _TIMES[kind]
+def _time_reader(kind: Elementary, of: Callable[[str], int] | None = None) -> Callable[[str], int | None]:
+    """Return the reader of texts of a type; `of` reads what is behind # otherwise than `_TIMES` says."""
+    prefixes, usual = _TIMES[kind]
+    value_of = of or usual
 
     def read(text: str) -> int | None:
         prefix, _, value = text.strip().partition("#")
@@ -193,10 +195,16 @@ def reader(kind: Elementary) -> Callable[[str], Value]:
         return lambda text: reals.single(_read_real(text))
     if kind is Elementary.LREAL:
         return _read_real
-    read = _time_reader(kind) if kind in _TIMES else _read_integer
+    return _in_range(kind, _time_reader(kind) if kind in _TIMES else _read_integer)
 
+
+def _in_range(kind: Elementary, read: Callable[[str], int | None]) -> Callable[[str], int]:
     def in_range(text: str) -> int:
         value = read(text)
         return value if value is not None and kind.low <= value <= kind.high else 0
 
     return in_range
+
+
+todays_time: Final = _in_range(_E.TIME, _time_reader(_E.TIME, lambda text: literals.time(text, CODESYS)))
+"""Read a TIME as CODESYS V3 and TwinCAT know it, with fractions and with units that overflow."""
