@@ -12,8 +12,10 @@ The channel of `can0` is 0, as python-can has it; the names of buses are in the 
 
 import gc
 import html
+import io
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import redirect_stdout
 from datetime import UTC, datetime, timedelta
 from decimal import Decimal
 from heapq import merge
@@ -196,7 +198,8 @@ def _opened(library: Any, path: Path) -> Any:
     try:
         try:
             # Otherwise it looks at all rows of buses for their identifiers, and has the whole file in memory meanwhile.
-            return library.MDF(path, process_bus_logging=False)
+            with redirect_stdout(io.StringIO()):  # it prints a traceback of what it raises
+                return library.MDF(path, process_bus_logging=False)
         except Exception as cause:  # noqa: BLE001  whatever its parser meets in bytes that are damaged
             reason = str(cause)
         gc.collect(1)  # it is young
@@ -244,8 +247,10 @@ def _rows(
     mdf: Any, number: int, name: str, make: Callable[..., bytes], start_ns: int, names: BusNames, odd: Oddities
 ) -> Iterator[TraceEntry]:
     for offset in range(0, mdf.groups[number].channel_group.cycles_nr, ROWS):
-        table, columns = _columns(mdf, number, name, offset)
-        times_ns = _whole_times_ns(mdf, number, offset) or [round(each * S) for each in table.timestamps.tolist()]
+        with redirect_stdout(io.StringIO()):  # as above
+            table, columns = _columns(mdf, number, name, offset)
+            whole_ns = _whole_times_ns(mdf, number, offset)
+        times_ns = whole_ns or [round(each * S) for each in table.timestamps.tolist()]
         for place, time_ns in enumerate(times_ns):
             odd.number += 1
             row = {field: values[place] for field, values in columns.items()}

@@ -28,6 +28,7 @@ _CHANNEL: Final = struct.Struct("<BBBBLL")
 """Kind, synchronisation, type of data, first bit, first byte, bits."""
 _VARIABLE: Final = 1
 """The flag of a group whose records have a length each."""
+_LENGTH_SIZE: Final = 4
 _LENGTHS: Final = {b"##HD": {(104, 6)}, b"##DG": {(64, 4)}, b"##CG": {(104, 6), (112, 7)}}
 """Length and number of links, where they say how the rest of a block is laid out."""
 _DATA: Final = frozenset({b"##DT", b"##DV", b"##DI", b"##SD", b"##RD", b"##DZ"})
@@ -136,13 +137,14 @@ def _check_records(group: Block, blocks: Mapping[int, Block]) -> None:
         if len(records.body) < _GROUP.size or len(records.links) < 2:
             raise ValueError(f"{records} is too short")
         _, count, flags, _, size, more = _GROUP.unpack_from(records.body)
-        if not flags & _VARIABLE:
-            needed += count * (size + more + group.body[0])
-            _check_channels(records.links[1], size + more, blocks)
+        is_variable = bool(flags & _VARIABLE)
+        shortest = _LENGTH_SIZE if is_variable else size + more
+        if is_variable and records.links[1]:
+            raise ValueError(f"{records} has records with a length each, and channels, which it never has")
+        needed += count * (shortest + group.body[0])
+        _check_channels(records.links[1], shortest, blocks)
         if needed > present and present >= 0:
-            raise ValueError(
-                f"{records} claims to have {count} records of {size + more} bytes, and there are {present}"
-            )
+            raise ValueError(f"{records} claims to have {count} records of {shortest} bytes, and there are {present}")
         at = records.links[0]
 
 

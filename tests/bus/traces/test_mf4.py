@@ -118,6 +118,18 @@ def test_a_damaged_file_is_refused_or_read(recording: Path) -> None:
     assert list(read(recording, odd=Oddities())) == SENT
 
 
+def test_a_file_that_cannot_be_finished_is_refused_without_a_word_of_the_library(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Bit 2 of its flags: the length of the last data block is open, and this one is packed."""
+    data = bytearray(recording.read_bytes())
+    data[:8], data[60:62] = b"UnFinMF ", (1 << 2).to_bytes(2, "little")
+    recording.write_bytes(data)
+    with pytest.raises(UsageError, match="not a file of MDF 4"):
+        list(read(recording))
+    assert capsys.readouterr().out == ""
+
+
 def test_a_recording_of_other_things_has_no_messages(tmp_path: Path) -> None:
     import numpy
     from asammdf import Signal
@@ -139,6 +151,7 @@ def places(data: bytes | bytearray, kind: bytes) -> list[int]:
     [
         (b"##CG", 8, 255, "claims to have 255 bytes and 6 links"),
         (b"##CG", 80, 1 << 40, "claims to have 1099511627776 records"),
+        (b"##CG", 88, 1, "has records with a length each, and channels"),
         (b"##CG", 8, 1 << 62, "claims to have 4611686018427387904 bytes"),
         (b"##DG", 24, 64, "leads to byte 64, which is a part of another one"),
         (b"##DG", 24, 1 << 40, "a block is said to be at byte 1099511627776"),
