@@ -2,8 +2,9 @@
 
 Source: CiA 402-2 for the objects.
 What the file declares is what exists.  An object that it lacks has no effect: the engine works with a default, in the
-units of the file.  Where the file gives 0 for a limit or a rate with which nothing could ever move, the engine works
-with the default too, though a master reads the 0, because real drives keep such values in a memory of their own.
+units of the file.  Where the file gives 0, or nothing, for a limit, a rate or the profile velocity (6081h), with which
+nothing could ever move, the engine works with the default too, though a master reads the 0, because real drives keep
+such values in a memory of their own.
 """
 
 from collections.abc import Callable, Mapping
@@ -191,7 +192,13 @@ class _File:
         return max(first.number, 1), 1 if second is None else max(second.number, 1)
 
     def _is_unknown(self, key: Key) -> bool:
-        return self._variables[key] is None or key[0] in NEVER_0 or key in NEVER_0_WITHIN
+        index = key[0]
+        return (
+            self._variables[key] is None
+            or index in NEVER_0
+            or key in NEVER_0_WITHIN
+            or (index == objects.PROFILE_VELOCITY and not self.number(index))
+        )
 
 
 def _scaled(per_turn: float, speeds: float, rates: float) -> Callable[[Row], int]:

@@ -40,8 +40,6 @@ def test_a_master_moves_the_drive_of_a_file(name: str) -> None:
     path, facts = path_of(name), FILES[name]
     bench = SingleDriveBench(eds=str(path))
     assert bench.get(0x1000) & 0xFFFF_FFFF == facts.device_type
-    if bench.try_get(0x6081) == 0:
-        bench.put(0x6081, 2_000)
     bench.enabled(1)
     begin = bench.get(0x6064)
     bench.put(0x607A, begin + 100).control(0x1F)

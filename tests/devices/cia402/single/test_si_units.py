@@ -119,6 +119,17 @@ def test_without_a_feed_constant_the_user_unit_is_the_angle_of_60a8h(tmp_path: P
     assert bench.read("position") == pytest.approx(tau, rel=1e-3)
 
 
+@pytest.mark.parametrize("start", ["", "0"])
+def test_a_profile_velocity_that_a_file_does_not_know_is_that_of_our_own_drive(tmp_path: Path, start: str) -> None:
+    """6081h is 0 for the master until it writes it; makers keep the value in the memory of their drives."""
+    bench = SingleDriveBench(eds=without(tmp_path, "0000", x6081=start))
+    assert bench.get(0x6081) == 0
+    bench.enabled(1).put(0x607A, 2_000_000).control(0x1F).after(1_000)
+    assert bench.get(0x606C) == 1_000_000
+    bench.control(0x0F).put(0x6081, 500_000).control(0x3F).after(1_000)
+    assert bench.get(0x606C) == 500_000
+
+
 def with_factors(tmp_path: Path, **starts: int) -> str:
     """Our EDS with 6096h and 6097h instead of the units 60A9h and 60AAh; `starts` are numerators, such as `x6096`."""
     path = Path(without(tmp_path, "60A9", "60AA"))
