@@ -84,6 +84,7 @@ def test_parts_of_a_group_are_told_from_each_other_by_their_labels(device: Devic
     assert unclear(device.front()) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rig", [rig for rig in RIGS if rig not in LARGE])
 def test_so_they_are_in_the_shipped_rigs(rig: str) -> None:
     devices = in_virtual_time(rig).devices
@@ -171,6 +172,7 @@ def test_display_of_a_smart_io_node_shows_its_segments(devices: dict[str, Device
     assert device.points()[display.segments].read() == "abc"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("processes", ["one", pytest.param("each", marks=pytest.mark.system)])
 def test_a_rig_answers_with_the_front_of_a_device(processes: str) -> None:
     rig = {

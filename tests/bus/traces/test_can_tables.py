@@ -57,6 +57,7 @@ def test_messages_that_the_file_computes_are_refused(tmp_path: Path, statement: 
         list(read(path))
 
 
+@pytest.mark.long
 def test_pages_that_lead_to_each_other_end(tmp_path: Path) -> None:
     """All pointers of the table's root become those to one page, and all of that to a third: millions of rows."""
     path = tmp_path / "x.db"

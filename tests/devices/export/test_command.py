@@ -11,6 +11,7 @@ from fieldrig.cli.app import app
 from fieldrig_devices.export.dbc import ENCODING
 
 
+@pytest.mark.long
 def test_the_command_writes_a_file_or_one_for_each_bus(tmp_path: Path) -> None:
     run = CliRunner().invoke
     one, folder = tmp_path / "lab.dbc", tmp_path / "networks"

@@ -8,6 +8,8 @@ from fieldrig.errors import ConfigError
 from fieldrig_devices.search.bench import Bench
 from fieldrig_devices.search.plan import load_plan
 
+pytestmark = pytest.mark.lean  # a check tries what a plan varies in branches
+
 LAB = Path(__file__).parents[3] / "configs" / "lab.yaml"
 PLAN = f"""\
 rig: {LAB}

@@ -47,6 +47,7 @@ def test_a_file_that_can_be_read_only_once_has_no_doubts() -> None:
     assert near_names(Source(), config.buses, config.devices) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("file", CONFIGS, ids=lambda file: file.stem)
 def test_the_examples_give_no_alarm(file: Path) -> None:
     assert look_at(file, ())[2] == []

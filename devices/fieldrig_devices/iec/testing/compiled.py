@@ -43,7 +43,9 @@ def compile_tests(
     host.libraries = (judge.library,)
     mistakes = []
     try:
-        compiled = compile_project(files, host, dialect, limits=NO_LIMITS, resource=resource, extension=extension)
+        compiled = compile_project(
+            files, host, dialect, limits=NO_LIMITS, resource=resource, extension=extension, in_advance=False
+        )
     except CompileError as wrong:
         mistakes = wrong.mistakes
     mistakes = [*mistakes, *extension.mistakes]

@@ -27,6 +27,7 @@ class Deadly:
             yield Outcome(case, Verdict.PASSED)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("names", [("a", "b", "kills", "c"), ("kills",)])
 def test_only_the_test_that_kills_its_process_is_an_error(names: tuple[str, ...]) -> None:
     sources = [Deadly(("first",)), Deadly(names), Deadly(("last",))]

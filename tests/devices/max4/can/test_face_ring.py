@@ -106,6 +106,7 @@ def test_a_torque_ends_at_a_position_limit_where_the_drive_holds_the_axis(
     node.sdo[0x687D][1].raw, node.sdo[0x687D][2].raw = -(1 << 31), (1 << 31) - 1
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-028")
 def test_the_service_channel_takes_its_time(bench: CanFaceBench, node: Any) -> None:
     window = node.sdo[0x2180]

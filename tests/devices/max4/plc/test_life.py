@@ -169,6 +169,7 @@ def test_a_killed_controller_keeps_its_values_for_as_long_as_its_memory(
         assert again.run(100).value("lKept") == (15 if is_kept else 5)
 
 
+@pytest.mark.long
 def test_a_ups_saves_what_a_kill_has_left_in_the_middle_of_a_commit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -188,6 +189,7 @@ def test_a_ups_saves_what_a_kill_has_left_in_the_middle_of_a_commit(
     assert again.value("lKept") == 77
 
 
+@pytest.mark.long
 @pytest.mark.manual("PD-048")
 @pytest.mark.parametrize(
     "body",
@@ -609,6 +611,7 @@ def test_a_program_that_does_not_compile_is_refused_at_the_start_with_file_line_
     assert "program" in first.key
 
 
+@pytest.mark.long
 @pytest.mark.long
 @pytest.mark.manual("PD-312", "PD-316")
 @pytest.mark.parametrize(
