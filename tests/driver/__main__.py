@@ -24,7 +24,7 @@ from tests.driver.stages import BYTECODE, PLANS, REPORTS, STAGES, Stage, Turn
 
 COMMANDS = Commands()
 PYTEST_FAILED = 1  # pytest's exit code for tests that failed, as opposed to a run that broke off
-TURNS = (Turn.BESIDE, Turn.AFTER, Turn.BEHIND)
+APART = (Turn.ALONE, Turn.FIRST)
 AGAIN_LIMIT = 5  # files: more than a busy host explains
 
 
@@ -43,9 +43,10 @@ def main() -> int:
     _install(plan)
     began = time.monotonic()
     outcomes = list[Outcome]()
-    for is_alone, group in groupby(plan, key=lambda stage: stage.turn is Turn.ALONE):
+    for turn, group in groupby(plan, key=lambda stage: stage.turn if stage.turn in APART else None):
         stages = [*group]
-        outcomes += run_together(stages) if not is_alone and len(stages) > 1 else [run_stage(stage) for stage in stages]
+        is_together = turn is not Turn.ALONE and len(stages) > 1
+        outcomes += run_together(stages) if is_together else [run_stage(stage) for stage in stages]
     code = summary(outcomes, time.monotonic() - began, in_ci)
     return INTERRUPTED if COMMANDS.is_interrupted else code
 
@@ -68,7 +69,8 @@ def _install(plan: Sequence[Stage]) -> None:
 
 def run_together(stages: Sequence[Stage]) -> list[Outcome]:
     """Run stages in their turns, and show what each has to say when it is done; `Turn` says which run at once."""
-    beside, after, patient = ([stage for stage in stages if stage.turn is turn] for turn in TURNS)
+    after, patient = ([stage for stage in stages if stage.turn is turn] for turn in (Turn.AFTER, Turn.BEHIND))
+    beside = [stage for stage in stages if stage not in after + patient]
 
     def run(stage: Stage) -> tuple[Outcome, str]:
         with TemporaryFile("w+", encoding="utf-8", errors="replace") as output:

@@ -36,6 +36,7 @@ class Turn(Enum):
     """When a stage runs among those that stand next to it in a plan."""
 
     ALONE = "it has the host for itself"
+    FIRST = "it looks at the sources, beside others that do, and all else waits for them"
     BESIDE = "it shares nothing with others of this kind, so that all of them can run at the same time"
     AFTER = "it waits until those beside each other have ended, and bears those that run behind"
     BEHIND = "nothing in it waits for the host's clock: it runs with what the others leave of the processors"
@@ -80,7 +81,7 @@ def marked(mark: str, folder: str = "tests") -> list[str]:
 
 
 def check_stage(name: str, about: str, command: Callable[[], list[str]]) -> Stage:
-    return Stage(name, about, command, turn=Turn.BESIDE)
+    return Stage(name, about, command, turn=Turn.FIRST)
 
 
 def types_elsewhere(platform: str) -> Stage:
@@ -230,6 +231,7 @@ WHOLE = (
         needs=(needs.DOCKER,),
         around=docker_daemon.reachable,
         in_real_time=True,
+        turn=Turn.AFTER,  # it waits for images and containers more than half of its time
     ),
     guest_stage(
         "vcan",

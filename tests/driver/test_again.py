@@ -54,8 +54,8 @@ def test_summary_names_what_needed_a_second_try(capsys: pytest.CaptureFixture[st
 
 def test_stages_run_together_and_each_has_its_outcome(capfd: pytest.CaptureFixture[str]) -> None:
     checks = [
-        Stage("types", "about types", lambda: python("print('all typed')"), turn=Turn.BESIDE),
-        Stage("prose", "about prose", lambda: python("print('a finding'); raise SystemExit(1)"), turn=Turn.BESIDE),
+        Stage("types", "about types", lambda: python("print('all typed')"), turn=Turn.FIRST),
+        Stage("prose", "about prose", lambda: python("print('a finding'); raise SystemExit(1)"), turn=Turn.FIRST),
     ]
     assert [(outcome.stage, outcome.is_ok) for outcome in driver.run_together(checks)] == [
         ("types", True),
