@@ -22,6 +22,7 @@ from fieldrig.config.settings_file import settings_of
 from fieldrig.config.yaml_source import Source, read_file
 from fieldrig.settings import ConfigFile, WrongKey, refuse_all
 from fieldrig.text.durations import duration_ns
+from fieldrig_devices.scenarios.property import Kind
 from fieldrig_devices.scenarios.scenario_file import Scenario, ScenarioSettings, scenario_of, with_lines
 from fieldrig_devices.search.piece import World
 from fieldrig_devices.search.state_places import Sort
@@ -85,6 +86,11 @@ class Plan(NamedTuple):
     edges: tuple[str, ...]
     states: tuple[str, ...]
     sorts: frozenset[Sort]
+
+    @property
+    def recovers(self) -> bool:
+        """True if the machine has to come back, so that each piece is judged after its end too."""
+        return any(one.kind is Kind.EVENTUALLY for one in self.scenario.properties)
 
 
 _TIMES: Final = ("after", "jitter")

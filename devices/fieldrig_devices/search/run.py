@@ -14,7 +14,7 @@ from fieldrig.system.stopwatch import Stopwatch
 from fieldrig_devices.scenarios.act import Act
 from fieldrig_devices.scenarios.places import RigPlace, place_of
 from fieldrig_devices.scenarios.play import Played, Stage
-from fieldrig_devices.scenarios.property import Kind, Violation
+from fieldrig_devices.scenarios.property import Violation
 from fieldrig_devices.scenarios.sending import message_of
 from fieldrig_devices.search.choices import Choice
 from fieldrig_devices.search.eye import Eye, digest_of
@@ -51,8 +51,6 @@ class Present(NamedTuple):
     plan: Plan
     stage: Stage
     eye: Eye
-    recovers: bool
-    """True if a property says that the machine comes back in the end."""
 
 
 _present: list[Present] = []
@@ -73,8 +71,7 @@ def begin(rig: "Rig", plan: Plan, *, is_hashed: bool = False) -> None:
         stops_early=True,
         is_hashed=is_hashed,
     )
-    recovers = any(one.kind is Kind.EVENTUALLY for one in scenario.properties)
-    _present[:] = [Present(plan, stage, Eye(rig, plan.sorts, plan.states), recovers)]
+    _present[:] = [Present(plan, stage, Eye(rig, plan.sorts, plan.states))]
 
 
 def advance(rig: "Rig", until_ns: int) -> float:
@@ -96,7 +93,7 @@ def play_piece(rig: "Rig", piece: Piece) -> Run:
 
 
 def _play_piece(rig: "Rig", piece: Piece) -> Run:
-    plan, stage, eye, recovers = _present[0]
+    plan, stage, eye = _present[0]
     _go_to(piece)
     if piece.is_whole:
         stage.finish(piece.until_ns)
@@ -104,7 +101,7 @@ def _play_piece(rig: "Rig", piece: Piece) -> Run:
     eye.forget()
     stage.run_until(piece.until_ns)
     states = frozenset(map(digest_of, eye.states()))
-    if not recovers or stage.violations:
+    if not plan.recovers or stage.violations:
         return _run(piece)._replace(states=states)
     if plan.scenario.master is not None:  # nothing goes on from here, as the threads of a master cannot be copied
         stage.finish(piece.until_ns)
@@ -198,7 +195,7 @@ def _go_to(piece: Piece) -> None:
 
 
 def _run(piece: Piece) -> Run:
-    _, stage, eye, _ = _present[0]
+    _, stage, eye = _present[0]
     violations = stage.violations
     way = eye.way() if violations else b""
     return Run(piece.acts, violations, piece.until_ns, world=piece.world, marks=eye.marks(), way=way)

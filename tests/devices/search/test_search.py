@@ -328,3 +328,18 @@ def test_whether_the_machine_comes_back_by_what_its_operator_may_do(
     for strategy in ("archive", "swarm"):
         corpus, _ = searched(file, strategy, most=6)
         assert bool(corpus.findings()) is is_found, strategy
+
+
+@pytest.mark.parametrize(
+    ("strategy", "ends_with"), [("archive", "0 worse, 0 better\n"), ("sweep", "1 worse, 0 better\n")]
+)
+def test_a_piece_that_others_go_on_from_is_compared_up_to_its_end(
+    tmp_path: Path, strategy: str, ends_with: str
+) -> None:
+    """Played alone it goes on until all faults are healed, which the search has not judged."""
+    plan, file = planted(tmp_path, ""), tmp_path / "c.sqlite"
+    wrong = "the switch is on again: {never: not wires/switch.on, longer: 900ms}"
+    plan.write_text(plan.read_text().replace("properties:\n", f"properties:\n  {wrong}\n"))
+    acts = (Act(700 * MS, "fault", "terminal", {"what": "power_off", "duration_ms": 1000}),)
+    Corpus(file).add(Run(acts, (), 750 * MS), strategy)
+    assert run("compare", plan, file).stdout.endswith(ends_with)
