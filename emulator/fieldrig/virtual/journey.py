@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple, TypeVar, cast
 
 from fieldrig.clock import MS, NEVER_NS, S
 from fieldrig.device import Value
-from fieldrig.errors import ControlError
+from fieldrig.errors import ControlError, RigError
 from fieldrig.outside.untrusted import shown
 from fieldrig.virtual.branch_process import Asked
 from fieldrig.virtual.checkpoints import Checkpoints
@@ -31,6 +31,10 @@ KEEP: Final = 64
 """Checkpoints that are kept: 0.3 GB for a rig of some devices."""
 WINDOWS_NS: Final = (10 * MS, 500 * MS)
 """How far back a search looks first.  After that it goes from checkpoint to checkpoint."""
+
+
+LOADING_NS: Final = MS // 10
+"""How exactly the instant is known at which a device got the program that is searched: less than a cycle of any."""
 
 
 class Search(NamedTuple):
@@ -168,22 +172,21 @@ class Journey:
     ) -> "tuple[Mapping[str, Any], _Start | None]":
         """Look for it piece by piece, the last one first; return the answer, and where its piece begins."""
         found: Mapping[str, Any] = {"number": 0}
-        asked_ns = end_ns + 1
-        for start_ns in self._starts(checkpoints, end_ns):
-            before = checkpoints.asked_before(start_ns)
-            start = _Start(_past(checkpoints, start_ns), before, checkpoints.asked(before, asked_ns))
-            try:
-                with start.rig.branch() as past:
-                    past.answer(search.device, search.question, search.begin)
-                    past._repeat(start.asked, end_ns)
-                    found = _checked(search, past.answer(search.device, search.question, search.look))
-            except BaseException:
+        asked_ns, is_first = end_ns + 1, True
+        for piece_ns in self._starts(checkpoints, end_ns):
+            start_ns = piece_ns if is_first else _begins(checkpoints, search, piece_ns, end_ns)
+            if start_ns is not None:
+                before = checkpoints.asked_before(start_ns)
+                start = _Start(_past(checkpoints, start_ns), before, checkpoints.asked(before, asked_ns))
+                try:
+                    found = _looked(search, start, end_ns)
+                except BaseException:
+                    start.rig.close()
+                    raise
+                if found["number"]:
+                    return found, start
                 start.rig.close()
-                raise
-            if found["number"]:
-                return found, start
-            start.rig.close()
-            end_ns = asked_ns = start_ns
+            end_ns, asked_ns, is_first = piece_ns, piece_ns, False
             await asyncio.sleep(0)  # others may ask something
         return found, None
 
@@ -236,6 +239,43 @@ class _Start(NamedTuple):
 def _past(checkpoints: Checkpoints, ns: int) -> KeptRig:
     """Return a branch of the past, which is a rig like the present."""
     return cast(KeptRig, checkpoints.back(ns))
+
+
+def _looked(search: Search, start: "_Start", end_ns: int) -> Mapping[str, Any]:
+    """Return what the device finds in a piece of the past."""
+    with start.rig.branch() as past:
+        past.answer(search.device, search.question, search.begin)
+        past._repeat(start.asked, end_ns)
+        return _checked(search, past.answer(search.device, search.question, search.look))
+
+
+def _begins(checkpoints: Checkpoints, search: Search, first_ns: int, end_ns: int) -> int | None:
+    """Return the instant in a piece of the past from which the device can search; None if it cannot in all of it.
+
+    It refuses while it has no program yet, or an older one without what is looked for.
+    """
+    refused_ns = first_ns
+    ns: int
+    for ns in (first_ns, *range(first_ns + WINDOWS_NS[1], end_ns, WINDOWS_NS[1]), end_ns):
+        if _may_begin(checkpoints, search, ns):
+            while ns - refused_ns > LOADING_NS:
+                middle_ns = (ns + refused_ns) // 2
+                if _may_begin(checkpoints, search, middle_ns):
+                    ns = middle_ns
+                else:
+                    refused_ns = middle_ns
+            return ns
+        refused_ns = ns
+    return None
+
+
+def _may_begin(checkpoints: Checkpoints, search: Search, ns: int) -> bool:
+    with _past(checkpoints, ns) as past:
+        try:
+            past.answer(search.device, search.question, search.begin)
+        except RigError:
+            return False
+    return True
 
 
 def _checked(search: Search, answer: Any) -> Mapping[str, Any]:

@@ -138,8 +138,9 @@ class ServedRig(Rig):
     def repeat_until_there(self, asked: Sequence[Asked], until_ns: int, is_there: Callable[["ServedRig"], bool]) -> int:
         """Repeat what was asked up to `until_ns`; return how much it was.
 
-        At that very instant it is repeated only until `is_there(rig)` is true, and the rig goes on until it is: a
-        device may notice later, by the time of its processor, what happened then.
+        It is repeated only until `is_there(rig)` is true, because a program that stood at its goal already must not be
+        asked to go on from there.  The rig goes on until it is: a device may notice later, by the time of its
+        processor, what happened then.
         """
         done = 0
         for at_ns, has_run, call, arguments in asked:
@@ -147,8 +148,8 @@ class ServedRig(Rig):
                 break
             if has_run:
                 self.run_until(at_ns)
-            if at_ns == until_ns and is_there(self):
-                break
+            if is_there(self):
+                return done
             repeat_one(self, call, arguments)
             done += 1
         self.run_until(max(until_ns, self.now_ns))
