@@ -165,7 +165,7 @@ def _read_real(text: str) -> float:
 
 
 def _time_reader(kind: Elementary, of: Callable[[str], int] | None = None) -> Callable[[str], int | None]:
-    """Return the reader of texts of a type; `of` reads what is behind # otherwise than `_TIMES` says."""
+    """Return the reader of texts of a type; `of` reads what is behind # in another way."""
     prefixes, usual = _TIMES[kind]
     value_of = of or usual
 
