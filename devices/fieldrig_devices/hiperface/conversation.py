@@ -21,6 +21,7 @@ from fieldrig_devices.hiperface.telegram import (
     ERROR_BIT,
     FACTORY_ADDRESS,
     Command,
+    Status,
     about,
     answer_length,
     checksum,
@@ -30,6 +31,8 @@ from fieldrig_devices.hiperface.telegram import (
 
 GAP_NS: Final = 6 * MS
 RETRIES: Final = 5
+GARBLED: Final = frozenset({Status.PARITY, Status.CHECKSUM})
+"""Status messages about a request that arrived otherwise than it was sent: the encoder has done nothing."""
 RESET_NS: Final = 200 * MS
 """Time that a drive waits after a reset."""
 
@@ -103,7 +106,7 @@ class Conversation(Generic[T]):
         if self.is_done:
             return b""
         if self._send_ns is None and now_ns >= self._until_ns:
-            self._failed(now_ns)
+            self._failed(now_ns, None)
         if self.is_done or self._send_ns is None or now_ns < self._send_ns or self._request is None:
             return b""
         return self._sent(now_ns, self._request)
@@ -142,10 +145,11 @@ class Conversation(Generic[T]):
             return
         answer = bytes(heard[:length])
         if checksum(answer):
-            self._failed(now_ns)
-            return
-        if answer[1] & ~ERROR_BIT == request.command:
+            self._failed(now_ns, None)
+        elif answer[1] & ~ERROR_BIT == request.command:
             self._go_on(now_ns, answer[2:-1])
+        elif answer[2] in GARBLED:
+            self._failed(now_ns, answer[2])
         else:
             self._throw(now_ns, AnsweredError(request.command, answer[2]))
 
@@ -153,8 +157,8 @@ class Conversation(Generic[T]):
         is_from_it = self._address in (heard[0], BROADCAST)
         return is_from_it and (len(heard) < 2 or heard[1] & ~ERROR_BIT in (command, Command.READ_STATUS))
 
-    def _failed(self, now_ns: int) -> None:
-        """Retry after a missing or invalid answer, or give up."""
+    def _failed(self, now_ns: int, status: int | None) -> None:
+        """Retry after a missing or invalid answer, or one that says by its status that the request was; or give up."""
         assert self._request is not None
         if self._request.command == Command.RESET:
             self._go_on(now_ns, b"")
@@ -163,7 +167,9 @@ class Conversation(Generic[T]):
         if self._tries <= self._retries:
             self._send_ns = now_ns + GAP_NS
             return
-        self._throw(now_ns, NoAnswerError(self._request.command, self._has_heard))
+        command = self._request.command
+        refused = NoAnswerError(command, self._has_heard) if status is None else AnsweredError(command, status)
+        self._throw(now_ns, refused)
 
     def _go_on(self, now_ns: int, answer: bytes) -> None:
         try:

@@ -295,3 +295,31 @@ def test_noise_before_an_answer_is_passed_over() -> None:
     assert conversation.due(0) == bytes.fromhex("40 4c 00 0c")
     conversation.receive(5 * MS, bytes.fromhex("00 40 40 17 40 4c 00 cf c3"))
     assert conversation.due(11 * MS) == bytes.fromhex("40 4a 00 00 06 55 59")
+
+
+@pytest.mark.parametrize(("status", "check"), [(0x0A, 0x9A), (0x09, 0x99)], ids=["checksum", "parity"])
+@pytest.mark.parametrize("refusals", [2, 3])
+def test_a_request_that_reached_the_encoder_garbled_is_repeated(status: int, check: int, refusals: int) -> None:
+    """The encoder says by its status that it has understood nothing, and so it has done nothing."""
+    conversation = Conversation(read_position(), retries=2)
+    now_ns = 0
+    for _ in range(refusals):
+        now_ns = conversation.next_ns() or 0
+        assert conversation.due(now_ns) == bytes.fromhex("404202")
+        conversation.receive(now_ns + MS, bytes((0x40, 0xD0, status, check)))
+    if refusals == 2:
+        now_ns = conversation.next_ns() or 0
+        assert conversation.due(now_ns) == bytes.fromhex("404202")
+        conversation.receive(now_ns + MS, bytes.fromhex("40420001020302"))
+        assert conversation.result() == 0x010203
+    else:
+        with pytest.raises(AnsweredError, match=f"refuses 42h with status {status:02X}h"):
+            conversation.result()
+
+
+def test_another_refusal_is_final() -> None:
+    conversation = Conversation(read_position())
+    assert conversation.due(0) == bytes.fromhex("404202")
+    conversation.receive(MS, bytes.fromhex("40D01E8E"))  # the encoder is too hot
+    with pytest.raises(AnsweredError, match="1Eh, encoder too hot"):
+        conversation.result()
