@@ -58,6 +58,8 @@ class Adapter:
         self._is_attached = self.is_over = False
         self._why = ""
         """Why the program is going to stop, if the editor has asked for it: `step` or `pause`."""
+        self._found: int | None = None
+        """The thread that a way back has come to, until the editor knows."""
         self._progress = ""
         self._references: list[str] = []
         """Paths of groups, by their reference minus 1."""
@@ -211,14 +213,16 @@ class Adapter:
         if state["stops"] == self._stops:
             return
         self._stops = state["stops"]
-        for thread in state["threads"]:
+        for thread in sorted(state["threads"], key=lambda thread: bool(thread["number"] != self._found)):
             reason = REASONS.get(thread["state"])
             if reason is not None:
-                why = self._why if self._why and reason == "breakpoint" else reason
+                is_beside = self._found is not None and thread["number"] != self._found
+                why = self._why if self._why and reason == "breakpoint" and not is_beside else reason
                 why = "data breakpoint" if "change" in thread else why
                 body = {"reason": why, "threadId": thread["number"], "allThreadsStopped": False}
+                body |= {"preserveFocusHint": True} if is_beside else {}
                 self._event("stopped", **body, **({"text": thread["about"]} if thread["about"] else {}))
-        self._why = ""
+        self._why, self._found = "", None
 
     def _show_logged(self) -> None:
         """Show what breakpoints have logged since the last look."""
@@ -258,17 +262,18 @@ class Adapter:
         if self._travel is not None:
             self._travel.run()
 
-    def _is_back(self, why: str) -> None:
-        """Show at the next look where the program is now."""
+    def _is_back(self, why: str, found: Mapping[str, Any] | None = None) -> None:
+        """Show at the next look where the program is now, and the thread that was looked for in front of the others."""
         self._stops, self._why = -1, why
+        self._found = None if found is None else int(found["thread"])
 
     def _step_back(self, arguments: Mapping[str, Any]) -> None:
-        self._way_back().back_by_line(field(arguments, "threadId", int))
-        self._is_back("step")
+        found = self._way_back().back_by_line(field(arguments, "threadId", int))
+        self._is_back("step", found)
 
     def _reverse_continue(self, _: Mapping[str, Any]) -> None:
         found = self._way_back().reverse_continue()
-        self._is_back("data breakpoint" if "change" in found else "breakpoint")
+        self._is_back("data breakpoint" if "change" in found else "breakpoint", found)
 
     def _back(self, arguments: Mapping[str, Any]) -> None:
         self._way_back().back(field(arguments, "ns", int))
@@ -276,8 +281,8 @@ class Adapter:
 
     def _back_to(self, arguments: Mapping[str, Any]) -> None:
         name = self._file_of(field(arguments, "source", dict))
-        self._way_back().back_to(name, field(arguments, "line", int))
-        self._is_back("goto")
+        found = self._way_back().back_to(name, field(arguments, "line", int))
+        self._is_back("goto", found)
 
     def _last_change(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         return dict(self._way_back().last_change(field(arguments, "name", str)))

@@ -224,7 +224,7 @@ class Debugger:
             if len(arguments) != 2:
                 raise ValueError("expected `back to LINE` or `back to FILE:LINE`")
             place = self._sources.place_of(arguments[1], self._here())
-            travel.back_to(place.file, place.line)
+            self._chosen = int(travel.back_to(place.file, place.line)["thread"])
         elif len(arguments) > 1:
             raise ValueError(
                 f"unexpected {' '.join(arguments[1:])!r}\nexpected `back 5`, `back 12.34s` or `back to LINE`"
@@ -256,6 +256,7 @@ class Debugger:
     def _reverse_continue(self, arguments: list[str]) -> None:
         none(arguments)
         found = self._way_back().reverse_continue()
+        self._chosen = int(found["thread"])
         if "change" in found:
             self._say(changed(found))
         self.show_place()

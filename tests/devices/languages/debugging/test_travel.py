@@ -381,6 +381,50 @@ def test_an_editor_has_data_breakpoints_both_ways(editor: TravellingEditor) -> N
     assert editor.rig.ask({"command": "state"})["state"] == "running"
 
 
+TWO_TASKS = """\
+VAR_GLOBAL g : INT; END_VAR
+PROGRAM Fast
+VAR n : INT; END_VAR
+n := n + 1;
+END_PROGRAM
+PROGRAM Slow
+VAR s : INT; END_VAR
+s := s + 1;
+g := 100 + s;
+END_PROGRAM
+CONFIGURATION Cell
+RESOURCE Main ON Controller
+TASK Quick(INTERVAL := T#10ms, PRIORITY := 1);
+TASK Calm(INTERVAL := T#100ms, PRIORITY := 5);
+PROGRAM F WITH Quick : Fast;
+PROGRAM S WITH Calm : Slow;
+END_RESOURCE
+END_CONFIGURATION
+"""
+IN_FAST, IN_SLOW = 4, 9
+
+
+def test_of_two_tasks_that_stand_the_one_that_was_found_is_shown(tmp_path: Path) -> None:
+    config = config_of(tmp_path)
+    (tmp_path / "plc.st").write_text(TWO_TASKS)
+    with travelling(config, "plc") as rig:
+        session = Session(rig)
+        rig.run_until(S)
+        session.do("run")
+        rig.run_for(250 * MS)
+        session.do(f"break {IN_SLOW}", "continue", f"break {IN_FAST}")
+        rig.run_for(50 * MS)  # both stand now
+        session.do("delete", "watch g", "thread 1", "continue", "reverse-continue")
+        assert session.do("where")[0].startswith(f"Slow, plc.st:{IN_SLOW}")
+        editor = TravellingEditor(rig)
+        editor.request("initialize")
+        editor.request("attach")
+        editor.request("reverseContinue")
+        stops = [body for name, body in editor.events() if name == "stopped"]
+        assert (stops[0]["threadId"], stops[0]["reason"]) == (2, "data breakpoint")
+        assert all(stop["preserveFocusHint"] and stop["reason"] == "breakpoint" for stop in stops[1:])
+
+
 def test_a_rig_in_real_time_is_told_apart_in_a_sentence() -> None:
     editor = Editor()
     travel = Travel("plc", editor.service.answer, lambda _verb, _message: {"time": "real", "now_ns": 0})
