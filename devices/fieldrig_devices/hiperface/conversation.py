@@ -32,7 +32,7 @@ from fieldrig_devices.hiperface.telegram import (
 GAP_NS: Final = 6 * MS
 RETRIES: Final = 5
 GARBLED: Final = frozenset({Status.PARITY, Status.CHECKSUM})
-"""Status messages about a request that arrived otherwise than it was sent: the encoder has done nothing."""
+"""Status messages about a request that arrived differently from how it was sent: the encoder has done nothing."""
 RESET_NS: Final = 200 * MS
 """Time that a drive waits after a reset."""
 
