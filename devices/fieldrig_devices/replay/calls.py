@@ -167,7 +167,8 @@ def _begun(
     judge.buses.update(begin.buses)
     if begin.started:
         nodes = ", ".join(map(str, begin.started))
-        judge.result.note(f"the nodes {nodes} are operational when the log begins, so they are started before")
+        who, it = (f"the nodes {nodes} are", "they are") if len(begin.started) > 1 else (f"node {nodes} is", "it is")
+        judge.result.note(f"{who} operational when the log begins, so {it} started before")
     pace = Pace(
         begin.begin_ns, begin.log_ns, speed, timeout_ns, begin.heard_ns, begin.ready_ns, begin.awaited, settle_ns != 0
     )
