@@ -75,6 +75,10 @@ class EndlessError(RigError):
     """Devices answer each other without end, and no time passes."""
 
 
+class GoneError(RigError):
+    """The process of a branch has ended from outside, such as by a system without memory."""
+
+
 class RefusedError(RigError):
     """A device that a command talks to refuses the request."""
 

@@ -2,14 +2,14 @@
 
 from collections import OrderedDict
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, Self
 
 from fieldrig.coverage.collecting import collecting
 from fieldrig.coverage.places import Place
-from fieldrig.errors import ConfigError
+from fieldrig.errors import ConfigError, GoneError
 from fieldrig.virtual.branch import Branch
 from fieldrig.virtual.rig import Rig
 from fieldrig_devices.scenarios.act import RefusedActError
@@ -28,6 +28,8 @@ from fieldrig_devices.search.vary import choices_of
 if TYPE_CHECKING:
     from types import TracebackType
 
+MOST_LOST: Final = 2
+"""Times that a piece is played again whose process was ended from outside."""
 MOST_PARKED: Final = 64
 """Branches that are kept at the ends of pieces; those that were used least recently go."""
 
@@ -98,7 +100,7 @@ class Bench:
         """Play a piece."""
         branch = self.start(piece)
         try:
-            played: Run = branch.result()
+            branch, played = self.result(branch, piece)
         except BaseException:
             branch.close()
             raise
@@ -106,14 +108,37 @@ class Bench:
         self.park(branch, piece, played)
         return played
 
+    def result(self, branch: Branch, piece: Piece) -> tuple[Branch, Run]:
+        """Return the outcome of a piece with its branch, which is another one if the first was ended from outside."""
+        for _ in range(MOST_LOST):
+            try:
+                return branch, branch.result()
+            except GoneError:
+                branch = self.start(piece)
+        return branch, branch.result()
+
     def told(self, piece: Piece) -> Played:
         """Play a whole piece with all that a report needs."""
+        for _ in range(MOST_LOST):
+            with suppress(GoneError):
+                return self._told(piece)
+        return self._told(piece)
+
+    def _told(self, piece: Piece) -> Played:
         with self._standing(piece.world).rig.branch() as branch:
-            return branch.call(run.play_told, _in_world(self.plan, piece.world), piece)
+            told: Played = branch.call(run.play_told, _in_world(self.plan, piece.world), piece)
+            return told
 
     def start(self, piece: Piece) -> Branch:
         """Start a piece in a branch of its own; `Branch.result` gives the `Run`, and `park` takes the branch back."""
-        branch = self._nearest(piece).branch()
+        try:
+            branch = self._nearest(piece).branch()
+        except GoneError:
+            parked = self._parked.pop(_begin_of(piece), None)
+            if parked is not None:
+                parked.close()
+            self._standing(piece.world).trunk.begin_again()
+            branch = self._nearest(piece).branch()
         branch.start(run.play_piece, piece)
         return branch
 
@@ -159,7 +184,7 @@ class Bench:
             return standing.root  # a master begins with the scenario, and has threads that no branch can have
         if not before and piece.from_ns:
             return standing.trunk.at(piece.from_ns)
-        key = (piece.world, acts_text(before), piece.from_ns)
+        key = _begin_of(piece)
         if key in self._parked:
             self._parked.move_to_end(key)
             return self._parked[key]
@@ -167,6 +192,10 @@ class Bench:
 
 
 _Key = tuple[World, str, int]
+
+
+def _begin_of(piece: Piece) -> _Key:
+    return piece.world, acts_text(piece.before), piece.from_ns
 
 
 def _end_of(played: Run) -> _Key:

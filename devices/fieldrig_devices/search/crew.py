@@ -80,6 +80,6 @@ class LocalCrew:
             assert isinstance(file, int)
             branch = files[file]
             number, piece = self._running.pop(branch)
-            self._ended[number] = branch.result()
+            branch, self._ended[number] = self._bench.result(branch, piece)
             self._bench.park(branch, piece, self._ended[number])
         self._fill()

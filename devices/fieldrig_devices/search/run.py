@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, nullcontext
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from fieldrig.errors import ControlError, RigError
+from fieldrig.errors import ControlError, GoneError, RigError
 from fieldrig.system.stopwatch import Stopwatch
 from fieldrig_devices.scenarios.act import Act
 from fieldrig_devices.scenarios.places import RigPlace, place_of
@@ -87,6 +87,8 @@ def play_piece(rig: "Rig", piece: Piece) -> Run:
     with _acting():
         try:
             played = _play_piece(rig, piece)
+        except GoneError:
+            raise  # the piece is played again
         except RigError as wrong:  # each action alone was tried, so it is the state of the machine that refuses it
             played = _run(piece)._replace(refused=wrong.what)
     return played._replace(cpu_s=played.cpu_s + watch.busy_seconds)

@@ -44,6 +44,15 @@ class Trunk:
             self._last_ns = ns
         return self._last
 
+    def begin_again(self) -> None:
+        """Let all branches but the root go, of which one was ended from outside."""
+        root, *others = self._marks
+        if self._last is not root:
+            others.append(self._last)
+        for branch in others:
+            branch.close()
+        self._marks, self._last, self._last_ns = [root], root, 0
+
     def _gone_on(self, branch: "Branch", ns: int) -> "Branch":
         self.cpu_s += branch.call(run.advance, ns)
         return branch

@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Protocol, Self, TypeVar, overload
 
 from fieldrig.device import Value
-from fieldrig.errors import ArgumentError, RigError
+from fieldrig.errors import ArgumentError, GoneError, RigError
 from fieldrig.outside.untrusted import shown
 from fieldrig.points.names import split_point, written_point
 from fieldrig.system.exits import KILL
@@ -254,7 +254,7 @@ class Branch:
             self.is_closed = True
             self._pipe.close()
             how = _how_it_ended(self.pid) if self._is_child else "it has ended"
-            raise RigError("the process of the branch is gone", how) from cause
+            raise GoneError("the process of the branch is gone", how) from cause
         except BaseException:  # such as Ctrl-C: the next answer would be that to another question
             self.close()
             raise

@@ -2,6 +2,8 @@
 
 import json
 import math
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +15,7 @@ from typer.testing import CliRunner, Result
 
 from fieldrig.clock import MS, S
 from fieldrig.errors import ConfigError, RigError
+from fieldrig.virtual.branch import Branch
 from fieldrig_devices.scenarios.act import Act, Schedule
 from fieldrig_devices.scenarios.command import app as scenario_app
 from fieldrig_devices.search.causes import Causes, NotRepeatedError
@@ -343,3 +346,37 @@ def test_a_piece_that_others_go_on_from_is_compared_up_to_its_end(
     acts = (Act(700 * MS, "fault", "terminal", {"what": "power_off", "duration_ms": 1000}),)
     Corpus(file).add(Run(acts, (), 750 * MS), strategy)
     assert run("compare", plan, file).stdout.endswith(ends_with)
+
+
+def test_a_piece_whose_process_is_killed_is_played_again(tmp_path: Path) -> None:
+    """A killed branch to go on from, a parked one or one along the nominal run, is made again."""
+    plan = load_plan(planted(tmp_path, HISTORY))
+    press = Act(700 * MS, "press", "wires/switch.on", True, 50 * MS)
+    first = Piece((press,), 0, 1 * S, is_whole=False)
+    onward = Piece((press, press._replace(at_ns=1200 * MS)), 1 * S, 2 * S)
+    late = Piece((press._replace(at_ns=900 * MS),), 0, 2 * S)
+    with Bench(plan) as bench:
+        expected = [bench.play(piece) for piece in (first, onward, late)]
+    with Bench(plan) as bench, LocalCrew(bench, 1) as crew:
+        crew.start(first)
+        _kill(next(iter(crew._running)))
+        played = [crew.next()]
+        _kill(next(iter(bench._parked.values())))
+        crew.start(onward)
+        played.append(crew.next())
+        trunk = bench._standing(()).trunk
+        _kill(trunk.before(900 * MS))
+        crew.start(late)
+        played.append(crew.next())
+    assert [one._replace(cpu_s=0) for one in played] == [one._replace(cpu_s=0) for one in expected]
+    assert played[1].violations
+
+
+def _kill(branch: Branch) -> None:
+    """End its process; what it has answered before is lost as well."""
+    os.kill(branch.pid, signal.SIGKILL)
+    while branch._pipe.poll(None):
+        try:
+            branch._pipe.recv_bytes()
+        except (EOFError, OSError):
+            return
