@@ -94,8 +94,8 @@ class Cia402Drive(Device):
         self.motor = Servo(clock, settings, self._inputs)
         self.injected = self.motor.faults
         self.node.take_faults(self.injected)
-        self._signalled = 0
-        """Error code of the present EMCY."""
+        self._signalled: set[int] = set()
+        """Error codes that an EMCY has reported, and none has taken back."""
         self.axis = self._make_axis()
         self._gate = PowerGate(clock, self.motor, manner, self._on_gate)
         self.axis.machine.has_supply = self._gate.is_open
@@ -208,12 +208,14 @@ class Cia402Drive(Device):
             self.axis.fail(SYNC_LOST)
 
     def _on_error(self, code: int) -> None:
-        """Signal a new error by EMCY; 0 says that the last one was reset."""
+        """Signal a new error by EMCY, also one beside others; 0 says that all were reset."""
         emcy = self.node.emcy
-        if self._signalled and self._signalled != code:
-            emcy.clear_error(self._signalled, 1)
-        self._signalled = code
+        present = {code} | self.motor.error_codes if code else set()
+        for gone in sorted(self._signalled - present):
+            emcy.clear_error(gone, 1)
+        self._signalled &= present
         if code:
+            self._signalled.add(code)
             # 8130h is the loss that the node has reported already, if it was one of the heartbeat or of the guarding.
             cause = self.motor.cause_of(code)
             register = register_of(code) if cause.error_register is None else cause.error_register

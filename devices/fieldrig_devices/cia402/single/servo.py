@@ -187,7 +187,12 @@ class Servo:
 
     @property
     def error(self) -> int:
-        return next(iter(self._errors)).code if self._errors else 0
+        return next(reversed(self._errors)).code if self._errors else 0
+
+    @property
+    def error_codes(self) -> set[int]:
+        """The codes of all errors that have not been reset."""
+        return {cause.code for cause in self._errors}
 
     @property
     def is_brake_lifted(self) -> bool:

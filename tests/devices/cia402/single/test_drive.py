@@ -328,6 +328,22 @@ def test_each_fault_has_its_code_emcy_and_register(
     assert (bench.status(0x4F), bench.get(0x1001)) == (DISABLED, 0)
 
 
+def test_each_further_error_has_its_emcy_until_all_are_reset(bench: SingleDriveBench) -> None:
+    """CiA 301 7.2.7: one EMCY for each error event.  603Fh is the last error that occurred."""
+    sent, numbers = [], []
+    for code in (0x2310, 0x2311, 0x4310):
+        numbers.append(bench.drive.add_fault({"what": "error", "code": code}))
+        sent += [frame[:10] for frame in bench.after(5) if frame.startswith("085#")]
+        assert bench.get(0x603F) == code
+    assert sent == ["085#10 23 ", "085#11 23 ", "085#10 43 "]
+    assert [bench.get(0x1003, place) & 0xFFFF for place in (0, 1, 2, 3)] == [3, 0x4310, 0x2311, 0x2310]
+    for number in numbers:
+        bench.drive.clear_fault(number)
+    bench.control(0x80)
+    assert [frame for frame in bench.after(5) if frame.startswith("085#")][-1] == "085#00 00 00 00 00 00 00 00"
+    assert bench.status(0x6F) == DISABLED
+
+
 @pytest.mark.parametrize(("mode", "shown"), [(PP, 0x2000), (CSP, 0x2000), (PV, 0)])
 def test_a_following_error_is_bit_13_where_the_mode_has_it(bench: SingleDriveBench, mode: int, shown: int) -> None:
     bench.enabled(mode)
