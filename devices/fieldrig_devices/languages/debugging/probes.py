@@ -92,6 +92,8 @@ class Probes:
         self._clock, self._debuggee = clock, debuggee
         self._goals: dict[str, int] = {}
         """The numbers of the instructions in front of which the program stops, by the names of the goals."""
+        self._reached: dict[str, int] = {}
+        """The threads that have come to a goal, by its name."""
         self._counts: dict[str, int] = {}
         """The instructions since the beginning of each goal and search."""
         self._searches: dict[str, tuple[Search, Values]] = {}
@@ -148,9 +150,9 @@ class Probes:
         """Return what a search has found so far; nothing for an unknown one."""
         return self._searches[name][0].found if name in self._searches else Found()
 
-    def is_there(self, name: str) -> bool:
-        """Return whether a goal is reached."""
-        return name in self._counts and name not in self._goals and name not in self._searches
+    def reached_by(self, name: str) -> int | None:
+        """Return the thread that has come to a goal; None for one that is not reached."""
+        return self._reached.get(name)
 
     def takes_stop(self, thread: int) -> bool:
         """Return whether the stop of a thread that is reported now is that of a look."""
@@ -167,6 +169,7 @@ class Probes:
         """End goals.  A search goes on: it is in a branch of the past, where this is repeated."""
         for name in names:
             self._goals.pop(name, None)
+            self._reached.pop(name, None)
             if name not in self._searches:
                 self._counts.pop(name, None)
         self._hook()
@@ -184,6 +187,7 @@ class Probes:
             name = next(iter(self._counts))
             del self._counts[name]
             self._goals.pop(name, None)
+            self._reached.pop(name, None)
             self._searches.pop(name, None)
 
     def _hook(self) -> None:
@@ -196,7 +200,7 @@ class Probes:
         """Look at a thread in front of its next instruction, and halt it for a goal or a data breakpoint."""
         self.stopped.pop(thread, None)
         self._halted.discard(thread)
-        if self._is_due():
+        if self._is_due(thread):
             self._halt(thread)
             return
         at = self._present[thread] = self._debuggee.at(thread)
@@ -221,13 +225,14 @@ class Probes:
         self.stopped.pop(thread, None)
         return False
 
-    def _is_due(self) -> bool:
+    def _is_due(self, thread: int) -> bool:
         """Return whether the program has to stop here: at a goal, or because of a change that comes from outside."""
         if self._watched is not None:
             self._due += self._watched.changes(None)
         reached = [name for name, number in self._goals.items() if self._counts[name] + 1 == number]
         for name in reached:
             del self._goals[name]
+            self._reached[name] = thread
         return bool(reached or self._due)
 
     def _behind(self, thread: int) -> None:

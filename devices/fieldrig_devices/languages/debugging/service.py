@@ -388,7 +388,9 @@ class DebugService:
     def _found(self, message: Mapping[str, Any]) -> Answer:
         """Return what a search has found last."""
         name = field(message, "probe", str)
-        is_there = self._probes.is_there(name) and self._debuggee.state is ProgramState.PAUSED
+        thread = self._probes.reached_by(name)  # others may have stood before
+        states = {one.number: one.state for one in self._debuggee.threads()}
+        is_there = thread is not None and states.get(thread) is ProgramState.PAUSED
         return {**found_shown(self._probes.found(name)), "is_there": is_there}
 
     # ---- download

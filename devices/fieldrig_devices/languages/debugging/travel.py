@@ -91,15 +91,22 @@ class Travel:
         return self._checked(self._with_breakpoints(lambda: self._ask_rig("back", message))["found"], nothing)
 
     def _search(self, wish: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the question; the past of a program that stands ends where it has stopped."""
+        """Return the question; the past of a program that stands ends where it has stopped.
+
+        Changes alone are looked for up to now, if other tasks have run on meanwhile.
+        """
         state, name = self._ask({"command": "state"}), uuid4().hex
+        is_running = any(thread["state"] == "running" for thread in state["threads"])
+        ends_at_stop = state["state"] == "paused" and not (
+            is_running and not wish.get("places") and "thread" not in wish
+        )
         search = {
             "device": self._device,
             "question": "debug",
             "begin": {"command": "probe", "probe": name, **wish},
             "look": {"command": "found", "probe": name},
         }
-        return {"search": search} | ({"before_ns": state["stopped_ns"]} if state["state"] == "paused" else {})
+        return {"search": search} | ({"before_ns": state["stopped_ns"]} if ends_at_stop else {})
 
     def _checked(self, found: Mapping[str, Any], nothing: str) -> Mapping[str, Any]:
         if found["number"]:
