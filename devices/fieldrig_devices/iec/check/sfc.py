@@ -7,7 +7,8 @@ Source: PacDrive manual 1709 to 1842 (digest 2.3), IEC 61131-3 for the control o
 2. the transitions behind active steps are tested, those of the same step by priority and then by the text, so that one
    step starts one of its alternative branches;
 3. the steps in front of the transitions that hold become inactive, after their exit actions, and those behind become
-   active.  Their actions run in the next cycle.
+   active.  Their actions run in the next cycle.  A step that is in front and behind ends and begins again
+   (IEC 61131-3, 6.7.5: the deactivation is followed by the activation), with P0 and P1 in the same cycle.
 
 A step is a variable of its chart with the components x (active) and t (time since its actions began), as in CoDeSys.
 The qualifiers of a named action are combined as in the ACTION_CONTROL block of the standard, where R is stronger than
@@ -80,6 +81,8 @@ class _Chart:
         self._stores: list[tree.Expression] = []
         """The variables that keep named actions on: stored ones, and BOOL variables."""
         self._flags = sfc_flags.declared_flags(context)
+        self._ends: dict[str, Name] = {}
+        """Variables by the keys of steps with an action of P0: the step has just been left."""
 
     def cycle(self) -> list[AnyStatement]:
         for step in self._steps:
@@ -104,6 +107,8 @@ class _Chart:
         for step in self._steps:
             self._position = step.position
             self._add(_assign(_flag(step.name, "_x"), _flag(step.name, "x")))
+        for ended in self._ends.values():
+            self._add(_assign(ended, _FALSE))
         self._test_and_switch()
 
     # ---- 0: what the program wants of the chart (`sfc_flags`)
@@ -210,6 +215,14 @@ class _Chart:
     def _begins(self, step: str) -> tree.Expression:
         return _and(_flag(step, "x"), _not(_flag(step, "_x")))
 
+    def _ended(self, step: str) -> Name:
+        """Return whether the last transitions left a step, which is active again if they entered it as well."""
+        key = self._context.key(step)
+        if key not in self._ends:
+            self._ends[key] = self._hidden("ended", Elementary.BOOL)
+            self._stores.append(self._ends[key])
+        return self._ends[key]
+
     def _controls(self) -> list[_Control]:
         controls: dict[str, _Control] = {}
         for step in self._steps:
@@ -256,7 +269,7 @@ class _Chart:
             case "P" | "P1":
                 return self._begins(step)
             case "P0":
-                return _and(_not(active), _flag(step, "_x"))
+                return self._ended(step)
             case "SD":
                 return self._delayed(step, use, ">=", is_reset)
             case "SL":
@@ -366,7 +379,9 @@ class _Chart:
     def _leave(self, step: str) -> list[tree.AnyStatement]:
         sections = self._sections[self._context.key(step)]
         exit_call = [_call(sections["exit"])] if "exit" in sections else []
-        return [*exit_call, _assign(_flag(step, "x"), _FALSE)]
+        ended = self._ends.get(self._context.key(step))
+        noted = [_assign(ended, _TRUE)] if ended is not None else []
+        return [*exit_call, _assign(_flag(step, "x"), _FALSE), *noted]
 
     def _enter(self, step: str) -> tree.AnyStatement:
         """Make a step active; one that has just been left begins again."""

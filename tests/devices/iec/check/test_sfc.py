@@ -204,6 +204,42 @@ TRANSITION FROM Only TO Only := again; END_TRANSITION
     assert run(bench, "count", 3) == [1, 2, 3]
 
 
+def test_a_step_that_follows_itself_ends_and_begins_again() -> None:
+    """IEC 61131-3, 6.7.5: a transition deactivates the steps before it, and then activates those behind it."""
+    chart = """
+INITIAL_STEP Only: starts(P1); ends(P0); runs(N); late(D, T#15ms); END_STEP
+TRANSITION FROM Only TO Only := again; END_TRANSITION
+ACTION starts: log := CONCAT(log, '1'); END_ACTION
+ACTION ends: log := CONCAT(log, '0'); END_ACTION
+"""
+    bench = IecBench(program("log : STRING; again, runs, late : BOOL;", chart))
+    assert run(bench, "log", 2) == ["1", "1"]
+    bench["again"] = True
+    assert run(bench, "late", 1) == [True]
+    assert run(bench, "log", 2) == ["110", "11010"]
+    assert (bench["runs"], bench["late"], bench["Only.t"]) == (True, False, 0)
+    bench["again"] = False
+    assert run(bench, "log", 3) == ["1101010"] * 3
+
+
+def test_a_step_that_one_transition_leaves_and_another_enters_ends_and_begins_again() -> None:
+    chart = """
+INITIAL_STEP First: END_STEP
+STEP Left: END_STEP
+STEP Right: starts(P1); ends(P0); END_STEP
+STEP Last: END_STEP
+TRANSITION FROM First TO (Left, Right) := TRUE; END_TRANSITION
+TRANSITION FROM Left TO Right := go; END_TRANSITION
+TRANSITION FROM Right TO Last := go; END_TRANSITION
+ACTION starts: log := CONCAT(log, '1'); END_ACTION
+ACTION ends: log := CONCAT(log, '0'); END_ACTION
+"""
+    bench = IecBench(program("log : STRING; go : BOOL;", chart))
+    assert run(bench, "log", 3) == ["", "1", "1"]
+    bench["go"] = True
+    assert run(bench, "log", 3) == ["1", "110", "1100"]
+
+
 def test_a_block_has_its_chart_in_each_instance() -> None:
     block = """
 FUNCTION_BLOCK Door
