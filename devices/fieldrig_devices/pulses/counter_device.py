@@ -80,7 +80,7 @@ class CounterModule(Device):
                 "restarts": Point(lambda: self._pulses().restarts, None, "", "senders that started again"),
             }
         if self._settings.compare is not None:
-            points["reached"] = Point(lambda: self._value() >= (self._settings.compare or 0), None, "", "the output")
+            points["reached"] = Point(lambda: bool(self._is_reached), None, "", "the output")
         return points
 
     def _new(self) -> Counter | IncrementalInput:

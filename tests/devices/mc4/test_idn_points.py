@@ -1,10 +1,14 @@
 """The operation data of a drive as points: the same numbers as a master reads over the service channel."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 from mc4_bench import DriveBench
 
 from fieldrig.device import Value
 from fieldrig.errors import ControlError
+from fieldrig_devices.mc4.values import moving_numbers
 
 
 @pytest.fixture(scope="module")
@@ -50,3 +54,14 @@ def test_a_value_is_refused_as_over_the_service_channel(bench: DriveBench, key: 
         bench.rig.set(f"d1/{key}", value)
     assert why in str(refused.value)
     assert bench.rig.get(f"d1/{key}") == before
+
+
+@pytest.mark.parametrize(
+    ("torque_nm", "shown"), [(1.26, 126), (32.767, 3_277), (400.0, 0x7FFF), (-400.0, -0x8000), (327.676, 0x7FFF)]
+)
+def test_a_torque_beyond_its_two_bytes_is_shown_as_their_end(torque_nm: float, shown: int) -> None:
+    """S-0-0084 is in thousandths of the standstill torque, which is 10 Nm here."""
+    machine: Any = SimpleNamespace(
+        axis=SimpleNamespace(t=torque_nm), true_motor=SimpleNamespace(standstill_torque_nm=10.0)
+    )
+    assert moving_numbers(machine, [84])() == (shown,)

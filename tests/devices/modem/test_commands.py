@@ -225,6 +225,13 @@ def test_and_y_chooses_the_profile_of_power_on(bench: ModemBench) -> None:
     assert ModemBench(bench.store).lines_of("ATS7?") == ["021", "OK"]
 
 
+def test_and_z_has_four_places_for_64_characters(bench: ModemBench) -> None:
+    longest = "0" * 64
+    assert [bench.result(f"AT&Z{place}={longest}") for place in range(5)] == ["OK"] * 4 + ["ERROR"]
+    assert bench.result(f"AT&Z0={longest}1") == "ERROR"
+    assert [line for line in bench.lines_of("AT&V") if line.endswith(longest)] == [f"{at}={longest}" for at in range(4)]
+
+
 def test_and_z_stores_a_number_that_ds_dials(bench: ModemBench) -> None:
     assert bench.result("AT&Z2=06-22 33") == "OK"
     again = ModemBench(bench.store)
