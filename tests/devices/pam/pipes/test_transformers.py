@@ -226,6 +226,18 @@ def test_the_delay_of_the_sensor_is_computed_back() -> None:
     assert list(block.latched) == pytest.approx([99, 1000, 0])
 
 
+@pytest.mark.manual("PAML-513", "PAML-517")
+@pytest.mark.parametrize("age_s", [0, 0.004])
+def test_a_flow_that_accelerates_is_computed_back_along_its_parabola(age_s: float) -> None:
+    block = Corrector(Settings(is_immediate=False, is_output=False, is_repetitive=False), 1, 1, delay_s=0.01)
+    block.start(MS)
+    corrected(block, [500 * (step * MS) ** 2 for step in range(101)])  # 1000 u/s^2 for 100 ms
+    block.trigger(0)
+    block.event(age_s)
+    seen_s = 0.1 - 0.01 - age_s
+    assert list(block.latched) == pytest.approx([500 * seen_s**2, 1000 * seen_s, 1000])
+
+
 @pytest.mark.long
 @settings(max_examples=40)
 @given(st.lists(st.floats(-10, 10), min_size=1, max_size=5), st.floats(10, 1e4), st.floats(1, 1e3))

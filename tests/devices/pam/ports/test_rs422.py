@@ -168,9 +168,13 @@ def test_mistakes_in_the_configuration_are_summed_up() -> None:
     say(bench, Code.INIT_IN)
     assert say(bench, Code.XNG_WORD, 99, 0, 1)[0].values[1] == Result.BAD_KEY
     assert bench.kernel.reports[-1] == ("07..E03C", (99, 0xFFFF_FFFF, 0))
+    assert say(bench, Code.XNG_WORD, 0, 0, 1)[0].values[1] == Result.BAD_KEY  # keys begin with 1
+    assert bench.kernel.reports[-1] == ("07..E03C", (0, 0xFFFF_FFFF, 0))
     assert say(bench, Code.XNG_LONG, 4, 0, 1)[0].values[1] == Result.BAD_CLASS
     assert bench.kernel.reports[-1] == ("07..E03E", (3, 2, 0))
-    assert say(bench, Code.XNG_WORD, 4, 1, 1)[0].values[1] == Result.BAD_KEY  # it has a single item
+    for index in (1, 0xFFFF):  # of a single item, which is no item of several
+        assert say(bench, Code.XNG_WORD, 4, index, 1)[0].values[1] == Result.BAD_KEY
+        assert bench.kernel.reports[-1] == ("07..E03C", (4, 4, 0))
     say(bench, Code.END_INIT_IN)
     say(bench, Code.START)
     assert bench.kernel.codes[-2:] == ["07..E03D", "07..M023"]
