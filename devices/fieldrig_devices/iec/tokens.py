@@ -125,7 +125,7 @@ _PATTERN: Final = re.compile(
     | ([0-9](?:_?[0-9])*+(?:\.[0-9](?:_?[0-9])*+(?:E[-+]?[0-9](?:_?[0-9])*+)?|E[-+]?[0-9](?:_?[0-9])*+)(?!\w))
     | ([0-9]+\#\w*)
     | (%[IQM](?:[XBWDL](?:\*|[0-9]+(?:\.[0-9]+)*)|\*|[0-9]+(?:\.[0-9]+)*)(?!\w))
-    | (\{[^{}]*+\})
+    | (\{\{.*?\}\}|\{[^{}]*+\})
     | ((?:\(\*|/\*).*+)
     | (['"‘’“”´`](?:[ \t\r]*+(?:\)++|[^ \t\r\n]))*?(?=[ \t\r]*+\)*+[ \t\r]*+;?+[ \t\r]*+(?:\n|\Z|\(\*|//)))
     | ([0-9]\w*+(?:\.[0-9]\w*+)?|%\w*(?:\.[0-9]+)*|.)
@@ -313,6 +313,8 @@ class _Scanner:
             else:
                 if self._dialect.has_conditional_code and (said := _SAID.fullmatch(text)) is not None:
                     self._say_pragma(said[1].casefold(), said[2], offset)
+                elif text.startswith("{{"):
+                    self._note(offset, "the text between {{ and }} is C code of MatIEC, and does not run", "use ST")
                 elif ";" in _QUOTED.sub("", text):
                     hint = "Statements have no braces: IF ... THEN ... END_IF;"
                     self._note(offset, "the text in braces is a pragma, and its statements do not run", hint)

@@ -261,6 +261,12 @@ def test_statements_in_braces_get_a_note(body: str) -> None:
     assert "the text in braces is a pragma, and its statements do not run" in [note.what for note in found.notes]
 
 
+def test_c_code_of_matiec_does_not_run_and_gets_a_note() -> None:
+    body = "i := 1;\n{{\n  if (x) { y = GetFbVar(i, .body); }\n}}\nb := i = 1;"
+    found = compile_project([SourceFile("a.st", program(NAMES, body))], StandaloneHost(VirtualClock()))
+    assert "the text between {{ and }} is C code of MatIEC, and does not run" in [note.what for note in found.notes]
+
+
 @pytest.mark.parametrize("pragma", ["{attribute 'text' := 'a; b'}", "{native code}", "{flag on}"])
 def test_a_pragma_gets_no_note(pragma: str) -> None:
     text = program(NAMES, f"{pragma} i := 1;")

@@ -53,6 +53,14 @@ def test_a_task_configuration_that_names_no_program_is_an_error() -> None:
     ]
 
 
+def test_a_task_beside_a_program_without_one_is_left_out_in_edition_3() -> None:
+    """Beremiz writes a program so that is not assigned to its task."""
+    inside = "TASK T(INTERVAL := T#4ms); PROGRAM a : Lamp;"
+    found, mistakes = checked(PROGRAMS, configuration(inside), dialect=EDITION_3)
+    assert [(task.kind, [pou.name for pou in task.programs]) for task in found.tasks] == [(TaskKind.FREE, ["Lamp"])]
+    assert [mistake.what for mistake in mistakes] == ["the task T names no program"]
+
+
 def test_idle_tasks_of_twincat_are_left_out() -> None:
     inside = "TASK T(INTERVAL := T#4ms); TASK U(INTERVAL := T#9ms);"
     found, mistakes = checked(PROGRAMS, configuration(f"{inside} PROGRAM a WITH U : Lamp;"), dialect=CODESYS)
