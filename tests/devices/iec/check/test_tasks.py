@@ -54,7 +54,7 @@ def test_a_task_configuration_that_names_no_program_is_an_error() -> None:
 
 
 def test_a_task_beside_a_program_without_one_is_left_out_in_edition_3() -> None:
-    """Beremiz writes a program so that is not assigned to its task."""
+    """A project of Beremiz has one, if its program is not assigned to the task."""
     inside = "TASK T(INTERVAL := T#4ms); PROGRAM a : Lamp;"
     found, mistakes = checked(PROGRAMS, configuration(inside), dialect=EDITION_3)
     assert [(task.kind, [pou.name for pou in task.programs]) for task in found.tasks] == [(TaskKind.FREE, ["Lamp"])]
