@@ -27,7 +27,7 @@ class FakeMotor:
         self.kinds = frozenset(Kind)
         self.is_there = self.is_ready = True
         self.is_following = self.is_stopping = self.has_warning = False
-        self.error = 0
+        self.errors: tuple[int, ...] = ()
         self.position, self.velocity, self.torque = 0, 0.0, 0
         self.rated_torque_mnm = 2_500
         self.rated_current_ma = 5_000
@@ -71,7 +71,7 @@ class FakeMotor:
 
     def reset(self, done: Callable[[], None]) -> None:
         if self.will_reset:
-            self.error = 0
+            self.errors = ()
         done()
 
     def cycle(self, kind: Kind, value: float) -> None:

@@ -6,7 +6,7 @@ network take effect immediately, so a status word that is read after a control w
 Bits 8, 14 and 15 of the status word stay 0 by default (`behaviour`).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import IntEnum
 from typing import Final
 
@@ -81,11 +81,12 @@ class Cia402Axis(Service):
         self._probes = TouchProbes(clock, self._numbers, motor, self._context)
         self._was_lost = False
         self.pace = self._context.pace
-        self.on_error: Callable[[int], None] = lambda code: None
-        """Called with each new error code, and with 0 after a fault reset."""
+        self.on_errors: Callable[[Sequence[int], Collection[int]], None] = lambda new, gone: None
+        """Called with the error codes that are new, in their order, and with those that are no longer there."""
         self.on_home: Callable[[float], None] = lambda origin: None
         """Called with each new origin, in increments."""
-        self._reported = 0
+        self._reported: list[int] = []
+        """Present error codes in the order in which they occurred."""
         self._last_error = 0
         """Last error code since power-on (603Fh); a fault reset does not clear it."""
         self._most_torque = objects.FULL_TORQUE
@@ -131,7 +132,7 @@ class Cia402Axis(Service):
     def restart(self) -> None:
         """Start as after power-on, or with another motor: disabled."""
         self.drive.disable()
-        self._reported = self._last_error = 0
+        self._reported, self._last_error = [], 0
         self.pace.wake()
         self.drive.restart()
         self._probes.restart()
@@ -149,15 +150,14 @@ class Cia402Axis(Service):
 
     def fail(self, code: int) -> None:
         """Have a fault with this error code."""
-        self.pace.wake()
-        self.drive.own_error = code
+        self.drive.fail(code)
 
     def lose_connection(self) -> None:
         """React as 6007h says.  Only an axis with power has a fault; any other axis drops its present command."""
         self.pace.wake()
         match self._numbers[objects.ABORT_CONNECTION]:
             case AbortConnection.FAULT_SIGNAL if self.machine.has_power:
-                self.drive.own_error = COMMUNICATION_LOST
+                self.drive.fail(COMMUNICATION_LOST)
             case AbortConnection.FAULT_SIGNAL:
                 self.machine.forget()
             case AbortConnection.DISABLE_VOLTAGE:
@@ -247,17 +247,27 @@ class Cia402Axis(Service):
         self.machine.step()
         drive.step()
         self.pace.leave_band()
-        is_unsettled = drive.own_error != 0 if drive.is_moving else drive.is_ramp
+        is_unsettled = drive.has_own_error if drive.is_moving else drive.is_ramp
         is_eventful = is_unsettled or self._probes.is_armed or self.machine.state is not state
         self.pace.is_awake = is_eventful or self.pace.is_always_whole
         self._report()
 
     def _report(self) -> None:
-        error = self.drive.error if self.machine.state in _FAULTS else 0
-        if error != self._reported:
-            self._reported = error
-            self._last_error = error or self._last_error
-            self.on_error(error)
+        errors = self.drive.errors if self.machine.state in _FAULTS else ()
+        if not errors and not self._reported:
+            return
+        new = [code for code in dict.fromkeys(errors) if code not in self._reported]
+        gone = [code for code in self._reported if code not in errors]
+        if new or gone:
+            self._reported = [code for code in self._reported if code in errors] + new
+            self._last_error = new[-1] if new else self._last_error
+            self.on_errors(new, gone)
+
+    @property
+    def error(self) -> int:
+        """Code of the last error that occurred of those that are present; 0 if there is none."""
+        errors = self.drive.errors
+        return next((code for code in reversed(self._reported) if code in errors), errors[-1] if errors else 0)
 
     @property
     def status_word(self) -> int:

@@ -57,7 +57,8 @@ class AxisDrive:
         self._overrun_s = 0.0
         """Time since the end of the ramp, at which the axis may still turn."""
         self._is_halt_wanted = self._is_halted = False
-        self.own_error = 0
+        self._own_errors: tuple[int, ...] = ()
+        """Codes of errors that the motor does not have, such as a following error."""
         self._limit_switch, self._switches = context.behaviour.limit_switch, NewSwitches(motor)
         self._following = Window()
         self.following_error = 0.0
@@ -89,7 +90,7 @@ class AxisDrive:
         self.mode.end()
         self.shown_mode = NO_MODE
         self.is_moving = self.is_ramp = self._is_halt_wanted = False
-        self.own_error = 0
+        self._own_errors = ()
 
     def change_mode(self, number: int) -> None:
         self._pace.leave_band()
@@ -135,8 +136,12 @@ class AxisDrive:
         return is_over and (context.is_standing(self._motor.velocity) or self._overrun_s >= LONGEST_OVERRUN_S)
 
     @property
-    def error(self) -> int:
-        return self.own_error or self._motor.error
+    def errors(self) -> tuple[int, ...]:
+        return self._motor.errors + self._own_errors
+
+    @property
+    def has_own_error(self) -> bool:
+        return bool(self._own_errors)
 
     @property
     def options(self) -> Options:
@@ -176,8 +181,14 @@ class AxisDrive:
         if self.shown_mode != NO_MODE:
             self._begin_mode()
 
+    def fail(self, code: int) -> None:
+        """Have an error that the motor does not have."""
+        self._pace.wake()
+        if code not in self._own_errors:
+            self._own_errors += (code,)
+
     def reset_fault(self, done: Callable[[], None]) -> None:
-        self.own_error = 0
+        self._own_errors = ()
         self._following.reset()
         self._motor.reset(done)
 
@@ -217,8 +228,7 @@ class AxisDrive:
         if self._limit_switch is LimitSwitch.QUICK_STOP:
             self._context.on_quick_stop()
         else:
-            self.own_error = REFERENCE_LIMIT
-            self._pace.wake()
+            self.fail(REFERENCE_LIMIT)
 
     def advance(self) -> None:
         """Do what `step` does, for an axis that moves and is not awake; within the band of its mode that is little."""
@@ -237,8 +247,7 @@ class AxisDrive:
         is_outside = abs(self.following_error) > window * self._context.units.per_unit
         time = self._numbers[objects.FOLLOWING_TIME]
         if self._following.update(is_outside, time, self._context.cycle_ns):
-            self.own_error = self._context.behaviour.following_error_code
-            self._pace.wake()
+            self.fail(self._context.behaviour.following_error_code)
 
     @property
     def mode_status(self) -> int:
@@ -252,5 +261,5 @@ class AxisDrive:
     @property
     def following_status(self) -> int:
         """Bit 13 of the status word, which is shown in a fault too."""
-        is_lagging = self._following.is_held or self._motor.error == self._context.behaviour.following_error_code
+        is_lagging = self._following.is_held or self._context.behaviour.following_error_code in self._motor.errors
         return BIT_13 if is_lagging and self.shown_mode in SHOWS_FOLLOWING_ERROR else 0

@@ -30,8 +30,8 @@ class Drive(Protocol):
         """True if the ramp that was started has ended and the axis stands."""
 
     @property
-    def error(self) -> int:
-        """Present error code as in 603Fh; 0 if there is none."""
+    def errors(self) -> tuple[int, ...]:
+        """Present error codes as in 603Fh."""
 
     @property
     def options(self) -> Options: ...

@@ -54,8 +54,8 @@ class Motor(Protocol):
         """True while the motor stops on its own and follows no set values."""
 
     @property
-    def error(self) -> int:
-        """Present error code as in 603Fh; 0 if there is none."""
+    def errors(self) -> tuple[int, ...]:
+        """Present error codes as in 603Fh, in the order in which they occurred."""
 
     @property
     def has_warning(self) -> bool: ...

@@ -89,7 +89,7 @@ class StateMachine:
             if drive.is_there:
                 self._go(1)
             return
-        if drive.error and state not in (State.FAULT, State.FAULT_REACTION_ACTIVE):
+        if drive.errors and state not in (State.FAULT, State.FAULT_REACTION_ACTIVE):
             self._fail()
         elif state is State.FAULT_REACTION_ACTIVE:
             self._react()
@@ -199,7 +199,7 @@ class StateMachine:
         self._disable(14)
 
     def _on_reset(self) -> None:
-        if self.state is State.FAULT and not self._drive.error:
+        if self.state is State.FAULT and not self._drive.errors:
             self._go(15)
 
     def _go(self, number: int) -> None:

@@ -160,22 +160,22 @@ def test_without_power_the_demand_is_where_the_axis_is(bench: Cia402Bench) -> No
 
 
 def test_an_error_of_the_motor_is_a_fault_until_it_is_reset(bench: Cia402Bench) -> None:
-    errors: list[int] = []
-    bench.axis.on_error = errors.append
+    errors: list[tuple[list[int], list[int]]] = []
+    bench.axis.on_errors = lambda new, gone: errors.append(([*new], [*gone]))
     bench.enabled(PP)
-    bench.motor.error, bench.motor.is_following = 0x7305, False
+    bench.motor.errors, bench.motor.is_following = (0x7305,), False
     bench.cycles(1)
-    assert (bench.status(0x4F), bench.get(0x603F), errors) == (0x08, 0x7305, [0x7305])
+    assert (bench.status(0x4F), bench.get(0x603F), errors) == (0x08, 0x7305, [([0x7305], [])])
     bench.control(0x80).cycles(1)
-    assert (bench.status(0x4F), bench.get(0x603F), errors) == (0x40, 0x7305, [0x7305, 0])
+    assert (bench.status(0x4F), bench.get(0x603F), errors) == (0x40, 0x7305, [([0x7305], []), ([], [0x7305])])
 
 
 def test_603f_is_the_last_error_until_power_on(bench: Cia402Bench) -> None:
     for error in (0x7305, 0x4210):
-        bench.motor.error = error
+        bench.motor.errors = (error,)
         bench.cycles(1)
         assert bench.get(0x603F) == error
-        bench.motor.error = 0
+        bench.motor.errors = ()
         bench.control(0x00).control(0x80).cycles(1)
         assert (bench.status(0x4F), bench.get(0x603F)) == (0x40, error)
     bench.axis.reset(Reset.NODE)

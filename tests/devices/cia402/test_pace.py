@@ -31,7 +31,14 @@ class PacedBench(Cia402Bench):
 
         def paced() -> None:
             motor = self.motor
-            seen = motor.is_there, motor.is_ready, motor.is_following, motor.is_stopping, motor.error, motor.has_warning
+            seen = (
+                motor.is_there,
+                motor.is_ready,
+                motor.is_following,
+                motor.is_stopping,
+                motor.errors,
+                motor.has_warning,
+            )
             is_changed, self._seen = seen != self._seen, seen
             if is_changed or axis.is_awake:
                 whole()

@@ -43,7 +43,7 @@ class FakeDrive:
     is_following: bool = False
     is_moving_by_itself: bool = False
     is_at_rest: bool = False
-    error: int = 0
+    errors: tuple[int, ...] = ()
     options: Options = field(default_factory=lambda: Options(quick_stop=6))
     lifts_at_once: bool = True
     done: list[object] = field(default_factory=list)
@@ -268,7 +268,7 @@ def test_a_quick_stop_that_ends_disabled_can_not_be_left_to_operation(option: in
 def test_a_fault_of_an_axis_without_power_is_there_at_once(state: State) -> None:
     drive = FakeDrive()
     machine = machine_in(state, drive)
-    drive.error = 0x7305
+    drive.errors = (0x7305,)
     machine.step()
     assert (machine.state, machine.transition) == (FAULT, 14)
 
@@ -281,7 +281,7 @@ def test_a_fault_of_an_axis_without_power_is_there_at_once(state: State) -> None
 def test_the_fault_reaction_is_what_its_option_says(option: int, ramp: Ramp | None) -> None:
     drive = FakeDrive(options=Options(fault=option))
     machine = machine_in(ENABLED, drive)
-    drive.error = 0x8611
+    drive.errors = (0x8611,)
     machine.step()
     if ramp is not None:
         assert (machine.state, machine.transition, drive.done) == (REACTION, 13, [ramp])
@@ -293,7 +293,7 @@ def test_the_fault_reaction_is_what_its_option_says(option: int, ramp: Ramp | No
 def test_a_drive_with_a_reaction_of_its_own_is_waited_for() -> None:
     drive = FakeDrive()
     machine = machine_in(ENABLED, drive)
-    drive.error, drive.is_following, drive.is_moving_by_itself = 0x4310, False, True
+    drive.errors, drive.is_following, drive.is_moving_by_itself = (0x4310,), False, True
     machine.step()
     machine.step()
     assert (machine.state, drive.done) == (REACTION, [])
@@ -306,9 +306,9 @@ def test_a_fault_is_reset_by_the_rising_bit_alone() -> None:
     drive = FakeDrive()
     machine = machine_in(DISABLED, drive)
     machine.control(RESET)
-    drive.error = 0x7305
+    drive.errors = (0x7305,)
     machine.step()
-    drive.error = 0
+    drive.errors = ()
     machine.control(RESET)
     assert machine.state is FAULT
     machine.control(0)
@@ -317,7 +317,7 @@ def test_a_fault_is_reset_by_the_rising_bit_alone() -> None:
 
 
 def test_a_fault_whose_cause_stays_is_not_reset() -> None:
-    drive = FakeDrive(error=0x7305)
+    drive = FakeDrive(errors=(0x7305,))
     machine = StateMachine(drive)
     machine.start()
     machine.step()
@@ -348,7 +348,7 @@ def test_whatever_comes_power_is_on_in_two_states_only(course: list[tuple[int, i
     for word, happens in course:
         machine.control(word)
         drive.is_at_rest = happens == 1
-        drive.error = 0x7305 if happens == 2 else 0
+        drive.errors = (0x7305,) if happens == 2 else ()
         machine.step()
         if drive.is_following:
             assert machine.state in (ENABLED, QUICK_STOP, REACTION)

@@ -5,7 +5,7 @@ and at rest it computes nothing.  A set value of a cycle is reached at its end. 
 encoder, so a drive is not homed after power-on.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property
 from math import isfinite
 from typing import Any, ClassVar, Final
@@ -94,8 +94,6 @@ class Cia402Drive(Device):
         self.motor = Servo(clock, settings, self._inputs)
         self.injected = self.motor.faults
         self.node.take_faults(self.injected)
-        self._signalled: set[int] = set()
-        """Error codes that an EMCY has reported, and none has taken back."""
         self.axis = self._make_axis()
         self._gate = PowerGate(clock, self.motor, manner, self._on_gate)
         self.axis.machine.has_supply = self._gate.is_open
@@ -126,7 +124,7 @@ class Cia402Drive(Device):
         axis = Cia402Axis(
             self._clock, dictionary, 0, self.motor, self._cycle_ns, settings.chosen_behaviour(), declared.defaults
         )
-        axis.on_error = self._on_error
+        axis.on_errors = self._on_errors
         for index in declared.constants:
             dictionary.find(index, 0).reader = None
         for index in declared.constants & {RATED_TORQUE, RATED_CURRENT}:
@@ -207,19 +205,16 @@ class Cia402Drive(Device):
         if self.axis.machine.has_power:
             self.axis.fail(SYNC_LOST)
 
-    def _on_error(self, code: int) -> None:
-        """Signal a new error by EMCY, also one beside others; 0 says that all were reset."""
+    def _on_errors(self, new: Sequence[int], gone: Collection[int]) -> None:
+        """Signal each error event by an EMCY of its own, also those of one cycle."""
         emcy = self.node.emcy
-        present = {code} | self.motor.error_codes if code else set()
-        for gone in sorted(self._signalled - present):
-            emcy.clear_error(gone, 1)
-        self._signalled &= present
-        if code:
-            self._signalled.add(code)
+        for code in new:
             # 8130h is the loss that the node has reported already, if it was one of the heartbeat or of the guarding.
             cause = self.motor.cause_of(code)
             register = register_of(code) if cause.error_register is None else cause.error_register
             emcy.raise_error(code, register, cause.info, source=1, is_shared=code == COMMUNICATION_LOST)
+        for code in gone:
+            emcy.clear_error(code, 1)
 
     # ---- cycles
 

@@ -23,7 +23,7 @@ def points_of(motor: Servo, axis: Cia402Axis, inputs: Inputs) -> Mapping[str, Po
             lambda: _words(axis.machine.state), about="state of the drive (CiA 402)", states=[*map(_words, State)]
         ),
         "mode": Point(lambda: drive.shown_mode, about="mode of operation, as in 6061h"),
-        "error_code": Point(lambda: drive.error, about="present error, as in 603Fh; 0 if there is none"),
+        "error_code": Point(lambda: axis.error, about="present error, as in 603Fh; 0 if there is none"),
         "status_word": Point(lambda: axis.status_word, about="as in 6041h"),
         "position": Point(lambda: round(motor.load_position, POSITION_DECIMALS), None, "rad", "of the load"),
         "speed": Point(lambda: round(motor.present.speed * RPM, DECIMALS), None, "1/min", "of the motor"),

@@ -186,13 +186,8 @@ class Servo:
         return self.has_mains and self.may_turn
 
     @property
-    def error(self) -> int:
-        return next(reversed(self._errors)).code if self._errors else 0
-
-    @property
-    def error_codes(self) -> set[int]:
-        """The codes of all errors that have not been reset."""
-        return {cause.code for cause in self._errors}
+    def errors(self) -> tuple[int, ...]:
+        return tuple(cause.code for cause in self._errors) if self._errors else ()
 
     @property
     def is_brake_lifted(self) -> bool:

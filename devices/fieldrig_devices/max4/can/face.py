@@ -7,6 +7,7 @@ without power.  The face that enabled an axis last controls it until it disables
 
 import logging
 import struct
+from collections.abc import Collection, Sequence
 from functools import partial
 from typing import Final
 
@@ -125,8 +126,6 @@ class FaceNode:
         self._stepped: list[tuple[AxisMotor, Cia402Axis, AxisDrive, Pace]] = []
         self._signalled: set[int] = set()
         """Error codes of the controller that are signalled."""
-        self._signalled_of_axes: dict[int, int] = {}
-        """Signalled error codes by their sources."""
         self._places: tuple[str, ...] = ()
         """Beginnings of the DiagExtCode on the controller by which it refers to an axis."""
 
@@ -134,7 +133,7 @@ class FaceNode:
         motor = AxisMotor(self._controller.quit_all)
         axis = Cia402Axis(self._clock, self.node.dictionary, number, motor, self._controller.cycle_ns)
         motor.guide = axis.drive
-        axis.on_error = partial(self._on_error, number + 1, motor)
+        axis.on_errors = partial(self._on_errors, number + 1, motor)
         axis.on_home = partial(self._on_home, motor)
         can_face_cells.connect_axis(self.node.dictionary, number, motor)
         self.node.attach(axis)
@@ -153,7 +152,6 @@ class FaceNode:
         pairs = zip(self.motors, self.axes, strict=True)
         self._stepped = [(motor, axis, axis.drive, axis.pace) for motor, axis in pairs][: len(axes)]
         self._signalled.clear()
-        self._signalled_of_axes.clear()
         self._places = tuple(f"{axis.ring_address}." for axis in self._controller.axes.values())
         self.node.start()
 
@@ -175,16 +173,14 @@ class FaceNode:
         for variable, read in self.node.watched:
             variable.set(read())
 
-    def _on_error(self, source: int, motor: AxisMotor, code: int) -> None:
-        emcy, signalled = self.node.emcy, self._signalled_of_axes.pop(source, 0)
-        if code:
-            axis = motor.axis
-            diag = axis.diag_code if axis is not None else 0
-            states = (axis.axis_state.value, axis.mc4_state) if axis is not None else (0, 0)
+    def _on_errors(self, source: int, motor: AxisMotor, new: Sequence[int], gone: Collection[int]) -> None:
+        emcy, axis = self.node.emcy, motor.axis
+        diag = axis.diag_code if axis is not None else 0
+        states = (axis.axis_state.value, axis.mc4_state) if axis is not None else (0, 0)
+        for code in new:
             emcy.raise_error(code, register_of(code), INFO.pack(diag, source, *states), source)
-            self._signalled_of_axes[source] = code
-        if signalled and signalled != code:
-            emcy.clear_error(signalled, source)
+        for code in gone:
+            emcy.clear_error(code, source)
 
     def _on_home(self, motor: AxisMotor, origin: float) -> None:
         if motor.axis is not None:

@@ -46,7 +46,7 @@ class AxisMotor:
         self.is_changed = True
         """True if the state or diagnosis of the axis has changed since the last cycle of the CiA 402 axis."""
         self.is_ready = self.is_stopping = self.has_warning = False
-        self.error = 0
+        self.errors: tuple[int, ...] = ()
 
     def bind(self, axis: Axis | None, inputs: dict[int, Parameter], outputs: dict[int, Parameter]) -> None:
         """Connect to an axis after a boot, with its terminals by bits of 60FDh and 60FEh."""
@@ -67,15 +67,15 @@ class AxisMotor:
         self.is_changed = True
         self.is_ready = axis is not None and axis.is_operating and axis.axis_state not in _NOT_READY
         self.is_stopping = axis is not None and axis.axis_state is AxisState.STOPPING
-        self.error = error_of(axis.diag_code) if axis is not None and axis.is_in_error else 0
-        self.has_warning = axis is not None and axis.diag_code != 0 and not self.error
+        self.errors = (error_of(axis.diag_code),) if axis is not None and axis.is_in_error else ()
+        self.has_warning = axis is not None and axis.diag_code != 0 and not self.errors
         self._torque_limit.send()
 
     def refresh(self) -> None:
         """Finish a reset once the axis is on the ring again; called before each cycle of the CiA 402 axis."""
         axis = self._axis
         self.is_changed = False
-        if self._resetting is None or axis is None or self.error:
+        if self._resetting is None or axis is None or self.errors:
             return
         if axis.is_operating and axis.axis_state is not AxisState.ERROR:
             done, self._resetting = self._resetting, None

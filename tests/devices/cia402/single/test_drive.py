@@ -344,6 +344,32 @@ def test_each_further_error_has_its_emcy_until_all_are_reset(bench: SingleDriveB
     assert bench.status(0x6F) == DISABLED
 
 
+def test_errors_of_one_cycle_have_an_emcy_each_in_their_order(bench: SingleDriveBench) -> None:
+    """CiA 301 7.2.7: one EMCY for each error event, and one for each that has gone, with the rest of the register."""
+    first, second, third = (bench.drive.add_fault({"what": "error", "code": code}) for code in (0x4310, 0x2310, 0x3210))
+    sent = [frame[:13] for frame in bench.after(5) if frame.startswith("085#")]
+    assert sent == ["085#10 43 09 ", "085#10 23 0b ", "085#10 32 0f "]
+    assert (bench.get(0x603F), bench.get(0x1001)) == (0x3210, 0x0F)
+    bench.drive.clear_fault(second)
+    bench.control(0x80)
+    assert [frame[:13] for frame in bench.after(5) if frame.startswith("085#")] == ["085#00 00 0d "]
+    assert (bench.status(0x4F), bench.get(0x603F)) == (FAULT, 0x3210)
+    for number in (first, third):
+        bench.drive.clear_fault(number)
+    bench.control(0x00).control(0x80)
+    assert [frame[:13] for frame in bench.after(5) if frame.startswith("085#")] == ["085#00 00 05 ", "085#00 00 00 "]
+
+
+def test_a_following_error_stays_signalled_beside_an_error_of_the_motor(bench: SingleDriveBench) -> None:
+    bench.put(0x6065, 10).put(0x6066, 0).enabled(PV).put(0x60FF, 1_000_000)
+    bench.wire("axis.blocked", True)
+    bench.until(lambda: bench.get(0x603F) == 0x8611, 5_000)
+    bench.after(1)
+    bench.drive.add_fault({"what": "error", "code": 0x4310})
+    assert [frame[:10] for frame in bench.after(5) if frame.startswith("085#")] == ["085#10 43 "]
+    assert bench.get(0x1001) == 0x29
+
+
 @pytest.mark.parametrize(("mode", "shown"), [(PP, 0x2000), (CSP, 0x2000), (PV, 0)])
 def test_a_following_error_is_bit_13_where_the_mode_has_it(bench: SingleDriveBench, mode: int, shown: int) -> None:
     bench.enabled(mode)
