@@ -154,6 +154,12 @@ def test_limits_in_the_wrong_order_let_nothing_go_round() -> None:
     assert bench.loop().reading(1) == 5000.0
 
 
+@pytest.mark.parametrize(("low", "high"), [(5, 5), (5, 4)])
+def test_limits_without_a_range_between_them_wrap_nothing(low: float, high: float) -> None:
+    span = Span(low, high)
+    assert [span.wrapped(value) for value in (-7.0, 5.0, 1e6)] == [-7.0, 5.0, 1e6]
+
+
 def test_encoder_counter_has_32_bits() -> None:
     counter = Counter(Span(-1e6, 1e6), 1.0)
     counter.take(10**400)

@@ -79,6 +79,26 @@ def test_a_corrector_takes_the_second_event_at_rest_as_the_first() -> None:
     assert machine.ask("COR_A", "correction") == pytest.approx(180, abs=1e-9)
 
 
+@pytest.mark.manual("PAML-560")
+def test_a_learned_time_ends_while_the_flow_stands() -> None:
+    """The reference at 30 comes 100 ms after the origin at 20; the second time the flow stands at 22 before that."""
+    reference = Do("TRC_A", "install_reference", "POSITIVE", "IMMEDIATE", 30.0, 0.0)
+    script: Script = [
+        (Connect(["CNV_Sink", "MUL_A", "TMP_A"]), 100),
+        (Put("TMP_A.TRAVEL_SPEED", 100.0), 1),
+        (Do("MUL_A", "learn"), 1),
+        (reference, 1),
+        (Do("TMP_A", "absolute_move", 40.0), 600),
+        (Do("TMP_A", "absolute_move", 0.0), 600),
+        (Do("MUL_A", "execute"), 1),
+        (reference, 1),
+        (Do("TMP_A", "absolute_move", 22.0), 500),
+    ]
+    both(script)
+    starts = [cycle for cycle, shown in enumerate(Machine().play(script)) if "RTN_" in shown]
+    assert [starts[1] - starts[0], starts[3] - starts[2]] == [100, 100]
+
+
 def test_a_derivator_behind_an_amplifier_comes_to_zero_after_the_slew() -> None:
     machine = both([(Connect(["CNV_Sink", "DER_A", "AMP_A", "TMP_A"]), 100), (Put("AMP_A.GAIN", 3.0), 100)])
     assert machine.ask("DER_A", "value") == 0
