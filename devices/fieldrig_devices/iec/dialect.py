@@ -200,6 +200,8 @@ class Dialect:
     """Names that agree in this many characters are the same name; 0 for all characters (PD-350)."""
     array_dimensions: int = 3
     """PD-361."""
+    lowest_priority: int = _rule(Origin.TODAY, 65_535, otherwise=31)
+    """The highest number of a task's priority: a UINT in the standard, 0 to 31 in EPAS-4 (PD-061)."""
     longest_string: int = _rule(Origin.TODAY, 32_767, otherwise=255)
     """The most characters of a STRING.  The functions for strings take and return at most 255 in any dialect."""
     has_documents: bool = _rule(Origin.TOOLS)

@@ -114,8 +114,9 @@ class Tasks:
         if node.priority is None:
             return DEFAULT_PRIORITY
         priority = Expressions(context).constant_integer(node.priority)
-        if priority is not None and not 0 <= priority <= LOWEST_PRIORITY:
-            context.say(node.priority, f"the priority {priority}", f"0 (highest) to {LOWEST_PRIORITY} (PD-061)")
+        lowest = context.project.dialect.lowest_priority
+        if priority is not None and not 0 <= priority <= lowest:
+            context.say(node.priority, f"the priority {priority}", f"0 (highest) to {lowest} (PD-061)")
         return priority if priority is not None else DEFAULT_PRIORITY
 
     def _interval(self, node: tree.TaskDeclaration, context: Context) -> float:
@@ -172,7 +173,8 @@ class Tasks:
 
     def _free(self, node: tree.ProgramInstance, context: Context) -> Task:
         """A program without WITH runs free, at the lowest priority (IEC 61131-3)."""
-        task = Task(node.name, TaskKind.FREE, LOWEST_PRIORITY, 0.0, None, [], context.file, node.position.line)
+        lowest = max(LOWEST_PRIORITY, *(task.priority for task in self._tasks.values()), 0)
+        task = Task(node.name, TaskKind.FREE, lowest, 0.0, None, [], context.file, node.position.line)
         name = context.key(node.name)
         self._tasks[name], self._places[name] = task, node.position
         return task

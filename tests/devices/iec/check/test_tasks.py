@@ -144,6 +144,16 @@ def test_other_priorities_are_refused(priority: int) -> None:
     assert messages(PROGRAMS, configuration(inside)) == [f"2:39 the priority {priority}; 0 (highest) to 31 (PD-061)"]
 
 
+@pytest.mark.parametrize("dialect", [EDITION_3, CODESYS])
+def test_the_other_dialects_have_a_uint_for_the_priority_and_the_free_program_below_all(dialect: Dialect) -> None:
+    inside = "TASK T(INTERVAL := T#1ms, PRIORITY := 90); PROGRAM a WITH T : Belt; PROGRAM b : Lamp;"
+    found, mistakes = checked(PROGRAMS, configuration(inside), dialect=dialect)
+    assert [(task.name, task.priority) for task in found.tasks] == [("T", 90), ("b", 90)]
+    assert mistakes == []
+    (message,) = messages(PROGRAMS, configuration(inside.replace("90", "65536")), dialect=dialect)
+    assert "0 (highest) to 65535" in message
+
+
 @pytest.mark.manual("PD-081")
 def test_a_task_without_a_priority_has_the_one_that_the_dialog_of_epas_4_proposes() -> None:
     """Manual 3705: "leave the priority at 31"."""

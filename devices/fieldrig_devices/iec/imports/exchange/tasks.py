@@ -41,7 +41,9 @@ def program_without_task(
     name = "Background"
     while name.casefold() in names:
         name += "x"
-    priority = tree.Literal(tree.LiteralKind.INTEGER, LOWEST_PRIORITY, str(LOWEST_PRIORITY), position=position)
+    given = [task.priority.value for task in tasks if isinstance(task.priority, tree.Literal)]
+    lowest = max([LOWEST_PRIORITY, *(value for value in given if isinstance(value, int))])
+    priority = tree.Literal(tree.LiteralKind.INTEGER, lowest, str(lowest), position=position)
     tasks.append(tree.TaskDeclaration(name, priority, position=position))
     programs += [tree.ProgramInstance(p.name, name, p.type, position=p.position) for p in free]
 
