@@ -10,6 +10,7 @@ from operator import itemgetter
 from typing import Final, NamedTuple
 
 from fieldrig.clock import MS, S
+from fieldrig.errors import UsageError
 from fieldrig.traces.parts import PartDifference, differences
 from fieldrig_devices.replay.align import Aligner, Pair
 from fieldrig_devices.replay.context import Read, around
@@ -166,7 +167,10 @@ def compare_logs(
     leave_out: LeftOut | None = None,
     names: tuple[LogNames, LogNames] | None = None,
 ) -> DiffResult:
-    """Compare two logs, which are read twice.  See `fieldrig_devices.replay.diff` for the arguments."""
+    """Compare two logs, which are read twice.  See `fieldrig_devices.replay.diff` for the arguments.
+
+    UsageError if neither has a message to compare, as two logs of nothing would pass for equal ones.
+    """
     left_out = LeftOut(()) if leave_out is None else leave_out
     ours, theirs = LogSide(left(), left_out), LogSide(right(), left_out)
     their_names = _same_names(ours.buses, theirs.buses)
@@ -184,6 +188,11 @@ def compare_logs(
         else:
             comparison.take_right(stream, item._replace(time_ns=time_ns) if shift_ns else item)
     rows = comparison.finish()
+    if not any(row.left or row.right for row in rows):
+        raise UsageError(
+            "neither log has a message to compare",
+            "; ".join(left_out.unmet()) or "they are empty, or --from, --for and --leave-out leave nothing of them",
+        )
     result = DiffResult(rows, shift_ns, None, [*_notes(rows, their_names), *left_out.unmet()])
     if comparison.first is not None:
         result.first = _with_context(comparison.first, left, right, shift_ns)

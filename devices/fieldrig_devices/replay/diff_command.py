@@ -67,7 +67,8 @@ def diff(
         fieldrig diff monday.log tuesday.log --rig lab.yaml       values by name
         fieldrig diff monday.blf tuesday.blf --eds 5=io32.eds --registers 1=meter.yaml
         fieldrig diff a.jsonl b.jsonl --tolerance 20ms --leave-out 705
-    The exit code is 0 if there is no difference, 1 if there is one, and 2 for a wrong file or option.
+    The exit code is 0 if there is no difference, 1 if there is one, and 2 for a wrong file or option, or for two logs
+    that have no message to compare.
     """
     from fieldrig.traces.oddities import Oddities
     from fieldrig.traces.trace_files import read

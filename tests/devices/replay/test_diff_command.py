@@ -55,6 +55,27 @@ def test_a_part_of_the_time_is_compared(a: Path) -> None:
     assert run(a, other(a), "--from", "100ms").exit_code == 1
 
 
+@pytest.mark.parametrize(
+    ("option", "why"),
+    [
+        (("--from", "10s"), "they are empty, or --from, --for and --leave-out leave nothing of them"),
+        (("--leave-out", "181"), "they are empty, or --from, --for and --leave-out leave nothing of them"),
+        (("--from", "10s", "--leave-out", "705"), "705"),
+    ],
+)
+def test_two_logs_of_nothing_are_not_equal(a: Path, option: tuple[str, ...], why: str) -> None:
+    done = run(a, other(a), *option)
+    assert isinstance(done.exception, UsageError)
+    assert done.exception.what == "neither log has a message to compare"
+    assert why in str(done.exception)
+
+
+def test_a_log_of_nothing_differs_from_one_with_messages(a: Path) -> None:
+    empty = a.with_name("empty.log")
+    empty.write_bytes(b"")
+    assert run(a, empty).exit_code == run(empty, a).exit_code == 1
+
+
 @pytest.mark.parametrize("option", [("--tolerance", "much"), ("--offset", "soon"), ("--for", "5")])
 def test_a_wrong_duration_is_wrong_usage(a: Path, option: tuple[str, str]) -> None:
     assert run(a, a, *option).exit_code == 2
