@@ -5,7 +5,7 @@ itself shows have no number.  A dictionary may lack objects, as that of another 
 default instead of each of them, which no master sees.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from types import MappingProxyType
 from typing import Final
@@ -15,7 +15,7 @@ from fieldrig_devices.canopen.datatypes import DATA_TYPES, DataType, Integer
 from fieldrig_devices.canopen.dictionary import Dictionary
 from fieldrig_devices.canopen.live import encoded, show_number
 from fieldrig_devices.canopen.variable import Access, Variable
-from fieldrig_devices.cia402.objects import ROWS, Row
+from fieldrig_devices.cia402.objects import MAX_CURRENT, MAX_TORQUE, ROWS, Row
 from fieldrig_devices.drive_profile.objects import AXIS_STEP
 
 Read = Callable[[], int]
@@ -23,6 +23,8 @@ Write = Callable[[int], None]
 Key = tuple[int, int]
 """Index of the first axis, and sub-index."""
 NOTHING: Final[Mapping[Key, int]] = MappingProxyType({})
+_MAY_BE_NOTHING: Final[Collection[int]] = (MAX_TORQUE, MAX_CURRENT)
+"""Limits that a master may set to 0, for no torque; a 0 at power-on says that the file does not know them."""
 
 
 class AxisObjects:
@@ -104,7 +106,8 @@ class AxisObjects:
 
     def _number(self, key: Key, variable: Variable) -> int:
         number = int.from_bytes(variable.data, "little", signed=_is_signed(variable.type))
-        return number or self._defaults.get(key, 0)
+        is_written = key[0] in _MAY_BE_NOTHING and any(variable.start)
+        return number if number or is_written else self._defaults.get(key, 0)
 
     def _take(self, key: Key, variable: Variable) -> None:
         self.numbers[key] = self._number(key, variable)

@@ -78,6 +78,7 @@ def test_a_list_becomes_a_table_and_says_what_was_assumed_and_left_out(tmp_path:
         ("address,scale\n1,x 0.5 V\n", "scale: 0.5"),
         ("address,scale\n1,0.1 kWh/bit\n", "scale: 0.1"),
         ("sep=;\naddress;scale\n1;0,1\n", "scale: 0.1"),
+        ("Adresse;Typ;Wert\n40003;float32;1234,5\n", "type: f32, initial: 1234.5"),
         ("address,name,type,scale\n1,A,int16,A_SF\n2,A_SF,sunssf,\n", "type: s16, exponent_from: a_sf"),
         ("address,name,scale\n2,Gain,\n1,A,gain\n", "name: a, type: u16, factor_from: gain"),
         ("address,mode\n1,write only\n2,Read\n", "access: wo}\n  - {address: 2, name: holding_register_2, type: u16, "),

@@ -32,9 +32,6 @@ class Velocity(SpeedMode):
         self._bits = 0
         self._locked: float | None = None
         """The output at which the ramp is locked."""
-        numbers = context.objects
-        numbers.read_by(objects.VL_DEMAND, lambda: self._shown(context.motion.speed if self._is_active else 0.0))
-        numbers.read_by(objects.VL_ACTUAL, lambda: self._shown(context.motor.velocity))
 
     def control(self, word: int, rising: int) -> None:
         bits = word & ALL if self.context.behaviour.has_ramp_bits else ALL
@@ -84,7 +81,7 @@ class Velocity(SpeedMode):
         numbers = self.context.objects.numbers
         return (numbers[index, 1] or 1) / (numbers[index, 2] or 1)
 
-    def _shown(self, speed: float) -> int:
+    def shown(self, speed: float) -> int:
         """A speed in increments per second, in the unit of 6042h."""
         context = self.context
         factor = self._factor(objects.VL_SET_POINT_FACTOR) * self._factor(objects.VL_DIMENSION_FACTOR)

@@ -77,3 +77,25 @@ def test_a_limit_that_is_written_in_a_halt_acts_behind_it() -> None:
     assert abs(bench.get(0x606C)) <= THRESHOLD
     bench.control(0x000F).after(1_000)
     assert bench.get(0x606C) == pytest.approx(1_000_000, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("limit", "mode", "target"), [(0x6072, PV, 0x60FF), (0x6073, PV, 0x60FF), (0x6072, 10, 0x6071)]
+)
+def test_a_limit_of_0_leaves_no_torque_until_another_one_is_written(limit: int, mode: int, target: int) -> None:
+    """CiA 402-2, 6072h: the maximum permissible torque; a 0 of a master is no torque, and not the default."""
+    bench = SingleDriveBench().put(0x6065, 0xFFFF_FFFF)
+    bench.put(limit, 0).enabled(mode).put(target, 500).after(200)
+    assert (bench.get(0x6077), bench.get(0x606C)) == (0, 0)
+    bench.put(limit, 1_000).after(500)
+    assert bench.get(0x606C) > 0
+
+
+@pytest.mark.parametrize(("act", "to_0_ms"), [(0x02, 100), (0x06, 333), (0x07, 333), (0x17F, 333)])
+def test_the_demand_of_velocity_mode_follows_the_ramp_of_a_stop(act: int, to_0_ms: int) -> None:
+    """6043h is the output of the ramp function: 300 min-1 by 3000 (604Ah) and 900 (6049h) min-1 in a second."""
+    bench = SingleDriveBench().put(0x6049, 900, 1).put(0x6049, 1, 2).put(0x604A, 3_000, 1).put(0x604A, 1, 2)
+    bench.put(0x605A, 6).put(0x605B, 1).enabled(2).control(0x7F).put(0x6042, 300).after(2_000)
+    bench.control(act).after(to_0_ms // 2)
+    assert bench.get(0x6043) == pytest.approx(150, abs=10)
+    assert bench.until(lambda: bench.get(0x6043) == 0) == pytest.approx(to_0_ms / 2, abs=3)
