@@ -109,7 +109,9 @@ def _path_in(data: Any, location: tuple[int | str, ...], error_type: str) -> Key
 
 def _key_in(data: Any, part: int | str) -> Any:
     if isinstance(data, dict):
-        return next((key for key in data if key == part or str(key) == part), None)
+        if part in data:  # found at once, so that the time is linear however many keys are wrong
+            return part
+        return next((key for key in data if str(key) == part), None)
     if isinstance(data, list) and isinstance(part, int) and part < len(data):
         return part
     return None

@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Literal, Self
 
 import pytest
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from fieldrig.config.settings_file import load_settings, settings_of
+from fieldrig.config.wording import explain
 from fieldrig.config.yaml_source import Source
 from fieldrig.errors import ConfigError, Mistake
 from fieldrig.settings import ConfigFile, Settings, WrongKey
@@ -135,3 +136,23 @@ def test_lengths_are_said_as_a_person_says_them(file: Path, text: str, expected:
     with pytest.raises(ConfigError) as refused:
         load_settings(file, Lengths)
     assert [mistake.remedy for mistake in refused.value.mistakes] == [f"expected {expected}"]
+
+
+class _Counted(str):
+    """A key that counts how often it is looked at in words."""
+
+    looks = 0
+
+    def __str__(self) -> str:
+        _Counted.looks += 1
+        return str.__str__(self)
+
+
+def test_many_wrong_keys_are_explained_in_linear_time() -> None:
+    _Counted.looks = 0
+    data = {_Counted(f"key{number}"): number for number in range(500)}
+    with pytest.raises(ValidationError) as refused:
+        Card.model_validate(data)
+    wrong = explain(refused.value, data, Card)
+    assert [mistake.path for mistake in wrong] == [(f"key{number}",) for number in range(500)]
+    assert _Counted.looks <= 10 * len(data)
