@@ -27,6 +27,8 @@ from fieldrig_devices.from_recording.refusals import Refusals
 from fieldrig_devices.from_recording.rhythm import FEWEST, ON_REQUEST, Rhythm, period_of, rhythm_of
 
 DEVICE_TYPE: Final = 0x1000
+IDENTITY: Final = frozenset({(DEVICE_TYPE, 0), (0x1018, 1), (0x1018, 2)})
+"""Device type, vendor and product, which are the same in all devices that a file describes."""
 
 
 @dataclass
@@ -150,10 +152,14 @@ def fill_described(model: NodeModel) -> None:
         if variable is None:
             missing.append(f"{index:04X}:{subindex:02X}")
         elif log.start is not None and index not in COMMANDS and variable.key not in model.columns:
+            if (index, subindex) in IDENTITY:
+                _compare_identity(model, variable, log.start)
             _give(model, variable, log.start)
     if missing:
         model.remarks.append(f"the file lacks objects that the recording has: {', '.join(missing)}")
     heartbeat, period_ms = model.dictionary.get(PRODUCER_TIME), heartbeat_ms(model.log)
+    if heartbeat is None and period_ms:
+        model.remarks.append(f"the file has no 1017h: the heartbeat every {period_ms} ms is not sent")
     if heartbeat is not None and (PRODUCER_TIME, 0) not in model.log.objects.there() and period_ms:
         _give(model, heartbeat, period_ms.to_bytes(2, "little"))
     startup = model.dictionary.get(STARTUP)
@@ -163,6 +169,16 @@ def fill_described(model: NodeModel) -> None:
         _time(model, pdo)
 
 
+def _compare_identity(model: NodeModel, variable: Variable, data: bytes) -> None:
+    """Report a device type, vendor or product other than in the file; 0 and nothing in the file allow any."""
+    found, described = int.from_bytes(data, "little"), int.from_bytes(variable.data, "little")
+    if described and found != described:
+        model.remarks.append(
+            f"{variable.key} is {found:X}h in the recording, and {described:X}h in the file, "
+            "which may be of another device"
+        )
+
+
 def _time(model: NodeModel, pdo: PdoModel) -> None:
     """Give a PDO of a described node the identifier and the times that the recording shows."""
     wanted = {1: pdo.identifier} if pdo.rhythm is None else {
@@ -170,6 +186,9 @@ def _time(model: NodeModel, pdo: PdoModel) -> None:
     }  # fmt: skip
     for subindex, number in wanted.items():
         variable = model.dictionary.get(pdo.pdo.parameter, subindex)
+        if variable is None and subindex == 5 and number and pdo.log.count >= 4:
+            name = f"{pdo.pdo.parameter:04X}:05"
+            model.remarks.append(f"the file has no {name}: the PDO is not sent every {number} ms")
         is_said = (pdo.pdo.parameter, subindex) in model.log.objects.there()
         if variable is None or is_said or (subindex > 1 and pdo.log.count < 4):
             continue

@@ -215,9 +215,10 @@ def merge(
     """Add the runs and findings of other corpora to one, such as those of several machines."""
     from fieldrig_devices.search.corpus import Corpus
 
+    opened = [_opened(other) for other in others]  # before the target is made
     whole = Corpus(target)
-    for other in others:
-        whole.merge(_opened(other))
+    for corpus in opened:
+        whole.merge(corpus)
     runs, found = sum(1 for _ in whole.all_runs()), len(whole.findings())
     typer.echo(f"{target}: {counted(runs, 'run')}, {counted(found, 'finding')}")
 

@@ -1,5 +1,7 @@
 """Recordings of which no rig can be made, or only a part of one: sensible words, and never half a folder."""
 
+import re
+from heapq import merge
 from pathlib import Path
 
 import pytest
@@ -120,6 +122,24 @@ def test_a_file_describes_a_node_of_one_of_two_buses(tmp_path: Path) -> None:
     eds = Path(__file__).parents[3] / "configs/eds/io32.eds"
     keys = keys_of(rig_file(written_log(tmp_path, "0 can0 705#00", "0.1 can1 706#00"), f"6={eds}"))
     assert [device["eds"] for device in keys["devices"].values()] == ["eds/can0-node5.eds", "eds/io32.eds"]
+
+
+def test_a_file_that_cannot_do_what_the_recording_shows_is_said(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[3] / "configs/eds/io32.eds").read_text(encoding="ascii")
+    for gone in ("[1017]", "[1800sub5]"):
+        text = re.sub(rf"{re.escape(gone)}\n(?:[^\[\n].*\n)*", "", text)
+        assert gone not in text
+    eds = tmp_path / "old.eds"
+    eds.write_text(text, encoding="ascii")
+    both = (
+        (f"{1 + turn / 20:.3f} 185#00000000" for turn in range(60)),
+        (f"{1 + turn / 10:.3f} 705#05" for turn in range(30)),
+    )
+    log = written_log(tmp_path, "0 705#00", "0.1 000#0105", *merge(*both), *read_by_sdo(9, 5, "4300100001000000"))
+    said = rig_file(log, f"5={eds}").read_text(encoding="utf-8")
+    assert "# - the file has no 1017h: the heartbeat every 100 ms is not sent\n" in said
+    assert "# - the file has no 1800:05: the PDO is not sent every 50 ms\n" in said
+    assert "# - 1000:00 is 1h in the recording, and " in said
 
 
 def test_a_name_that_fits_on_no_line_is_written_all_the_same(tmp_path: Path) -> None:

@@ -238,6 +238,8 @@ def test_corpora_of_several_machines_are_merged(tmp_path: Path) -> None:
     assert acts_of(acts_text(acts)) == acts
     (tmp_path / "no.sqlite").write_text("this is no database, but a text that is long enough to be taken for one" * 9)
     assert run("show", tmp_path / "no.sqlite").exit_code != 0
+    assert run("merge", tmp_path / "new.sqlite", tmp_path / "missing.sqlite").exit_code != 0
+    assert not (tmp_path / "new.sqlite").exists()
 
 
 def test_what_is_found_is_early_before_it_is_round() -> None:
