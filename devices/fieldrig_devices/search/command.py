@@ -145,7 +145,7 @@ def run(
             typer.echo(line, err=as_json)
 
         try:
-            one.go(chosen, limits, tell)
+            one.go(chosen, limits, tell, lambda line: typer.echo(line, err=True))
         except KeyboardInterrupt:  # what was found until then is a result
             is_interrupted = True
             tell(f"interrupted after {counted(one.runs, 'run')}")

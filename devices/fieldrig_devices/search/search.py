@@ -3,7 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from fieldrig.errors import RigError
 from fieldrig.points.values import counted
@@ -19,6 +19,9 @@ from fieldrig_devices.search.piece import Piece, Run
 from fieldrig_devices.search.plan import Plan
 from fieldrig_devices.search.strategies import STRATEGIES
 from fieldrig_devices.search.strategy import WHOLE, Shard, Strategy, Task
+
+NEWS_S: Final = 30.0
+"""Time of the host between two words about a search that goes on."""
 
 
 class Limits(NamedTuple):
@@ -65,16 +68,30 @@ class Search:
         """The processor time of the search so far, in seconds, with that of its branches."""
         return self._watch.busy_seconds + self._bench.cpu_s + self._played_s
 
-    def go(self, strategies: Sequence[str], limits: Limits, tell: Callable[[str], None]) -> None:
-        """Search.  RigError if the scenario does not hold without any action besides, or for a plan with mistakes."""
+    def go(
+        self,
+        strategies: Sequence[str],
+        limits: Limits,
+        tell: Callable[[str], None],
+        say: Callable[[str], None] = lambda line: None,
+        news_s: float = NEWS_S,
+    ) -> None:
+        """Search.  RigError if the scenario does not hold without any action besides, or for a plan with mistakes.
+
+        `tell` is called with the results; `say` each `news_s` seconds with how far the search is.
+        """
         self._bench.check()
         self._check_control()
         task = Task(self._plan, self._bench, self._seed, self._shard)
         from_begin = self._plan.scenario.master is not None  # no branch has its threads
         turns = [_Turns(name, STRATEGIES[name](task), from_begin=from_begin) for name in strategies]
-        watch = Stopwatch()
+        watch, said_s = Stopwatch(), 0.0
 
         def is_over() -> bool:
+            nonlocal said_s
+            if watch.seconds - said_s >= news_s:
+                said_s = watch.seconds
+                say(self._news(said_s, turns))
             found = limits.is_first and bool(self._corpus.findings())
             return found or watch.seconds >= limits.budget_s or self.cpu_s >= limits.cpu_s
 
@@ -87,6 +104,11 @@ class Search:
             tell(
                 f"{name}: broken in {counted(count, 'run')}, but not again in the same; does a master depend on chance?"
             )
+
+    def _news(self, after_s: float, turns: "Sequence[_Turns]") -> str:
+        found = counted(len(self._corpus.findings()), "finding")
+        parts = "; ".join(one.strategy.told() for one in turns)
+        return f"after {after_s:.0f} s: {counted(self.runs, 'run')}, {found}; {parts}"
 
     def _follow(self, turns: "Sequence[_Turns]", most: int, is_over: Callable[[], bool]) -> None:
         """Have the pieces of the strategies played: always the same number ahead, so that the crew has work.

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -106,6 +107,16 @@ def test_a_program_without_a_bug_is_clean(tmp_path: Path, strategy: str) -> None
     corpus, _ = searched(planted(tmp_path, ""), strategy, most=16)
     assert corpus.findings() == []
     assert len(list(corpus.runs())) > 0
+
+
+def test_a_search_says_in_the_meantime_how_far_it_is(tmp_path: Path) -> None:
+    said = list[str]()
+    plan = load_plan(planted(tmp_path, HISTORY))
+    with Bench(plan) as bench, LocalCrew(bench, 2) as crew:
+        search = Search(plan, bench, crew, Corpus(tmp_path / "c.sqlite"), 3)
+        search.go(["swarm"], Limits(math.inf, 4), lambda line: None, said.append, news_s=0)
+    assert said[0].startswith("after 0 s: 0 runs, 0 findings; swarm: ")
+    assert re.match(r"after \d+ s: 4 runs, \d findings?; swarm: ", said[-1])
 
 
 def test_the_same_seed_makes_the_same_runs(tmp_path: Path) -> None:
