@@ -27,5 +27,5 @@ def test_runs_are_the_periods_one_by_one(ramp: Staircase, count: int) -> None:
 
 @pytest.mark.manual("SCU-084")
 def test_the_last_period_of_a_ramp_is_never_part_of_a_run() -> None:
-    """All four periods above 31938 Hz round up to 31939 Hz at 1000 Hz/s, but the last one is the stop frequency itself."""
+    """All four periods above 31938 Hz round up to 31939 Hz at 1000 Hz/s; the last one is the stop frequency."""
     assert [*Staircase(31_938, Fraction(1_000)).falling(4)] == [(31_939, 3), (31_938, 1)]

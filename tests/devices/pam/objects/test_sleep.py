@@ -81,7 +81,7 @@ def test_a_corrector_takes_the_second_event_at_rest_as_the_first() -> None:
 
 @pytest.mark.manual("PAML-560")
 def test_a_learned_time_ends_while_the_flow_stands() -> None:
-    """The reference at 30 comes 100 ms after the origin at 20; the second time the flow has come to rest at 22 before that."""
+    """The reference at 30 comes 100 ms after the origin at 20; later the flow comes to rest at 22 before it."""
     reference = Do("TRC_A", "install_reference", "POSITIVE", "IMMEDIATE", 30.0, 0.0)
     script: Script = [
         (Connect(["CNV_Sink", "MUL_A", "TMP_A"]), 100),
