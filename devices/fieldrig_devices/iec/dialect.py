@@ -188,6 +188,8 @@ class Dialect:
     declaration or type (edition 3, 6.6.1.4.2)."""
     has_address_levels: bool = _rule(Origin.TODAY)
     """`%QW2.5.7.1`: an address of several levels, of which the last one counts within the others (table 16)."""
+    writes_inputs: bool = _rule(Origin.STANDARD)
+    """A program may write variables at %I, as projects of Beremiz and OpenPLC that imitate their machine do."""
     allows_idle_tasks: bool = _rule(Origin.TODAY)
     """A task may name no program; it is left out (PD-033: it must)."""
     allows_changed_inputs: bool = _rule(Origin.TODAY)

@@ -326,3 +326,12 @@ def test_nothing_less_a_time_is_the_largest_time_in_public_programs(dialect: Dia
     bench = IecBench(program("t : TIME;", "t := T#0s - T#1ms;"), dialect)
     bench.cycle()
     assert bench["t"] == 2**32 - 1
+
+
+def test_a_program_writes_its_inputs_in_edition_3_alone() -> None:
+    text = program("i AT %IX0.1 : BOOL; w AT %IW4 : INT; m : INT; b : BOOL;", "m := w; b := i; i := NOT i; w := w + 1;")
+    bench = IecBench(text, EDITION_3)
+    bench.cycle(3)
+    assert [bench[name] for name in ("i", "w", "m", "b")] == [True, 3, 2, False]
+    for dialect in (EPAS_4, CODESYS):
+        assert any("i is an input" in message for message in refused(text, dialect))

@@ -1,5 +1,7 @@
 """Which places may be written, and to which a reference can point."""
 
+from typing import Final
+
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
     access,
@@ -32,6 +34,8 @@ from fieldrig_devices.iec.types import (
     Type,
 )
 
+_ONLY_READ: Final = "inputs are only read"
+
 
 def has_cell(place: Place) -> bool:
     """False for bits, also those of %I, %Q and %M, and for parameters of objects: no reference can point to them."""
@@ -42,6 +46,9 @@ def is_writable(context: Context, place: Place, node: tree.Node) -> bool:
     """True if the place may be written here; a message otherwise."""
     what, hint = _obstacle(context, place, node)
     check_functions.writes(place)
+    if hint == _ONLY_READ and context.project.dialect.writes_inputs:
+        context.note(node, f"{what}, and the program writes it", "an input of the machine overwrites it in each cycle")
+        return True
     if what:
         context.say(node, what, "a variable that may be written here", hint)
     return not what
@@ -67,7 +74,7 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
                 place = of
             case Located():
                 is_input = place.area == "I" and context.extension is None  # a test sets the inputs
-                return (f"{text(node)} is an input", "inputs are only read") if is_input else ("", "")
+                return (f"{text(node)} is an input", _ONLY_READ) if is_input else ("", "")
             case Target(AddressOf(place=of)) | Target(Binary(left=AddressOf(place=of))):  # a part of a union or value
                 place = of
             case Result():
