@@ -1,7 +1,10 @@
 """Node guarding and life guarding, CiA 301 7.2.8.2.2.1."""
 
+import re
+from pathlib import Path
+
 import pytest
-from canopen_bench import CanopenBench
+from canopen_bench import IO32, CanopenBench
 
 GUARD = "705#R"
 LIFE_TIME_OF_200_MS = ("2b 0c 10 00 64 00 00 00", "2f 0d 10 00 02 00 00 00")
@@ -89,3 +92,17 @@ def test_error_lasts_until_heartbeat_and_guarding_are_back(bench: CanopenBench) 
 @pytest.mark.parametrize("frame", ["705#7f", "705#", "706#R"])
 def test_only_the_remote_frame_is_answered(bench: CanopenBench, frame: str) -> None:
     assert bench.send(frame) == []
+
+
+@pytest.mark.parametrize("missing", ["100C", "100D"])
+def test_without_guard_time_or_factor_there_is_no_life_time(tmp_path: Path, missing: str) -> None:
+    """Requests are answered where there is a guard time; no time of silence is too long."""
+    text = re.sub(rf"(?ms)^\[{missing}\]$.*?(?=^\[)", "", IO32.read_text(encoding="utf-8"))
+    eds = tmp_path / "thin.eds"
+    eds.write_text(re.sub(rf"(?m)^(\d+)=0x{missing}$", r"\1=0x1003", text), encoding="utf-8")
+    bench = CanopenBench(eds)
+    there = LIFE_TIME_OF_200_MS[missing == "100C"]
+    bench.write(there)
+    bench.send("000#01 05")
+    assert bench.send(GUARD) == (["705#05"] if missing == "100D" else [])
+    assert bench.after(5000) == []
