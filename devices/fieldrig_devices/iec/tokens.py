@@ -125,7 +125,7 @@ _PATTERN: Final = re.compile(
     | ([0-9](?:_?[0-9])*+(?:\.[0-9](?:_?[0-9])*+(?:E[-+]?[0-9](?:_?[0-9])*+)?|E[-+]?[0-9](?:_?[0-9])*+)(?!\w))
     | ([0-9]+\#\w*)
     | (%[IQM](?:[XBWDL](?:\*|[0-9]+(?:\.[0-9]+)*)|\*|[0-9]+(?:\.[0-9]+)*)(?!\w))
-    | (\{\{.*?\}\}|\{[^{}]*+\})
+    | (\{\{|\{[^{}]*+\})
     | ((?:\(\*|/\*).*+)
     | (['"‘’“”´`](?:[ \t\r]*+(?:\)++|[^ \t\r\n]))*?(?=[ \t\r]*+\)*+[ \t\r]*+;?+[ \t\r]*+(?:\n|\Z|\(\*|//)))
     | ([0-9]\w*+(?:\.[0-9]\w*+)?|%\w*(?:\.[0-9]+)*|.)
@@ -223,6 +223,8 @@ class _Scanner:
         self._line, self._line_start = first_line, 0
         self._is_unbalanced = dialect.leaves_comments_open and _NOT_NESTED.search(text) is not None
         """True once a comment had more beginnings than ends up to the end of the text; no other is searched then."""
+        self._is_foreign_open = False
+        """True once no }} was found behind a {{; no other is searched then."""
         self._keywords = keywords(dialect)
         if not dialect.reserves_configurations:
             self._keywords -= FREE_IN_OBJECTS
@@ -308,18 +310,7 @@ class _Scanner:
         elif group == _COMMENT:
             return self._comment(text, offset)
         elif group == _PRAGMA:
-            if text[1:-1].strip().lower() == "native":
-                self._add(NATIVE, text, offset)
-            else:
-                if self._dialect.has_conditional_code and (said := _SAID.fullmatch(text)) is not None:
-                    self._say_pragma(said[1].casefold(), said[2], offset)
-                elif text.startswith("{{"):
-                    self._note(offset, "the text between {{ and }} is C code of MatIEC, and does not run", "use ST")
-                elif ";" in _QUOTED.sub("", text):
-                    hint = "Statements have no braces: IF ... THEN ... END_IF;"
-                    self._note(offset, "the text in braces is a pragma, and its statements do not run", hint)
-                self._keep(text)
-                return self._after(text, offset) if "\n" in text else None
+            return self._foreign(offset) if text == "{{" else self._pragma(text, offset)
         elif group == _OPEN_COMMENT:
             self._say(offset, "the comment is not closed", f"{'*)' if text[0] == '(' else '*/'} at its end")
             self._tokens.is_cut = True
@@ -330,6 +321,30 @@ class _Scanner:
         else:
             return self._junk(text, offset)
         return None
+
+    def _foreign(self, offset: int) -> int | None:
+        """Leave out C code of MatIEC in double braces."""
+        end = -1 if self._is_foreign_open else self._text.find("}}", offset + 2)
+        if end < 0:
+            self._is_foreign_open = True
+            self._junk("{", offset)
+            return offset + 1
+        self._note(offset, "the text between {{ and }} is C code of MatIEC, and does not run", "use ST")
+        text = self._text[offset : end + 2]
+        self._keep(text)
+        return self._after(text, offset)
+
+    def _pragma(self, text: str, offset: int) -> int | None:
+        if text[1:-1].strip().lower() == "native":
+            self._add(NATIVE, text, offset)
+            return None
+        if self._dialect.has_conditional_code and (said := _SAID.fullmatch(text)) is not None:
+            self._say_pragma(said[1].casefold(), said[2], offset)
+        elif ";" in _QUOTED.sub("", text):
+            hint = "Statements have no braces: IF ... THEN ... END_IF;"
+            self._note(offset, "the text in braces is a pragma, and its statements do not run", hint)
+        self._keep(text)
+        return self._after(text, offset) if "\n" in text else None
 
     def _say_pragma(self, kind: str, text: str, offset: int) -> None:
         """Say what a program wants the compiler to say."""

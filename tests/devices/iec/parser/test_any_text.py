@@ -131,10 +131,22 @@ MANY = 300_000  # quadratic work at this size takes longer than a test may
         f"x := 'a{')' * MANY}b",
         f"x := 'a{chr(13) * MANY}b",
         "{" * MANY,
+        "{{ " * (MANY // 3),
+        "{{}} " * (MANY // 5),
         "(*) " * (MANY // 4),
         "'" * (MANY + 1),
     ],
-    ids=["blanks", "blanks in a string", "brackets in a string", "returns in a string", "braces", "comments", "quotes"],
+    ids=[
+        "blanks",
+        "blanks in a string",
+        "brackets in a string",
+        "returns in a string",
+        "braces",
+        "double braces",
+        "closed double braces",
+        "comments",
+        "quotes",
+    ],
 )
 def test_a_text_is_split_in_one_pass(text: str) -> None:
     assert tokens(text, "any.st", EPAS_4).kinds[-1] == END
