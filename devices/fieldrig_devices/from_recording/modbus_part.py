@@ -8,9 +8,10 @@ from fieldrig.points.values import counted
 from fieldrig.text.flow import flow
 from fieldrig.text.ranges import ranges
 from fieldrig_bus.modbus.framing import LineTiming
+from fieldrig_bus.serial.message import Format
 from fieldrig_devices.from_recording.bus_words import never_answered
 from fieldrig_devices.from_recording.columns import csv_of
-from fieldrig_devices.from_recording.line_rate import LineRate
+from fieldrig_devices.from_recording.line_rate import LineRate, Rate
 from fieldrig_devices.from_recording.modbus_log import ModbusLog, UnitLog
 from fieldrig_devices.from_recording.modbus_unit import UnitModel
 from fieldrig_devices.from_recording.parts import RigPart, comment, unknown_lines
@@ -26,7 +27,8 @@ NO_TARGET: Final = frozenset({10, 11})
 def modbus_part(name: str, log: ModbusLog, source: str, prefix: str, place: int) -> RigPart:
     """Return the part for a bus; `place` numbers the buses, `prefix` begins the names of the devices."""
     remarks: list[str] = []
-    line = _timing(log.rate, is_ascii=log.is_ascii) if log.is_line and log.rate is not None else None
+    rate = (log.rate or LineRate()).rate(is_ascii=log.is_ascii) if log.is_line else None
+    line = _timing(rate.form, is_ascii=log.is_ascii) if rate is not None and log.rate is not None else None
     models = [
         UnitModel(f"{prefix}unit{asked_as}", unit_id, asked_as, unit, (log.start_ns, log.end_ns), line)
         for asked_as, unit_id, unit in _units(log, remarks)
@@ -35,7 +37,7 @@ def modbus_part(name: str, log: ModbusLog, source: str, prefix: str, place: int)
         remarks.append(f"{counted(log.broadcasts, 'broadcast')}, of which nothing is taken")
     part = RigPart(name, is_can=False, nodes=[model.unit_id for model in models])
     direct = next((model.unit_id for model in models if model.asked_as in DEVICE_ITSELF), None)
-    part.buses = [*_bus(name, log, remarks, place, direct if len(models) > 1 else None)]
+    part.buses = [*_bus(name, log, rate, remarks, place, direct if len(models) > 1 else None)]
     for model in models:
         path = PurePosixPath("registers", f"{model.name}.yaml")
         part.files[path] = model.table(source)
@@ -90,13 +92,15 @@ def _is_beyond_a_gateway(unit: UnitLog) -> bool:
     return bool(codes) and codes <= NO_TARGET and not has_done and not is_known
 
 
-def _bus(name: str, log: ModbusLog, remarks: list[str], place: int, direct: int | None) -> Iterator[str]:
+def _bus(
+    name: str, log: ModbusLog, rate: Rate | None, remarks: list[str], place: int, direct: int | None
+) -> Iterator[str]:
     for remark in remarks:
         yield from comment(remark, 2)
     yield f"  {name}:"
-    if log.is_line:
+    if rate is not None:
         yield f"    kind: modbus.{'ascii' if log.is_ascii else 'rtu'}"
-        yield from _format(log)
+        yield from _format(rate, is_ascii=log.is_ascii)
         yield f"    pty: {name}"
     else:
         yield "    kind: modbus.tcp"
@@ -107,15 +111,14 @@ def _bus(name: str, log: ModbusLog, remarks: list[str], place: int, direct: int 
             yield f"    direct_unit: {direct}"
 
 
-def _timing(rate: LineRate, *, is_ascii: bool) -> LineTiming:
-    form = rate.rate(is_ascii=is_ascii).form
+def _timing(form: Format, *, is_ascii: bool) -> LineTiming:
     return LineTiming("ascii" if is_ascii else "rtu", form.baud, form.bits_per_character)
 
 
-def _format(log: ModbusLog) -> Iterator[str]:
-    form, words = (log.rate or LineRate()).rate(is_ascii=log.is_ascii)
+def _format(rate: Rate, *, is_ascii: bool) -> Iterator[str]:
+    form, words = rate
     yield f"    baud: {form.baud}  # {words}"
-    if log.is_ascii:
+    if is_ascii:
         yield f"    data_bits: {form.data_bits}"
     yield f"    parity: {form.parity}"
     yield f"    stop_bits: {form.stop_bits}"

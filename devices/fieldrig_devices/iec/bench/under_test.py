@@ -170,16 +170,14 @@ class UnderTest:
         if name not in call.opens:
             return
         own, spec = call.opens[name]
-        before, shape = self._shapes.get(own), shape_of(spec, value, f"{call.shown}.{name}")
-        if shape == before:
+        before, shape = self._shapes, shape_of(spec, value, f"{call.shown}.{name}")
+        if shape == before.get(own):
             return
-        self._shapes[own] = shape
+        self._shapes = {**before, own: shape}
         try:
             self.renew()
         except RigError:
-            del self._shapes[own]
-            if before is not None:
-                self._shapes[own] = before
+            self._shapes = before
             raise
 
     # ---- names

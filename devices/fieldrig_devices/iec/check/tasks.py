@@ -173,7 +173,7 @@ class Tasks:
 
     def _free(self, node: tree.ProgramInstance, context: Context) -> Task:
         """A program without WITH runs free, at the lowest priority (IEC 61131-3)."""
-        lowest = max(LOWEST_PRIORITY, *(task.priority for task in self._tasks.values()), 0)
+        lowest = max([LOWEST_PRIORITY, *(task.priority for task in self._tasks.values())])
         task = Task(node.name, TaskKind.FREE, lowest, 0.0, None, [], context.file, node.position.line)
         name = context.key(node.name)
         self._tasks[name], self._places[name] = task, node.position

@@ -1,7 +1,5 @@
 """Which places may be written, and to which a reference can point."""
 
-from typing import Final
-
 from fieldrig_devices.iec import tree
 from fieldrig_devices.iec.check import (
     access,
@@ -34,8 +32,6 @@ from fieldrig_devices.iec.types import (
     Type,
 )
 
-_ONLY_READ: Final = "inputs are only read"
-
 
 def has_cell(place: Place) -> bool:
     """False for bits, also those of %I, %Q and %M, and for parameters of objects: no reference can point to them."""
@@ -46,9 +42,6 @@ def is_writable(context: Context, place: Place, node: tree.Node) -> bool:
     """True if the place may be written here; a message otherwise."""
     what, hint = _obstacle(context, place, node)
     check_functions.writes(place)
-    if hint == _ONLY_READ and context.project.dialect.writes_inputs:
-        context.note(node, f"{what}, and the program writes it", "an input of the machine overwrites it in each cycle")
-        return True
     if what:
         context.say(node, what, "a variable that may be written here", hint)
     return not what
@@ -74,7 +67,7 @@ def _obstacle(context: Context, place: Place, node: tree.Node) -> tuple[str, str
                 place = of
             case Located():
                 is_input = place.area == "I" and context.extension is None  # a test sets the inputs
-                return (f"{text(node)} is an input", _ONLY_READ) if is_input else ("", "")
+                return _input_obstacle(context, node) if is_input else ("", "")
             case Target(AddressOf(place=of)) | Target(Binary(left=AddressOf(place=of))):  # a part of a union or value
                 place = of
             case Result():
@@ -105,6 +98,14 @@ def _is_of_the_same_block(context: Context, kind: Type) -> bool:
     own = context.block.type if context.block is not None else None
     is_allowed = context.project.dialect.writes_locals_of_its_kind
     return is_allowed and own is not None and dispatch.is_or_derives(context.project, own, kind)
+
+
+def _input_obstacle(context: Context, node: tree.Node) -> tuple[str, str]:
+    what = f"{text(node)} is an input"
+    if not context.project.dialect.writes_inputs:
+        return what, "inputs are only read"
+    context.note(node, f"{what}, and the program writes it", "an input of the machine overwrites it in each cycle")
+    return "", ""
 
 
 def _variable_obstacle(context: Context, declared: Variable) -> tuple[str, str]:
